@@ -130,7 +130,7 @@ def measured(recipe: str, scan: Path, output: Path, memory: str) -> bool:
     most = disk = 0
     while process.poll() is None:
         most = max(most, sum(processes_of(process.pid).values()))
-        disk = max(disk, bytes_in(output.parent, ".pymeshfair-run-*"))
+        disk = max(disk, bytes_in(output.parent, ".pymeshfair-*"))
         time.sleep(0.1)
     if process.returncode:
         raise SystemExit(f"the run has failed with {process.returncode}")

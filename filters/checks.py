@@ -1,8 +1,8 @@
-"""What every filter refuses, in the same words: the errors, and the checks of single parameters.
+"""Errors of the filters, and checks of single parameters with uniform messages.
 
-Every check returns the value as a plain Python object, so that what follows computes with the type it expects. Whole numbers are
-taken from `int` and NumPy's integers only: 2.0 is refused like 2.5. Truth values are no numbers. The message of each error is the
-name of the parameter, the value, the allowed ones and a note, if any.
+Checks of numbers return a plain `int` or `float`, also for a NumPy scalar. A whole number is an `int` or an integer of NumPy's:
+2.0 is refused like 2.5. `bool` is refused as a number. A message has the name of the parameter, the value, the allowed values and
+a note, if any.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 
 class PymeshfairError(Exception):
-    """Base of all errors of pymeshfair that a caller may want to catch; `pymeshfair.errors` has it, too."""
+    """Base class of the errors of pymeshfair; also in `pymeshfair.errors`."""
 
     def __reduce__(self) -> tuple[Any, ...]:  # unpickling would otherwise call the class with the message alone
         return _restored, (type(self), self.args, self.__dict__)
@@ -45,7 +45,7 @@ class UnstableStepError(FilterInputError):
 
 
 class ConvergenceError(PymeshfairError, RuntimeError):
-    """An iterative solver ended above its tolerance; the message gives the residual that it reached."""
+    """An iterative solver ended above its tolerance; the message gives the last residual."""
 
 
 def check_whole_number(name: str, value: object, *, least: int = 0, most: int | None = None, note: str = "") -> int:
@@ -71,7 +71,7 @@ def check_whole_number(name: str, value: object, *, least: int = 0, most: int | 
 
 
 def check_finite(name: str, value: object, *, least: float | None = None, most: float | None = None, note: str = "") -> float:
-    """The value as a `float` that is finite and within the bounds, which are allowed themselves.
+    """The value as a finite `float` within the bounds, both included.
 
     Args:
         name: the parameter's name, as in "time_step nan is not finite and at least 0".
@@ -111,7 +111,7 @@ def check_positive(name: str, value: object, *, most: float | None = None, note:
 
 
 def check_choice(name: str, value: object, allowed: Sequence[str], *, note: str = "") -> None:
-    """Nothing, if the value is one of the names that are allowed.
+    """Refuses a value that is not one of the allowed names.
 
     Args:
         name: the parameter's name, as in "border 'open' is not one of 'fixed', 'along', 'free'".
@@ -132,7 +132,7 @@ def _real(value: object) -> float:
 
 
 def _shown(value: object) -> str:
-    """The value as a message shows it: without NumPy's type around a number, and no longer than a line takes."""
+    """The value in a message: a NumPy scalar as a plain number, at most 80 characters."""
     return repr(value.item() if isinstance(value, np.generic) else value)[:80]
 
 

@@ -128,7 +128,7 @@ def test_a_filter_of_a_plugin_that_fails_is_not_there_for_a_reason_that_is_told(
     for name in ("apply_coord_scan_lab_nothing", "Scan Lab Nothing"):
         with pytest.raises(UnknownNameError) as caught:
             registry.find_filter(name)
-        assert str(caught.value) == f"filter {name!r} is not there: {cause}"
+        assert str(caught.value) == f"filter {name!r} is not available: {cause}"
         assert (caught.value.cause, caught.value.suggestion) == (cause, None)
     with pytest.raises(AttributeError, match=f"no attribute 'apply_coord_scan_lab_nothing'; {re.escape(cause)}$"):
         pymeshfair.MeshSet().apply_coord_scan_lab_nothing()  # type: ignore[attr-defined]

@@ -1,7 +1,7 @@
-"""A function that runs as machine code, which is loaded when it is first called, or compiled if there is none.
+"""Kernels: functions compiled by numba, whose machine code is stored, and loaded or compiled at the first call.
 
-The name of its file is a hash of its own code and of all that it takes from elsewhere. Numba's own cache looks at the file that a
-function is in, and misses a change of a function or constant of another file that was compiled into it.
+The name of the stored file contains a hash of the function's code and of all functions and constants that it uses. Numba's own
+cache checks only the file that holds the function, and misses changes of functions and constants imported from other files.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 else:
 
     class prange:  # noqa: N801 - as numba calls it
-        """Numba's ``prange``, which a kernel gets when it is compiled; a plain range before."""
+        """A plain ``range``; the compiler replaces it by numba's ``prange``."""
 
         def __new__(cls, *limits: int) -> range:
-            """A range, which runs the function without numba."""
+            """A range: the function runs without numba, too."""
             return range(*limits)
 
 
@@ -37,7 +37,7 @@ def fingerprint(function: FunctionType, options: dict[str, Any]) -> str:
     """The hash of a function that numba compiles with these options.
 
     Raises:
-        TypeError: the function uses something whose changes cannot be seen.
+        TypeError: the function uses a value of a type that cannot be hashed.
     """
     parts = "\n".join(_of_function(function, options))
     return hashlib.sha256(parts.encode("utf-8", "backslashreplace")).hexdigest()
@@ -56,7 +56,7 @@ def _of_code(code: CodeType, function: FunctionType) -> Iterator[str]:
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
             yield from _of_code(constant, function)
-        else:
+        elif constant != function.__doc__ or constant is None:
             yield f"constant {constant!r}"
     for name in code.co_names:
         if name in function.__globals__:
@@ -76,21 +76,21 @@ def _of_value(value: Any, function: FunctionType) -> str:
         return f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
     if isinstance(value, type) or type(value).__name__ in ("builtin_function_or_method", "ufunc"):
         return f"{getattr(value, '__name__', '')} {getattr(value, '_fields', '')}"
-    raise TypeError(f"{function.__module__}.{function.__qualname__} uses {value!r}, of which no hash can be made")
+    raise TypeError(f"{function.__module__}.{function.__qualname__} uses {value!r}, which cannot be hashed")
 
 
-#: what a type checker sees of a kernel: the function that it is made of
+#: for a type checker a kernel has the type of the function that it is made from
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Kernel:
     """A function of arrays and numbers that runs as machine code.
 
-    Numba sees it as a function of its own: kernels call each other.
+    Numba treats it as one of its own functions, so kernels can call each other.
 
     Attributes:
-        py_func: the function, which Python can run too.
-        options: what numba is told besides.
+        py_func: the function, which also runs uncompiled.
+        options: numba's options, see `compiled`.
     """
 
     def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
@@ -104,7 +104,7 @@ class Kernel:
         self._code: dict[Signature, Callable[..., Any]] = {}
 
     def __call__(self, *arguments: Any) -> Any:
-        """The function's result; for arguments of new types machine code is loaded or compiled first."""
+        """Call the machine code for these argument types, which is loaded or compiled if needed."""
         try:
             signature = signature_of(arguments)
         except UnknownTypeError:
@@ -118,13 +118,13 @@ class Kernel:
         return f"<kernel {self.__module__}.{self.__qualname__}>"
 
     def load(self, signature: Signature) -> None:
-        """Load or compile it for these types of arguments."""
+        """Load or compile the machine code for these argument types."""
         if signature not in self._code:
             self._loaded(signature)
 
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
         if self._is_parallel:
-            start_threads()  # the linker needs to know their functions
+            start_threads()  # the linker needs the addresses of their functions
         if not self._can_be_imported:
             self._code[signature] = self.dispatcher
             return self._code[signature]
@@ -146,7 +146,7 @@ class Kernel:
 
     @property
     def _can_be_imported(self) -> bool:
-        """Whether another process finds it by its module and its name."""
+        """Whether another process can import it by its module and name."""
         return self.__module__ != "__main__" and getattr(sys.modules.get(self.__module__), self.__qualname__, None) is self
 
     def stored_name(self, signature: Signature) -> str:
@@ -156,7 +156,7 @@ class Kernel:
 
     @cached_property
     def dispatcher(self) -> Any:
-        """What numba makes of the function: in the process that compiles, and for arguments of types that have no text."""
+        """Numba's dispatcher: for the process that compiles, and for argument types without a `Signature`."""
         import numba
 
         function = self.py_func
@@ -168,17 +168,17 @@ class Kernel:
 
     @cached_property
     def fingerprint(self) -> str:
-        """A hash of everything that the machine code follows from, the types of the arguments aside."""
+        """A hash of everything that determines the machine code, except the argument types."""
         return fingerprint(self.py_func, self.options)
 
     @property
     def signatures(self) -> list[Signature]:
-        """The types of arguments for which this process has machine code."""
+        """The argument types for which this process has machine code."""
         return list(self._code)
 
     @property
     def _numba_type_(self) -> Any:
-        """The type that numba sees."""
+        """The numba type of the kernel when another kernel uses it."""
         return self.dispatcher._numba_type_
 
 
@@ -196,16 +196,16 @@ def compiled(function: Any = None, /, **options: Any) -> Any:
     """Make a `Kernel` of a function: ``@compiled`` or ``@compiled(nogil=True)``.
 
     Args:
-        function: it may use what numba knows, and other kernels.
-        **options: numba's: `nogil` lets other threads run meanwhile, `parallel` gives the loops over `prange` to numba's threads,
-            `fastmath` names the freedom that sums may take, and with "numpy" for `error_model` a division by 0 is no error: loops
-            without a look at each divisor are done for several elements at once.
+        function: restricted to the Python and NumPy that numba supports, and other kernels.
+        **options: numba's: `nogil` releases the interpreter lock, `parallel` runs loops over `prange` on several threads,
+            `fastmath` names the allowed reorderings of floating-point operations, and "numpy" for `error_model` makes a division
+            by 0 no error, so that loops with divisions can be vectorised.
     """
     return Kernel(function, options) if function is not None else lambda function: Kernel(function, options)
 
 
 def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
-    """Module, name and kernel of all that are defined in loaded modules of a package."""
+    """Module name, name and kernel of every kernel that a loaded module of a package defines."""
     for module_name, module in list(sys.modules.items()):
         if module_name.startswith(f"{package}."):
             for name, value in list(vars(module).items()):

@@ -1,4 +1,4 @@
-"""Vertices that are kept from a filter, so that it can be judged by what it says of them [batson2019]."""
+"""Held-out vertices for the cross-validation of filters [batson2019], and means over one-rings."""
 
 import numpy as np
 
@@ -6,69 +6,70 @@ from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
 from ..topology import OneRings, border_vertices, edges
 
-# Each vertex asks to be held out with this probability; of two neighbours that ask, one gives in: about a ninth is left.
-_ASKS = 0.35
-# Random numbers are the fractions of these many times a length of the geometry, other multiples for every mask.
+# Probability that a vertex is a candidate; of two adjacent candidates one is dropped, which leaves a ninth of the vertices.
+_CANDIDATES = 0.35
+# A random number is the fractional part of a length times (multiple + step * number of the mask).
 _MULTIPLES = (997.0, 1511.0)
 _STEPS = (137.7, 211.1)
 
 
 def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
-    """Sets of vertices, no two of a set adjacent, the sets disjoint as long as there are vertices left.
+    """Random independent sets: no two vertices of a set are adjacent.
 
-    The random numbers are made of the lengths of the edges at a vertex over the mean length: moving, turning, scaling and
-    renumbering the mesh changes none of them by more than rounding.
+    The sets are disjoint until less than 35 % of the scored vertices are left; then all may be drawn again. The random numbers
+    follow from the edge lengths at a vertex over the mean length: up to rounding they do not change if the mesh is moved, turned,
+    scaled or renumbered.
 
     Args:
         points: (n, 3) coordinates.
-        faces_or_edges: (m, 3) triangles, or (e, 2) edges, each once: those of a cloud join neighbours.
+        faces_or_edges: (m, 3) triangles; or (e, 2) edges, each once, such as those between neighbours in a cloud.
         scored: (n,) the vertices that may be held out.
         masks: how many sets.
-        seed: other sets for another number.
+        seed: another number gives other sets.
 
     Returns:
-        A list of ascending vertices for every set.
+        The vertices of every set, ascending.
     """
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     sums = _lengths_around(points, pairs)
-    left, found = scored.copy(), []
+    left, held_out = scored.copy(), []
     for mask in range(seed * masks, (seed + 1) * masks):
-        asks, insists = ((sums * (multiple + step * mask)) % 1.0 for multiple, step in zip(_MULTIPLES, _STEPS, strict=True))
-        chosen = left & (asks < _ASKS)
+        draws, ranks = ((sums * (multiple + step * mask)) % 1.0 for multiple, step in zip(_MULTIPLES, _STEPS, strict=True))
+        chosen = left & (draws < _CANDIDATES)
         a, b = pairs[chosen[pairs].all(axis=1)].T
-        chosen[np.where(insists[a] < insists[b], a, b)] = False
-        found.append(np.flatnonzero(chosen).astype(np.int32))
+        chosen[np.where(ranks[a] < ranks[b], a, b)] = False
+        held_out.append(np.flatnonzero(chosen).astype(np.int32))
         left &= ~chosen
-        if np.count_nonzero(left) < _ASKS * np.count_nonzero(scored):
+        if np.count_nonzero(left) < _CANDIDATES * np.count_nonzero(scored):
             left = scored.copy()
-    return found
+    return held_out
 
 
 def random_numbers(points: Floats, pairs: Ints, seed: int) -> Floats:
-    """(n,) numbers from 0 to 1, made as those of `held_out_vertices` of the (e, 2) edges, and of the distances from the middle.
+    """(n,) random numbers from 0 to 1, from the lengths of the (e, 2) edges at a vertex and its distance from the centroid.
 
-    The distances tell vertices of a regular mesh apart.
+    The distance distinguishes the vertices of a regular mesh, whose edges are equally long.
     """
     distances = np.linalg.norm(points - points.mean(axis=0), axis=1) / mean_edge_length(points, pairs)
-    multiple, other = (of + step * seed for of, step in zip(_MULTIPLES, _STEPS, strict=True))
-    return np.asarray((_lengths_around(points, pairs) * multiple + distances * other) % 1.0)
+    of_lengths, of_distances = (multiple + step * seed for multiple, step in zip(_MULTIPLES, _STEPS, strict=True))
+    return np.asarray((_lengths_around(points, pairs) * of_lengths + distances * of_distances) % 1.0)
 
 
 def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:
-    """(n,) 1 or -1 at every vertex, by `random_numbers`: noise with a standard deviation of 1."""
+    """(n,) random signs, 1 or -1, from `random_numbers`: noise with a standard deviation of 1."""
     return np.where(random_numbers(points, pairs, seed) < 0.5, -1.0, 1.0)
 
 
 def _lengths_around(points: Floats, pairs: Ints) -> Floats:
-    """(n,) the sums of the lengths of the edges at a vertex, in mean lengths."""
+    """(n,) the sum of the edge lengths at each vertex, in mean edge lengths."""
     lengths = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) / mean_edge_length(points, pairs)
     return np.asarray(np.bincount(pairs.ravel(), np.repeat(lengths, 2), minlength=len(points)), dtype=np.float64)
 
 
 def without(points: Floats, rings: OneRings, held: Ints) -> Floats:
-    """(n, 3) the points, each held-out vertex at the mean of its neighbours that are not held out: it has no part in it.
+    """(n, 3) the points, with each held-out vertex at the mean of its neighbours that are not held out.
 
-    One that has no such neighbour stays.
+    A vertex without such neighbours stays.
     """
     hidden = np.zeros(len(points), dtype=np.bool_)
     hidden[held] = True
@@ -77,36 +78,36 @@ def without(points: Floats, rings: OneRings, held: Ints) -> Floats:
     return result
 
 
-def means_of_others(points: Floats, rings: OneRings, which: Ints, hidden: Bools) -> Floats:
-    """(k, 3) for some vertices the means of those neighbours that are not hidden; of none, the vertex itself."""
-    counts = np.diff(rings.offsets)[which]
-    # The places of the neighbours of all of them, one after the other.
+def means_of_others(points: Floats, rings: OneRings, vertices: Ints, hidden: Bools) -> Floats:
+    """(k, 3) for k vertices the mean of the neighbours that are not hidden; without such neighbours the vertex itself."""
+    counts = np.diff(rings.offsets)[vertices]
+    # Indices into rings.neighbours, vertex after vertex.
     starts = np.cumsum(counts) - counts
-    places = np.arange(counts.sum()) + np.repeat(rings.offsets[which] - starts, counts)
-    owners, near = np.repeat(np.arange(len(which)), counts), rings.neighbours[places]
-    seen = ~hidden[near]
-    owners, near = owners[seen], near[seen]
-    number = np.bincount(owners, minlength=len(which))
-    sums = np.column_stack([np.bincount(owners, points[near, axis], len(which)) for axis in range(3)])
-    return np.where(number[:, None] > 0, sums / np.maximum(number, 1)[:, None], points[which])
+    places = np.arange(counts.sum()) + np.repeat(rings.offsets[vertices] - starts, counts)
+    owners, near = np.repeat(np.arange(len(vertices)), counts), rings.neighbours[places]
+    visible = ~hidden[near]
+    owners, near = owners[visible], near[visible]
+    degrees = np.bincount(owners, minlength=len(vertices))
+    sums = np.column_stack([np.bincount(owners, points[near, axis], len(vertices)) for axis in range(3)])
+    return np.where(degrees[:, None] > 0, sums / np.maximum(degrees, 1)[:, None], points[vertices])
 
 
-def heights_of_means(points: Floats, rings: OneRings, normals: Floats, which: Ints) -> Floats:
-    """(k,) how far along their normals the means of their neighbours are from some vertices."""
-    ways = means_of_others(points, rings, which, np.zeros(len(points), dtype=np.bool_)) - points[which]
-    return np.asarray(np.einsum("ij,ij->i", ways, normals[which]))
+def heights_of_means(points: Floats, rings: OneRings, normals: Floats, vertices: Ints) -> Floats:
+    """(k,) for k vertices the height of the mean of the neighbours along the vertex normal."""
+    offsets = means_of_others(points, rings, vertices, np.zeros(len(points), dtype=np.bool_)) - points[vertices]
+    return np.asarray(np.einsum("ij,ij->i", offsets, normals[vertices]))
 
 
-def with_neighbours(which: Bools, pairs: Ints) -> Bools:
-    """(n,) some vertices and those that (e, 2) edges join to them."""
+def with_neighbours(marked: Bools, pairs: Ints) -> Bools:
+    """(n,) the marked vertices and their neighbours along the (e, 2) edges."""
     a, b = pairs.T
-    reached = which.copy()
-    reached[b[which[a]]] = reached[a[which[b]]] = True
+    reached = marked.copy()
+    reached[b[marked[a]]] = reached[a[marked[b]]] = True
     return reached
 
 
 def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
-    """(n,) the vertices of the faces that more than that many edges separate from the border: their surroundings are whole."""
+    """(n,) the vertices of faces that are more than `rings` edges from the border: they have so many complete rings."""
     pairs = edges(faces)
     near = border_vertices(faces, n_vertices)
     for _ in range(rings):
@@ -117,16 +118,18 @@ def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
 
 
 def local_means(values: Floats, counted: Bools, pairs: Ints, *, times: int) -> Floats:
-    """(n,) the means of the values around, added up over the one-rings so many times; what is not counted has no part in them.
+    """(n,) means of the counted values over neighbourhoods of `times` rings.
+
+    Sums over one-rings are repeated, so that near values weigh more.
 
     Args:
         values: (n,) numbers.
-        counted: (n,) which of them count.
+        counted: (n,) the values that count.
         pairs: (e, 2) the edges.
-        times: how often; the neighbourhoods are as many rings wide.
+        times: the number of repetitions, and of rings.
 
     Returns:
-        The means; 0 where nothing around counts.
+        The means; 0 where no value of the neighbourhood counts.
     """
     sums, weights = np.where(counted, values, 0.0), counted.astype(np.float64)
     a, b = pairs.T

@@ -10,9 +10,9 @@ from ..mesh import Floats, Ints
 from ..topology import face_adjacency
 from .measures import cross_product
 
-#: The columns of the table of `measure_faces`: the unit normal, the area, the centre; the last is not used.
+#: The columns of the table of `measure_faces`: the unit normal, the area, the centre; the eighth is unused.
 NORMAL, AREA, CENTRE = slice(0, 3), 3, slice(4, 7)
-#: faces of which a table is made at a time
+#: faces per block
 _BLOCK = 1 << 16
 
 
@@ -42,7 +42,7 @@ def face_areas(vertices: Floats, faces: Ints) -> Floats:
 
 
 def _measured(vertices: Floats, faces: Ints, columns: slice | int, values: Floats) -> Floats:
-    """Some columns of `measure_faces`, in blocks that stay in the cache: the whole table is three times as large as normals."""
+    """Columns of `measure_faces`, block by block: the table of all faces would not fit into the cache."""
     for start in range(0, len(faces), _BLOCK):
         part = slice(start, start + _BLOCK)
         values[part] = measure_faces(vertices, faces[part])[:, columns]
@@ -50,14 +50,14 @@ def _measured(vertices: Floats, faces: Ints, columns: slice | int, values: Float
 
 
 def normal_differences(vertices: Floats, faces: Ints) -> Floats:
-    """(k,) |n_f - n_g| of the unit normals of the adjacent faces f, g: 0 of flush ones, 2 of a fold."""
+    """(k,) |n_f - n_g| of the unit normals of adjacent faces f, g: 0 if they are coplanar, 2 for a fold."""
     pairs, _ = face_adjacency(faces)
     sides = face_normals(vertices, faces)[pairs]
     return np.asarray(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1))
 
 
 def cross_products(vertices: Floats, faces: Ints) -> Floats:
-    """(m, 3) (b - a) x (c - a) of the faces (a, b, c): normal to them, and twice their area long."""
+    """(m, 3) (b - a) x (c - a) of the faces (a, b, c): normals twice as long as the area."""
     crosses = np.empty((len(faces), 3))
     _fill_crosses(np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.int32), crosses)
     return crosses
@@ -70,7 +70,7 @@ def _fill_crosses(points: Floats, faces: Ints, crosses: Floats) -> None:
 
 
 def seen_from_one_side(vertices: Floats, faces: Ints) -> float:
-    """|sum A n| / sum A over the faces of area A and normal n: 1 of a plane, 0 of any closed surface and of one without area."""
+    """|sum A n| / sum A over the faces of area A and normal n: 1 for a plane, 0 for a closed surface or no area."""
     crosses = cross_products(vertices, faces)
     total = float(np.linalg.norm(crosses, axis=1).sum())
     return float(np.linalg.norm(crosses.sum(axis=0))) / total if total > 0.0 else 0.0
@@ -78,11 +78,11 @@ def seen_from_one_side(vertices: Floats, faces: Ints) -> float:
 
 @compiled(nogil=True)
 def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
-    """How many faces look more than a right angle away from where they did.
+    """The number of faces whose normals have turned by more than a right angle.
 
     Args:
         before: (n, 3) coordinates of ordinary size.
-        after: (n, 3) those of the same vertices later.
+        after: (n, 3) the new coordinates of the same vertices.
         faces: (m, 3) triangles.
     """
     count = 0
@@ -111,7 +111,7 @@ def _measure(vertices: Floats, faces: Ints, table: Floats, first: int, last: int
 
 
 def vertex_normals_by_area(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) the unit normals of the vertices, means of those of their faces by area; 0 where there is no face.
+    """(n, 3) unit normals of the vertices: area-weighted means of the face normals; 0 for vertices without a face.
 
     Args:
         points: (n, 3) coordinates of ordinary size.
@@ -124,7 +124,7 @@ def vertex_normals_by_area(points: Floats, faces: Ints) -> Floats:
 
 
 def vertex_normals_by_angle(vertices: Floats, faces: Ints) -> Floats:
-    """(n, 3) the unit normals of the vertices, means of those of their faces by the angle there [thurmer1998]; 0 without faces.
+    """(n, 3) unit normals of the vertices: angle-weighted means of the face normals [thurmer1998]; 0 without a face.
 
     Args:
         vertices: (n, 3) coordinates.

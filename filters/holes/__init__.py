@@ -1,4 +1,4 @@
-"""Closing holes: their rims are triangulated, the triangles refined to the density of the rim, the new vertices faired.
+"""Hole filling: triangulates the rim, refines the triangles to its density and fairs the new vertices.
 
 The rim of a hole is its boundary loop.
 """

@@ -1,7 +1,7 @@
-"""What a surface is, in numbers: its size, its topology, how rough it is and how well shaped its triangles are.
+"""Measures of a surface: size, topology, roughness and the quality of its triangles.
 
-Everything is linear in the mesh but for the sorting of edges at a vertex, and is computed about the middle of the mesh, so that
-one far from the origin (UTM, ECEF) loses no digits that its coordinates have.
+The time is linear in the size of the mesh, except for sorting the edges at each vertex. Coordinates are taken relative to the
+middle of the mesh, so that meshes far from the origin (UTM, ECEF) lose no precision.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .connectivity import Connectivity, connectivity
 from .face_measures import dihedral_angles, face_measures
 from .folded_faces import looking_away
 
-#: Products are taken of so many faces at a time, so that what they are taken of stays in the cache.
+#: faces per block, whose coordinates and normals fit into the cache
 _BLOCK = 1 << 16
 
 
@@ -29,24 +29,25 @@ class SurfaceMeasures:
 
     A measure is None where it is not defined: the volume of a mesh with a border, the edges of a point cloud. A face that names
     a vertex twice counts in `faces` and `degenerate_faces` and nowhere else. Edges of polylines are measured in meshes without
-    faces; beside faces they are references alone.
+    faces; in others they only count as references to their vertices.
 
     Attributes:
         vertices: all of them.
         faces: all of them.
-        edges: pairs of vertices that a face joins, or in a mesh without faces an edge of a polyline, each once.
+        edges: edges of the faces, or in a mesh without faces of the polylines, each once.
         unreferenced_vertices: vertices that no face and no edge uses.
         degenerate_faces: faces of no area: a vertex named twice, coincident vertices, three vertices on a line. They are left
             out of `roughness` and count as 0 in `triangle_quality`.
-        folded_faces: faces that look away from those at their vertices, see `pymeshfair.filters.inspection.folded_faces`.
+        folded_faces: faces whose normals point away from the normals at their vertices, see
+            `pymeshfair.filters.inspection.folded_faces`.
         border_edges: edges with exactly one face.
         non_manifold_edges: edges with more than two faces.
         non_manifold_vertices: vertices of a non-manifold edge, and those whose faces form more than one fan, such as the tip
             where two cones touch.
-        components: parts that no face connects, or in a mesh without faces no edge; vertices without a face or edge are none.
+        components: connected components of the faces, or in a mesh without faces of the edges; isolated vertices are not counted.
         closed: there are faces and every edge has two.
-        oriented: at every edge with two faces they run along it in opposite directions, so that they agree on the outside.
-        euler_characteristic: vertices of those edges - edges + faces.
+        oriented: the two faces of an inner edge traverse it in opposite directions, so that they agree on the outside.
+        euler_characteristic: vertices with an edge - edges + faces.
         genus: the number of handles, all components together: components - euler_characteristic / 2. Only for closed, oriented
             meshes without non-manifold vertices.
         diagonal: of the bounding box of all vertices.
@@ -54,12 +55,12 @@ class SurfaceMeasures:
         volume: sum of det(a, b, c) / 6 over the faces, positive if they are counter-clockwise seen from outside. Only for closed,
             oriented meshes.
         mean_edge: the mean length of the edges.
-        roughness: the mean angle between the normals of two faces that share an edge: 0 for a plane, larger is rougher. Which
-            way the faces are oriented does not matter.
+        roughness: the mean angle between the normals of two faces that share an edge: 0 for a plane, larger is rougher. The
+            orientation of the faces does not matter.
         triangle_quality: the mean of l / (sqrt(3) R) over the faces, l the shortest edge and R the circumradius: 1 if all are
             equilateral, towards 0 for slivers.
-        mean_spacing: the mean distance from a point to its nearest neighbour; only for two points or more and neither face nor
-            edge.
+        mean_spacing: the mean distance from a point to its nearest neighbour; only for meshes of two points or more
+            without faces and edges.
     """
 
     vertices: int
@@ -86,13 +87,13 @@ class SurfaceMeasures:
 
 
 def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = ()) -> SurfaceMeasures:
-    """Measure a triangle mesh, or if there are no faces polylines, or a point cloud.
+    """Measure a triangle mesh, polylines (no faces) or a point cloud (no faces and no edges).
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) indices of vertices.
-        edges: (e, 2) indices of vertices, the edges of polylines. One from a vertex to itself makes that vertex a used one and
-            counts for nothing else.
+        edges: (e, 2) indices of vertices, the edges of polylines. An edge from a vertex to itself only makes that vertex
+            a referenced one.
 
     Raises:
         FilterInputError: a coordinate that is not finite, or an index that names no vertex.
@@ -101,15 +102,15 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike 
 
 
 def measures_and_connectivity(
-    vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = (), known: Connectivity | None = None
+    vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = (), former: Connectivity | None = None
 ) -> tuple[SurfaceMeasures, Connectivity]:
-    """As `surface_measures`, and how the mesh is connected, which takes half of the time.
+    """The measures of `surface_measures`, and the connectivity, which takes half of the time.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) indices of vertices.
         edges: (e, 2) indices of vertices.
-        known: how another mesh is connected, such as this one before its vertices moved; taken over if it is the same.
+        former: the connectivity of another mesh, such as this one before its vertices moved; reused if faces and edges are equal.
 
     Raises:
         FilterInputError: a coordinate that is not finite, or an index that names no vertex.
@@ -123,33 +124,34 @@ def measures_and_connectivity(
     if len(mesh) < n_vertices:
         points = np.zeros((n_vertices, 3))
         points[mesh.used] = mesh.points
-    if known is None or not known.is_of(n_vertices, triangles, segments):
-        known = connectivity(n_vertices, triangles, segments)
+    topology = former
+    if topology is None or not topology.is_of(n_vertices, triangles, segments):
+        topology = connectivity(n_vertices, triangles, segments)
 
-    mean_edge = _mean(edge_lengths(points, known.pairs))
-    normals, doubled, quality = face_measures(points, known.proper)
+    mean_edge = _mean(edge_lengths(points, topology.pairs))
+    normals, doubled, quality = face_measures(points, topology.proper)
     area, degenerate, shape = float(doubled.sum()) / 2, n_faces - int((doubled > 0).sum()), float(quality.sum())
-    del doubled, quality  # a scan of millions of vertices is to fit into little memory
-    closed, oriented = known.closed, known.oriented
-    roughness = _roughness(dihedral_angles(normals, known.neighbours, known.agree))
+    del doubled, quality  # lowers the peak memory for scans of millions of vertices
+    closed, oriented = topology.closed, topology.oriented
+    roughness = _roughness(dihedral_angles(normals, topology.neighbours, topology.agree))
     measures = SurfaceMeasures(
         vertices=n_vertices,
         faces=n_faces,
-        edges=len(known.pairs),
-        unreferenced_vertices=known.unreferenced,
+        edges=len(topology.pairs),
+        unreferenced_vertices=topology.unreferenced,
         degenerate_faces=degenerate,
-        folded_faces=int(looking_away(normals, known.proper, n_vertices).sum()),
-        border_edges=known.border,
-        non_manifold_edges=known.crowded,
-        non_manifold_vertices=known.pinched,
-        components=known.components,
+        folded_faces=int(looking_away(normals, topology.proper, n_vertices).sum()),
+        border_edges=topology.border,
+        non_manifold_edges=topology.crowded,
+        non_manifold_vertices=topology.pinched,
+        components=topology.components,
         closed=closed,
         oriented=oriented,
-        euler_characteristic=known.euler,
-        genus=known.components - known.euler // 2 if closed and oriented and not known.pinched else None,
+        euler_characteristic=topology.euler,
+        genus=topology.components - topology.euler // 2 if closed and oriented and not topology.pinched else None,
         diagonal=diagonal,
         area=area * unit * unit,
-        volume=_volume(points, known.proper, normals) * unit * unit * unit if closed and oriented else None,
+        volume=_volume(points, topology.proper, normals) * unit * unit * unit if closed and oriented else None,
         mean_edge=None if mean_edge is None else mean_edge * unit,
         roughness=roughness,
         triangle_quality=shape / n_faces if n_faces else None,
@@ -157,7 +159,7 @@ def measures_and_connectivity(
         if n_faces == len(segments) == 0 and n_vertices > 1
         else None,
     )
-    return measures, known
+    return measures, topology
 
 
 def box_diagonal(points: Floats) -> float:

@@ -1,11 +1,11 @@
 """Transfer functions: the factor by which a filter multiplies each frequency of a surface.
 
 The frequency of a mode v with S v = kappa M v is omega = sqrt(kappa), in radians per unit length; its wavelength is 2 pi / omega.
-All responses are made of one profile, F(omega) = exp(-ln 2 (omega / omega_c)^(2 n)): the diffusion of order n for the time that
-halves omega_c. It is as flat at 0 as the rational 1 / (1 + (omega / omega_c)^(2 n)) and as easy to approximate by polynomials,
-but falls faster: at n = 2 it is below 1e-6 beyond 2.11 omega_c, where the rational one is still 5 %. So few eigenvectors are
-enough for it. The default n = 2 is the lowest order that is flatter at omega = 0 than the omega^2 of ordinary diffusion; higher
-orders are nearer to a brick wall, with its ringing, and cost more.
+All responses are made of one profile, F(omega) = exp(-ln 2 (omega / omega_c)^(2 n)): diffusion of order n, for the time that
+halves the amplitude at omega_c. It is as flat at 0 as the rational 1 / (1 + (omega / omega_c)^(2 n)) and as easy to approximate
+by polynomials, but falls faster: at n = 2 it is below 1e-6 beyond 2.11 omega_c, where the rational one is still 5 %. It therefore
+needs few eigenvectors. The default n = 2 is the lowest order that is flatter at omega = 0 than the omega^2 of ordinary diffusion;
+higher orders are nearer to a brick wall, with its ringing, and cost more.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ class Response:
     """F(omega), smooth on omega > 0, with a limit at infinity.
 
     Attributes:
-        name: which kind.
+        name: one of `RESPONSE_NAMES`.
         cutoffs: the frequencies omega_c at which its parts pass one half, ascending, in radians per unit length.
         order: n of the profile.
         weights: of the profiles at the cutoffs: F(omega) = infinity + sum_i weights_i exp(-ln 2 (omega / cutoffs_i)^(2 n)).
         infinity: the limit of F for short waves.
-        constant: the factor of the mean of a component; 1 keeps the surface in its place, also if F tends to another number
+        constant: the factor of the mean of a component; 1 keeps the surface in its place, even if F has another limit
             for long waves.
     """
 
@@ -84,8 +84,8 @@ def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
 def band_pass(detail_size: float, largest_size: float, *, gain: float = 1.0, order: int = DEFAULT_ORDER) -> Response:
     """Keeps only waves between two lengths, about the centroid of each component: a difference of two low passes.
 
-    At both ends the amplitude is half of `gain`, to a share of 2^-((largest_size / detail_size)^(2 n)) at the short end and
-    1 - 2^-((detail_size / largest_size)^(2 n)) at the long one: 4 % for an octave and n = 2.
+    At both ends the amplitude is half of `gain`. The error, as a share of `gain`, is 2^-((largest_size / detail_size)^(2 n)) at
+    the short end and 1 - 2^-((detail_size / largest_size)^(2 n)) at the long one: 4 % for an octave and n = 2.
 
     Args:
         detail_size: the shortest wavelength that stays, in mesh units.
@@ -117,7 +117,7 @@ RESPONSES: dict[ResponseName, Callable[..., Response]] = {"low_pass": low_pass, 
 
 
 def cutoff_frequency(name: str, wavelength: float) -> float:
-    """2 pi / wavelength, in radians per unit length, of the parameter of that name."""
+    """2 pi / wavelength, in radians per unit length; errors name the parameter `name`."""
     return 2.0 * math.pi / check_positive(name, wavelength, note=": it is a wavelength in mesh units")
 
 

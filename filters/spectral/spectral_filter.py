@@ -1,4 +1,4 @@
-"""Spectral filtering of a surface, with its modes or without them."""
+"""Spectral filter of a surface: by eigenvectors, or by a function of the Laplacian without them."""
 
 import math
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from .responses import DEFAULT_ORDER, RESPONSE_NAMES, RESPONSES, Response, Respo
 
 SpectralMethod: TypeAlias = Literal["auto", "eigenvectors", "polynomial"]
 SPECTRAL_METHODS: tuple[SpectralMethod, ...] = get_args(SpectralMethod)
-#: The longest wave of a band where none is given, in detail sizes: two octaves.
+#: Default of a band's longest wave, in detail sizes: two octaves.
 BAND = 4.0
 #: The largest size of a basis, in numbers: 0.8 GB.
 LARGEST_BASIS = 100_000_000
@@ -34,8 +34,8 @@ class SpectralResult:
         vertices: (n, 3) the new coordinates.
         route: what ran: "eigenvectors", "polynomial", "rational", or "none" where there was nothing to filter.
         explanation: a sentence about the route and why it was taken.
-        error: a bound of the root mean square distance, over the surface, to what the response would give if it were computed
-            exactly, in mesh units. That of the modes themselves, about 1e-9 of the size, is not counted.
+        error: a bound of the root mean square distance, over the surface, to the result of an exact computation, in mesh
+            units. The error of the modes themselves, about 1e-9 of the size, is not included.
         detail_size: the wavelength at which the response cuts off, in mesh units; infinity where no mode has one.
         modes: how many modes were computed, 0 for none; those that are constant on a component are not counted.
         degree: of the polynomial or rational function, 0 for modes.
@@ -68,9 +68,9 @@ def spectral_filter(
 ) -> SpectralResult:
     """Multiplies every frequency of the coordinates by F(omega): p' = V F(sqrt(kappa)) V^T M p [vallet2008].
 
-    V are the modes of the Laplace-Beltrami operator, S v = kappa M v, and 2 pi / sqrt(kappa) their wavelengths. Components have
-    modes of their own, so they are filtered one by one; their centroids stay. Borders are natural, as if nothing were beyond
-    them: no vertex there is held, and a border gets as smooth as the surface.
+    V are the modes of the Laplace-Beltrami operator, S v = kappa M v, and 2 pi / sqrt(kappa) their wavelengths. Every component
+    has its own modes and is filtered separately; its centroid stays. Borders have natural (Neumann) conditions: their vertices
+    move like others, and a border becomes as smooth as the surface.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -80,24 +80,24 @@ def spectral_filter(
         detail_size: the wavelength, in mesh units, at which a low pass halves the amplitude, or the shortest of a band. Larger is
             smoother, and enhances larger details.
         largest_size: the longest wave of a band, in mesh units; None for four times the shortest. Not used by "low_pass".
-        modes: in place of `detail_size`, a number of modes over all components: a brick wall after the last of them. Those that
-            are constant on a component, which hold its centroid, are kept and not counted. Fewer are smoother; small components
-            have no mode among the lowest and shrink to their centroid. Without eigenvectors, the smooth response for the
-            wavelength that Weyl's law, kappa = 4 pi (modes + 1) / area, gives this mode.
-        gain: of the band, None for 2 with "enhance" and 1 with "band_pass". Larger exaggerates, below 1 attenuates.
+        modes: in place of `detail_size`: the lowest modes of all components together are kept, all others dropped (brick wall).
+            Modes that are constant on a component hold its centroid; they are kept and not counted. Fewer are smoother; a small
+            component without a mode among the lowest shrinks to its centroid. Without eigenvectors: the smooth response with the
+            wavelength of the last mode by Weyl's law, kappa = 4 pi (modes + 1) / area.
+        gain: the factor of the band; None for 2 with "enhance" and 1 with "band_pass". Larger exaggerates, below 1 attenuates.
         order: of the smooth responses, see `low_pass`. Larger cuts off more sharply.
         method: "eigenvectors" computes modes, "polynomial" does without them, by a rational function where a polynomial
             would take more than 1,000 products. "auto" computes modes only where their number is given and they fit into 0.8 GB.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
-        tolerance: of the error, as a share of the root mean square distance of the surface from the centroids. Smaller takes
-            longer.
-        movable: (n,) bool, which vertices may move, None for all. All vertices are filtered, and the others then put back, so
-            that a step may be left where they meet.
+        tolerance: bound of the error, as a share of the root mean square distance of the surface from the centroids. Smaller
+            takes longer.
+        movable: (n,) bool, the vertices that may move; None for all. All vertices are filtered and the fixed ones then restored,
+            which may leave a step between them.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        The coordinates and how they were computed. Vertices that do not move keep every bit: those that no face with area uses,
-        and those not `movable`. Deterministic to the bit.
+        The coordinates and how they were computed. Vertices that are not `movable` or have no face with area keep their
+        coordinates exactly. Deterministic to the bit.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, a point cloud.
@@ -117,7 +117,7 @@ def spectral_filter(
     if detail_size is not None:  # before any work, and also where there is nothing to filter
         _response(response, detail_size, largest_size, gain, order)
     if len(triangles) == 0 and len(points):
-        raise FilterInputError("the mesh has no triangles: a spectral filter is one of surfaces; triangulate a point cloud first")
+        raise FilterInputError("the mesh has no triangles: spectral filters need a surface; triangulate a point cloud first")
     if len(points) == 0 or not (mesh.movable_vertices is None or mesh.movable_vertices.any()):
         return _untouched(points, "no vertex may move")
     problem = spectral_problem(mesh.points, mesh.cells, operator=operator)
@@ -125,19 +125,19 @@ def spectral_filter(
         return _untouched(points, "no triangle has an area")
     scale = mesh.scale
 
-    def wanted(size: float) -> Response:
+    def transfer(size: float) -> Response:
         return _response(response, size, None if largest_size is None else largest_size * scale, gain, order)
 
     size = None if detail_size is None else detail_size * scale
     centred, centroids = about_centroids(mesh.points[problem.vertices], problem)
     if method == "eigenvectors" or (method == "auto" and modes is not None and basis_fits(problem, modes)):
         if modes is not None:
-            by_modes = brick_wall(problem, centred, int(modes), None if response == "low_pass" else wanted, progress=progress)
+            by_modes = brick_wall(problem, centred, int(modes), None if response == "low_pass" else transfer, progress=progress)
             size = 2.0 * math.pi / by_modes.last_frequency if by_modes.last_frequency > 0.0 else math.inf
             how = f"a brick wall after {by_modes.modes} modes, the last of wavelength {size / scale:.4g}, by eigenvectors"
         else:
             assert size is not None
-            by_modes = filter_by_modes(problem, centred, wanted(size), tolerance=tolerance, progress=progress)
+            by_modes = filter_by_modes(problem, centred, transfer(size), tolerance=tolerance, progress=progress)
             how = f"a smooth response that cuts off at waves of {detail_size:.4g}, by the {by_modes.modes} modes that it reaches"
         filtered, error, route, computed, degree = by_modes.values, by_modes.error, "eigenvectors", by_modes.modes, 0
     else:
@@ -146,7 +146,7 @@ def spectral_filter(
             size = math.sqrt(math.pi * float(problem.mass.sum()) / (modes + 1))
             law = f"; {modes} modes reach this wavelength by Weyl's law"
         assert size is not None
-        free = filter_without_eigenvectors(problem, centred, wanted(size), tolerance=tolerance, progress=progress)
+        free = filter_without_eigenvectors(problem, centred, transfer(size), tolerance=tolerance, progress=progress)
         how = f"a smooth response that cuts off at waves of {size / scale:.4g}, without eigenvectors: {free.route}{law}"
         if free.route.share > 2.0 * tolerance:
             how += f"; the error may exceed the tolerance, {tolerance:.1g} of the root mean square"
@@ -187,7 +187,7 @@ class FilteredByModes(NamedTuple):
 
 
 def basis_fits(problem: SpectralProblem, count: int) -> bool:
-    """Whether so many modes fit into 0.8 GB."""
+    """Whether `count` modes fit into 0.8 GB."""
     return min(count, most_modes(problem)) * len(problem.mass) <= LARGEST_BASIS
 
 
@@ -205,7 +205,7 @@ def filter_by_modes(
         problem: of n rows.
         values: v, (n, 3), of mean 0 on every component.
         response: F.
-        tolerance: the most that F may differ from its limit at modes that are left out. Smaller takes more modes.
+        tolerance: bound of |F - F(infinity)| at the modes that are left out. Smaller takes more modes.
         progress: called with the share that is done; may raise to stop.
 
     Raises:
@@ -217,9 +217,9 @@ def filter_by_modes(
     estimate = math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + 10
     most = most_modes(problem)
     count = min(estimate, most)
-    not_back = rising(progress)
+    never_falling = rising(progress)
     while True:
-        omega, shapes = _modes(problem, count, not_back)
+        omega, shapes = _modes(problem, count, never_falling)
         if count == most or omega[-1] >= last:
             break
         count = min(count + count // 3 + 10, most)
@@ -242,8 +242,8 @@ def brick_wall(
         problem: of n rows.
         values: (n, 3), of mean 0 on every component.
         count: how many modes, from 1, without those that are constant on a component; if there are fewer, all.
-        response: None keeps these modes and drops the rest. Otherwise a band pass or enhancement, given the wavelength of the
-            last mode: modes from the longest wave of the band on get its gain, and all others the limit of the response.
+        response: None keeps these modes and drops the rest. Otherwise the band pass or enhancement for the wavelength of the
+            last mode: modes from the longest wave of the band on get its gain, all others the limit of the response.
         progress: called with the share that is done; may raise to stop.
 
     Raises:
@@ -263,11 +263,11 @@ def brick_wall(
 
 
 def _modes(problem: SpectralProblem, count: int, progress: Progress) -> tuple[Floats, Floats]:
-    """The frequencies and modes, without the modes that are constant on a component, to which the values are orthogonal."""
+    """The frequencies and modes, without the modes that are constant on a component: values of mean 0 have no share in them."""
     if not basis_fits(problem, count):
         raise FilterInputError(
             f"{count} modes of {len(problem.mass)} vertices take {8e-9 * count * len(problem.mass):.1f} GB: take the method "
-            "'polynomial', which needs none, a larger detail_size or fewer modes"
+            "'polynomial', a larger detail_size or fewer modes"
         )
     kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=progress)
     return np.sqrt(np.maximum(kappa, 0.0)), shapes

@@ -13,12 +13,12 @@ from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName
 
 from ..moving_vertices import MOVES_VERTICES, Border, Iterations, Selected, movable_vertices, squared_mean_edge
 
-#: operators whose L has the unit 1 / length^2, so that a step of theirs is a squared length
+#: operators whose L has the unit 1 / length^2, so that their step is a squared length
 DIMENSIONAL_OPERATORS = ("scale_dependent", "laplace_beltrami", "robust")
 
 
 def laplacian_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
-    """MeshLab's own filter, whose rule is one of ours; its cotangents have 32 bits and are not the same."""
+    """MeshLab's Laplacian Smooth where it does the same: not with cotangents, which MeshLab computes with 32 bits."""
     if (values["update"], values["operator"]) != ("meshlab", "uniform") or values["border"] == "fixed" or values["selected"]:
         return None
     own = {"stepsmoothnum": values["iterations"], "boundary": values["border"] == "along", "cotangentweight": False}

@@ -1,6 +1,6 @@
-"""Finds filters: pymeshfair's own and third parties' by the same entry points, MeshLab's from the table of facts about them.
+"""Finds filters: pymeshfair's and third parties' by entry points, MeshLab's in the table of facts.
 
-A plugin that cannot be loaded is described, and stops no other.
+A plugin that cannot be loaded is recorded; all others still work.
 """
 
 from __future__ import annotations
@@ -23,6 +23,17 @@ from .meshlab.facts import meshlab_filters
 
 #: Packages add filters under this entry-point group; the value names a module whose `Filter` objects are taken.
 ENTRY_POINT_GROUP = "pymeshfair.plugins"
+_LOG = logging.getLogger("pymeshfair")
+
+__all__ = [
+    "ENTRY_POINT_GROUP",
+    "BrokenPlugin",
+    "all_filters",
+    "broken_plugins",
+    "custom_filters",
+    "find_filter",
+    "reload_plugins",
+]
 
 
 @dataclass(frozen=True)
@@ -35,7 +46,7 @@ class BrokenPlugin:
         reason: one sentence.
         details: the traceback, or an empty string.
         names: of a filter that was refused, its Python name and its name in menus; empty if the whole plugin failed.
-        source: the text of the module of a plugin that failed, as far as it can be read.
+        source: the text of the module of a plugin that failed, if it can be read.
     """
 
     distribution: str
@@ -75,10 +86,10 @@ class Plugin:
 
 
 def load_plugins(broken: list[BrokenPlugin]) -> list[Plugin]:
-    """The plugins by their packages' names, ours first so that no other package can take a name of ours.
+    """The plugins, sorted by package; pymeshfair's come first, so that no other package can take their names.
 
     Args:
-        broken: what could not be loaded is added here.
+        broken: plugins that could not be loaded are appended.
     """
     loaded = []
     for distribution, entry in _entry_points(broken):
@@ -98,11 +109,11 @@ def load_plugins(broken: list[BrokenPlugin]) -> list[Plugin]:
 
 def _declared(loaded: object) -> tuple[Filter, ...]:
     declared = [loaded] if isinstance(loaded, Filter) else [f for f in vars(loaded).values() if isinstance(f, Filter)]
-    return tuple({id(f): f for f in declared}.values())  # each once, whatever names it has in its module
+    return tuple({id(f): f for f in declared}.values())  # each once, even if its module binds it to several names
 
 
 def _source(module: str) -> str:
-    """The text of a module that failed to load, without running it; empty if it cannot be had."""
+    """The text of a module that failed to load, which is not run; empty if it cannot be read."""
     try:
         spec = importlib.util.find_spec(module)
         return "" if spec is None or spec.origin is None else Path(spec.origin).read_text("utf-8")
@@ -111,10 +122,10 @@ def _source(module: str) -> str:
 
 
 def _name(distribution: importlib.metadata.Distribution) -> str | None:
-    """The name of a package; None if it has no metadata or they name none."""
+    """The name of a package; None if it has no metadata or no name there."""
     try:
         metadata = distribution.metadata
-    except FileNotFoundError:  # so says the library importlib_metadata, once something has imported it
+    except FileNotFoundError:  # raised by the library importlib_metadata, once something has imported it
         return None
     return metadata["Name"] if "Name" in metadata else None  # noqa: SIM401 - it promises no get() before 3.12
 
@@ -122,7 +133,7 @@ def _name(distribution: importlib.metadata.Distribution) -> str | None:
 def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metadata.EntryPoint]]:
     by_name: dict[str, list[importlib.metadata.EntryPoint]] = {}
     for distribution in importlib.metadata.distributions():
-        # Each package's metadata apart: importlib's own entry_points() fails as a whole on one broken package.
+        # Package by package: importlib's own entry_points() fails completely on one broken package.
         place = str(getattr(distribution, "_path", "?"))
         try:
             text = distribution.read_text("entry_points.txt")
@@ -137,19 +148,6 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
             reason = f"{type(error).__name__}: {error}"
             broken.append(BrokenPlugin(place, "entry_points.txt", reason, traceback.format_exc()))
     return [(name, entry) for name in sorted(by_name, key=lambda n: (n != "pymeshfair", n)) for entry in by_name[name]]
-
-
-__all__ = [
-    "ENTRY_POINT_GROUP",
-    "BrokenPlugin",
-    "all_filters",
-    "broken_plugins",
-    "custom_filters",
-    "find_filter",
-    "reload_plugins",
-]
-
-_LOG = logging.getLogger("pymeshfair")
 
 
 @dataclass(frozen=True)
@@ -179,18 +177,18 @@ def broken_plugins() -> tuple[BrokenPlugin, ...]:
 
 
 def is_known(name: str) -> bool:
-    """Whether there is a filter of that Python name or GUI name; takes no time over one that there is not."""
+    """Whether there is a filter of that Python name or GUI name; unlike `find_filter` it looks for no similar names."""
     return name in _load().by_any_name
 
 
 def find_filter(name: str) -> Filter:
     """The filter of that Python name or GUI name.
 
-    If a plugin declares another filter of that name, which was refused, a warning says so once.
+    If another filter of that name was refused, a warning is logged once.
 
     Raises:
         UnknownNameError: there is none. If a plugin that may declare it cannot be used, message and attribute `cause` name the
-            plugin and what is wrong with it; else message and attribute `suggestion` give the nearest name of the same kind.
+            plugin and its error; else message and attribute `suggestion` give the nearest name of the same kind.
     """
     registry = _load()
     try:
@@ -211,13 +209,13 @@ def reload_plugins() -> None:
 
 
 def _unknown(name: str, registry: _Registry) -> UnknownNameError:
-    """Why there is no filter of that name."""
-    guilty = [broken for broken in registry.broken if broken.declares(name)]
-    if guilty:
-        why = "; ".join(map(str, guilty))
-        return UnknownNameError(f"filter {name!r} is not there: {why}", cause=why)
+    """The error for a name without a filter."""
+    suspects = [broken for broken in registry.broken if broken.declares(name)]
+    if suspects:
+        why = "; ".join(map(str, suspects))
+        return UnknownNameError(f"filter {name!r} is not available: {why}", cause=why)
     near = _nearest(name, registry.by_any_name)
-    hint = f"; did you mean {near!r}?" if near else "; `pymeshfair list filters` names them all"
+    hint = f"; did you mean {near!r}?" if near else "; `pymeshfair list filters` shows all"
     cause = "; ".join(str(broken) for broken in registry.broken if broken.details) or None
     also = f" ({cause})" if cause else ""
     return UnknownNameError(f"there is no filter {name!r}{hint}{also}", suggestion=near, cause=cause)
@@ -228,10 +226,10 @@ def _warn_once(text: str) -> None:
     _LOG.warning("%s", text)
 
 
-def _nearest(name: str, known: Iterable[str]) -> str | None:
-    """The nearest Python name to what looks like one, else the nearest GUI name; if there is none, the other way round."""
+def _nearest(name: str, names: Iterable[str]) -> str | None:
+    """The nearest name of the same kind, Python name or GUI name; without one, the nearest of the other kind."""
     kinds: dict[bool, list[str]] = {True: [], False: []}
-    for each in known:
+    for each in names:
         kinds[_looks_like_python(each)].append(each)
     kind = _looks_like_python(name)
     return nearest(name, kinds[kind]) or nearest(name, kinds[not kind])
@@ -242,7 +240,7 @@ def _looks_like_python(name: str) -> bool:
 
 
 def _by_any_name(filters: Iterable[Filter]) -> dict[str, Filter]:
-    return {name: known for known in filters for name in (known.python_name, known.name)}
+    return {name: declared for declared in filters for name in (declared.python_name, declared.name)}
 
 
 @functools.cache
@@ -266,12 +264,12 @@ def _load() -> _Registry:
     return _Registry({f.python_name: f for f in custom}, tuple(broken))
 
 
-def _why_unusable(found: Filter, taken: dict[str, Filter]) -> str | None:
-    if found.function is None:
+def _why_unusable(declared: Filter, taken: dict[str, Filter]) -> str | None:
+    if declared.function is None:
         return "has no function"
-    if not found.python_name.isidentifier() or iskeyword(found.python_name) or not found.name.strip():
-        return f"needs a Python name and a name for menus; they are {found.python_name!r} and {found.name!r}"
-    for name in (found.python_name, found.name):
+    if not declared.python_name.isidentifier() or iskeyword(declared.python_name) or not declared.name.strip():
+        return f"needs a Python name and a name for menus; they are {declared.python_name!r} and {declared.name!r}"
+    for name in (declared.python_name, declared.name):
         if name in taken:
             other = taken[name]
             return f"cannot be added: the name {name!r} is taken by {other.python_name!r} of {other.origin}"

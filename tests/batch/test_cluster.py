@@ -215,5 +215,5 @@ def test_a_lost_scheduler_is_one_sentence(tmp_path: Path, scheduler: Scheduler) 
     _, err = process.communicate(timeout=120)
     worker.wait(60)
     assert process.returncode == 1
-    assert "the scheduler does not answer any more; --resume goes on with what is not done" in err
+    assert "the scheduler does not answer any more; restart it, then continue with --resume" in err
     assert "Traceback" not in err

@@ -57,7 +57,7 @@ def test_a_mesh_set_names_filter_parameter_and_value(declared: Filter, parameter
             said = str(caught.value)
             assert said.startswith(f"{declared.python_name}: ")
             if isinstance(parameter, Percentage) and isinstance(value, float):
-                assert f"parameter {parameter.name!r} is a length, and {value} may mean three" in said
+                assert f"parameter {parameter.name!r} is a length, and {value} has no unit" in said
             elif not (isinstance(parameter, Percentage) and isinstance(value, str)):  # which says how to write a length
                 assert f"parameter {parameter.name!r} takes {parameter.describe_allowed()}, got " in said
                 assert said.endswith(repr(value)) or "; did you mean" in said or "single precision" in said

@@ -259,7 +259,7 @@ def test_parameters_are_checked(options: dict[str, Any], message: str) -> None:
 
 def test_a_point_cloud_is_refused() -> None:
     """A surface is needed; the message says what to do."""
-    with pytest.raises(FilterInputError, match="no triangles: a spectral filter is one of surfaces; triangulate"):
+    with pytest.raises(FilterInputError, match="no triangles: spectral filters need a surface; triangulate"):
         spectral_filter(icosphere(1)[0], np.empty((0, 3), dtype=np.int32), detail_size=1.0)
 
 

@@ -147,7 +147,7 @@ def test_a_bare_number_is_no_length() -> None:
     """Neither kind of filter takes a bare number for a length; the message says what to write."""
     meshes = ball()
     for name, parameter in (("apply_coord_implicit_fairing", "detail_size"), ("meshing_merge_close_vertices", "threshold")):
-        said = rf"^{name}: parameter '{parameter}' is a length, and 0.3 may mean three: write '0.3edge' for .* or '0.3' in quotes"
+        said = rf"^{name}: parameter '{parameter}' is a length, and 0.3 has no unit: write '0.3edge' for .* or '0.3' in quotes"
         with pytest.raises(FilterParameterError, match=said):
             meshes.apply_filter(name, **{parameter: 0.3})
 

@@ -113,7 +113,7 @@ def test_a_choice_keeps_its_number_where_its_word_was_wrong() -> None:
     param = f'<Param type="RichEnum" name="weightMode" value="1" enum_cardinality="4" {words}/>'
     found = upgraded(one_filter("Recompute Vertex Normals", param))
     assert found.script.steps[0].values == {"weightmode": "By Area"}
-    assert "what MeshLab called 'By Angle' did what it calls 'By Area' today" in str(found.changes[-1])
+    assert "the former choice 'By Angle' is called 'By Area' today" in str(found.changes[-1])
     assert not found.warnings
     new = (
         param.replace("By Angle", "x")
@@ -231,7 +231,7 @@ def test_a_value_without_a_type_stays_without_effect_unless_it_is_mended() -> No
     data = one_filter("Compute Normals for Point Sets", '<Param name="K" value="7"/>')
     found = upgraded(data)
     assert dict(found.script.steps[0].values) == {}
-    assert "it has no type" in str(found.changes[-1])
+    assert "without a type every MeshLab ignores" in str(found.changes[-1])
     assert not found.warnings
     mended = upgrade_script(data, "old.mlx", mend=True)
     assert dict(mended.script.steps[0].values) == {"k": 7}

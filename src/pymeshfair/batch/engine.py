@@ -1,4 +1,4 @@
-"""Carries a batch out: workers do its tasks, the journal remembers, and listeners are told."""
+"""Runs a batch: submits scans to workers, writes their outcomes to the journal and calls a listener."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from .outcome import Outcome
 from .plan import Scan
 from .station import ThisMachine, Workers, pool_of
 
-#: seconds between two looks at the workers
+#: seconds between checks of the workers
 _PULSE = 1.0
 
 
 class Listener(Protocol):
-    """Who is told how a batch goes, in the thread that carries it out. An exception that is raised ends the batch."""
+    """Called on the events of a batch, in the thread that runs it. An exception of a method ends the batch."""
 
     def outcome(self, scan: Scan, outcome: Outcome) -> None:
-        """A scan has ended, and is in the journal."""
+        """A scan has ended; its outcome is in the journal."""
 
     def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
-        """A page was made: what `pymeshfair.batch.drawing.draw` gave back, or ``"problem"``, why there is none."""
+        """A page was drawn: the result of `pymeshfair.batch.drawing.draw`, or ``"problem"`` with the reason of a failure."""
 
     def note(self, text: str) -> None:
-        """Something that users should know of the workers."""
+        """A message about the workers for the user."""
 
 
 def carry_out(
@@ -53,24 +53,24 @@ def carry_out(
     listener: Listener,
     done: Sequence[Scan] = (),
 ) -> None:
-    """Clean scans, and tell what came of each once that is in the journal; then make their pages.
+    """Clean scans, report each outcome once it is in the journal, and draw pages of the cleaned scans.
 
     Args:
-        scans: what to do.
-        template: what all runs share.
+        scans: the scans to clean.
+        template: the settings that all runs share.
         journal: of the folder.
         folder: where outputs go; it exists.
-        scheduler: of dask, or None for this machine.
+        scheduler: the dask scheduler, or None for this machine.
         jobs: scans at a time on this machine.
         pool: processes for them; None starts some.
         stop: give up after the first scan that fails.
-        pages: make a page of each scan that is done.
-        listener: who is told.
-        done: scans that were done before and get pages, too.
+        pages: draw a page of each scan that is done.
+        listener: called with outcomes, pages and notes.
+        done: scans of an earlier batch that get pages, too.
 
     Raises:
-        ClusterError: no scheduler, no worker, one that has other versions or does not see the files; or the scheduler is gone.
-        BatchError: no room for the journal.
+        ClusterError: no scheduler or no workers; a worker with other versions or without the files; the scheduler stopped.
+        BatchError: the journal cannot be written.
         KeyboardInterrupt: Ctrl-C, within a second; a second one ends the process at once.
     """
     items: Items = SimpleQueue()
@@ -87,7 +87,7 @@ def carry_out(
 
 
 class _Course:
-    """The way of one batch from the first scan to the last."""
+    """The event loop of one batch."""
 
     def __init__(self, workers: Workers, journal: Journal, items: Items, listener: Listener, *, stop: bool, pages: bool) -> None:
         self._workers = workers
@@ -130,7 +130,7 @@ class _Course:
             self._take(scan, result)
 
     def _take(self, scan: Scan, result: Callable[[], Outcome]) -> None:
-        """Note what came of a scan that has ended."""
+        """Record the outcome of a scan that has ended."""
         try:
             outcome = result()
         except LostSchedulerError:
@@ -148,7 +148,7 @@ class _Course:
 
 
 def _page(result: Callable[[], Mapping[str, Any]]) -> Mapping[str, Any]:
-    """What came of drawing a page."""
+    """The result of drawing a page, or the problem."""
     try:
         return result()
     except LostSchedulerError:

@@ -1,4 +1,4 @@
-"""The journal of a batch: one line of JSON a scan, on the disk before anybody hears of it, from which a batch resumes."""
+"""The journal of a batch: one line of JSON per scan, on the disk before the outcome is reported. A batch resumes from it."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from ..errors import PymeshfairError
 from ..operating_system import this_system
 from .outcome import Outcome
 
-#: its name in the folder of outputs
+#: file name of the journal in the folder of outputs
 NAME = "batch.jsonl"
 
 
 class BatchError(PymeshfairError):
-    """The batch as a whole cannot be done; what its journal holds stays done."""
+    """The batch as a whole has failed; the scans in its journal stay done."""
 
 
 class Journal:
-    """The journal in a folder; a context manager that keeps other batches out of the folder while it lasts.
+    """The journal in a folder; a context manager that locks the folder against other batches.
 
     Attributes:
         path: the file.
-        before: what it held, by output, whether that is kept or not.
+        before: the outcomes of earlier batches by output, whether the file keeps them or not.
     """
 
     def __init__(self, folder: Path, *, resume: bool) -> None:
-        """Open it.
+        """Open and lock the journal.
 
         Args:
             folder: where the outputs go.
-            resume: keep what it holds; else it begins anew with the first scan that ends.
+            resume: keep the lines of earlier batches; else they are deleted when the first scan ends.
 
         Raises:
-            BatchError: another batch has it, or it cannot be written.
+            BatchError: another batch has locked it, or it cannot be written.
         """
         self.path = folder / NAME
         try:
@@ -45,9 +45,13 @@ class Journal:
         if this_system().claim(self._file) is False:
             self._file.close()
             raise BatchError(f"another batch is writing to {folder} at this moment; wait for it, or name another folder")
-        self.before = read_journal(self.path)
         self._is_old = not resume
-        self._end_torn_line()
+        try:
+            self.before = read_journal(self.path)
+            self._end_torn_line()
+        except OSError as error:
+            self._file.close()
+            raise BatchError(f"cannot read the journal {self.path}: {error.strerror or error}") from error
 
     def __enter__(self) -> Journal:
         return self
@@ -71,7 +75,7 @@ class Journal:
             raise BatchError(f"cannot write the journal {self.path}: {error.strerror or error}") from error
 
     def _end_torn_line(self) -> None:
-        """A batch that was killed as it wrote leaves half a line, which the next must not be joined to."""
+        """End an incomplete last line, which a killed batch leaves, so that the next line stands by itself."""
         size = self._file.seek(0, os.SEEK_END)
         if size:
             self._file.seek(size - 1)
@@ -80,16 +84,16 @@ class Journal:
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
-    """The last line about each output; lines that were torn are passed over, and a journal that is not there is empty."""
-    found: dict[str, Outcome] = {}
+    """The last outcome of each output; incomplete lines are skipped, and a missing journal is empty."""
+    outcomes: dict[str, Outcome] = {}
     try:
         lines = path.read_bytes().splitlines()
     except FileNotFoundError:
-        return found
+        return outcomes
     for line in lines:
         try:
             outcome = Outcome.from_document(json.loads(line))
         except (ValueError, TypeError, AttributeError):
             continue
-        found[outcome.output] = outcome
-    return found
+        outcomes[outcome.output] = outcome
+    return outcomes

@@ -17,7 +17,7 @@ from .streams import warn
 if TYPE_CHECKING:
     from ..batch.work import Task
 
-#: of the outputs that are left out only so many are named
+#: so many of the outputs that are left out are named
 _NAMED = 10
 
 
@@ -57,14 +57,14 @@ def batch(
     ] = None,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop a scan after that time.", min=0.001)] = None,
     stop: Annotated[bool, typer.Option("--stop/--keep-going", help="Whether to stop at the first scan that fails.")] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="Skip what is done already, by its content.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Skip scans that are done already, compared by content.")] = False,
     sample: Annotated[
-        int | None, typer.Option(metavar="N", help="Clean only so many scans, spread by size and noise.", min=1)
+        int | None, typer.Option(metavar="N", help="Clean only N scans, spread over sizes and noise levels.", min=1)
     ] = None,
     report: Annotated[
         bool, typer.Option("--report", help="Write batch.html, a page with a row a scan, and a page of each scan that is done.")
     ] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Check everything, and say what would be done.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Check everything, and show what would be done.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace outputs that no run has written.")] = False,
     allow_outside: options.AllowOutside = False,
     unchecked: options.Unchecked = False,
@@ -80,8 +80,8 @@ def batch(
 ) -> None:
     """Clean many mesh files with a recipe.
 
-    Each is cleaned in a process of its own, and a failure costs that one alone. FOLDER also gets batch.csv and batch.json with a
-    row for each, and batch.jsonl, the journal from which --resume goes on.
+    Each file is cleaned in a process of its own; a failure stops only that file. FOLDER also gets batch.csv and batch.json with a
+    row for each file, and batch.jsonl, the journal from which --resume continues.
     """
     from ..batch.inputs import expand, without_outputs
     from ..batch.plan import plan_scans
@@ -91,14 +91,14 @@ def batch(
 
     cluster = options.scheduler_of(scheduler, scheduler_file, tls_ca_file, tls_cert, tls_key)
     if cluster is not None and jobs is not None:
-        raise typer.BadParameter("the workers of a scheduler say themselves how many scans they take", param_hint="--jobs")
+        raise typer.BadParameter("not with a scheduler: its workers determine how many scans run at a time", param_hint="--jobs")
     if report:
         options.check_measured(no_measures=no_measures)
     overrides = tuple(set or ())
     loaded = open_recipe(recipe, upgrade=upgrade).override(overrides)
     template = Job(
         loaded,
-        Path(),  # a scan's
+        Path(),  # input and output are set for each scan
         Path(),
         tuple(path.absolute() for path in others or ()),
         overwrite=overwrite,
@@ -117,12 +117,12 @@ def batch(
         unit=unit,
     )
     folder = output.absolute()
-    asked, outputs = without_outputs(expand(inputs, [s.name for s in loaded.script.settings]), folder)
+    selected, outputs = without_outputs(expand(inputs, [s.name for s in loaded.script.settings]), folder)
     for path in outputs[:_NAMED]:
         warn(f"left out: {path}, which is the output of a run")
     if len(outputs) > _NAMED:
         warn(f"left out: {len(outputs) - _NAMED:,} further outputs of runs")
-    scans = plan_scans(asked, loaded, folder, name)
+    scans = plan_scans(selected, loaded, folder, name)
     slots = jobs or this_system().processors()
     task = Task(
         *(scans, template, folder, cluster, slots),

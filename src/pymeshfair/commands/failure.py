@@ -1,4 +1,4 @@
-"""What users see of an error: one message on stderr and, with ``--json``, one document on stdout."""
+"""Shows an error to users: one message on stderr and, with ``--json``, one document on stdout."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .streams import printable
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a command did not do what was asked.
+    """The error that ended a command.
 
     Attributes:
         kind: the name of the exception, e.g. ``"ScriptError"``.
         message: what was wrong, where, and what to do.
         exit_code: 1 the run failed, 2 wrong usage or an invalid recipe, 130 interrupted.
-        details: what else the exception knows, such as the problems of a script or the step that failed.
+        details: further attributes of the exception, such as the problems of a script or the step that failed.
     """
 
     kind: str
@@ -31,7 +31,7 @@ class Failure:
 
     @classmethod
     def of(cls, error: Exception) -> Failure:
-        """The failure that an exception stands for."""
+        """The failure for an exception."""
         from ..errors import ParameterError, PymeshfairError, UnknownNameError
 
         kind, message = type(error).__name__, str(error)
@@ -50,17 +50,17 @@ class Failure:
 
     def show(self, *, json: bool) -> None:
         """Print the message on stderr and, with `json`, the document on stdout."""
-        color = False if os.environ.get("NO_COLOR") else None  # no context is open any more
+        color = False if os.environ.get("NO_COLOR") else None  # typer's context, which would check it, is closed
         typer.echo(f"{typer.style('error:', fg='red')} {printable(self.message)}", err=True, color=color)
         if json:
             print_document({"error": self.document()})
 
 
 def check_working_folder() -> None:
-    """Refuse to work in a folder that has been removed: files that are named from there cannot be found or written.
+    """Refuse a working folder that has been removed: relative paths cannot be read or written there.
 
     Raises:
-        RunError: it has been.
+        RunError: the folder has been removed.
     """
     from ..errors import RunError
 

@@ -22,14 +22,14 @@ def info(
     unchecked: Unchecked = False,
     json: Json = False,
 ) -> None:
-    """Tell everything about a filter, a recipe or a mesh file.
+    """Show everything about a filter, a recipe or a mesh file.
 
-    Of a mesh: its size, box, holes with their edges, pieces, noise and attributes, and the recipes that are for it.
+    For a mesh: its size, box, holes with their edges, pieces, noise and attributes, and the recipes that suit it.
     """
     from ..recipe import shipped_recipes
 
     if subject in shipped_recipes() or subject.casefold().endswith(".mlx"):
-        _tell_recipe(subject, json=json)
+        _show_recipe(subject, json=json)
         return
     from ..errors import UnknownNameError
     from ..registry import find_filter
@@ -38,14 +38,14 @@ def info(
         filter = find_filter(subject)
     except UnknownNameError as error:
         if not Path(subject).exists():
-            raise _nothing_named(subject, error.cause) from None
-        _tell_mesh(Path(subject), json=json, allow_outside=allow_outside, unchecked=unchecked)
+            raise _unknown_subject(subject, error.cause) from None
+        _show_mesh(Path(subject), json=json, allow_outside=allow_outside, unchecked=unchecked)
     else:
-        _tell_filter(filter, json=json)
+        _show_filter(filter, json=json)
 
 
-def _nothing_named(subject: str, cause: str | None) -> Exception:
-    """The error that says what was looked for, and the nearest name or the plugin that may be to blame."""
+def _unknown_subject(subject: str, cause: str | None) -> Exception:
+    """The error for an unknown subject, with the nearest name, or the broken plugin that may declare it."""
     from ..declaration import nearest
     from ..errors import UnknownNameError
     from ..recipe import shipped_recipes
@@ -56,12 +56,12 @@ def _nothing_named(subject: str, cause: str | None) -> Exception:
     hint = (
         cause or f"did you mean {near!r}?"
         if near or cause
-        else "`pymeshfair list filters` and `pymeshfair list recipes` name what there is"
+        else "`pymeshfair list filters` and `pymeshfair list recipes` show all names"
     )
     return UnknownNameError(f"{subject!r} is no filter, no recipe and no file; {hint}", suggestion=near, cause=cause)
 
 
-def _tell_filter(filter: Filter, *, json: bool) -> None:
+def _show_filter(filter: Filter, *, json: bool) -> None:
     from .info_pages import filter_document, filter_page
 
     if json:
@@ -70,7 +70,7 @@ def _tell_filter(filter: Filter, *, json: bool) -> None:
         typer.echo(filter_page(filter))
 
 
-def _tell_recipe(name: str, *, json: bool) -> None:
+def _show_recipe(name: str, *, json: bool) -> None:
     from ..recipe import load_recipe
     from .info_pages import recipe_document, recipe_page
 
@@ -81,7 +81,7 @@ def _tell_recipe(name: str, *, json: bool) -> None:
         typer.echo(recipe_page(recipe))
 
 
-def _tell_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) -> None:
+def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) -> None:
     from ..running.read import inspect_mesh
     from ..running.suitability import documents, ranked
     from .fitting import fitting_lines, rim_lines
@@ -95,18 +95,18 @@ def _tell_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) 
         return
     unit = measures["unit"]
     console().print(measures_table({path.name: measures}, unit))
-    for line in _more(measures):
+    for line in _mesh_lines(measures):
         typer.echo(line)
     for line in rim_lines(measures["rims"]):
         typer.echo(line)
-    typer.echo("\nRecipes for it, the best known to fit first:")
+    typer.echo("\nRecipes for it, the best fit first:")
     for line in fitting_lines([s for s in recipes if s.fits]):
         typer.echo(line)
     for warning in measures["warnings"]:
         warn(warning)
 
 
-def _more(measures: Mapping[str, Any]) -> Iterator[str]:
+def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
     """Attributes, box, noise and the number of rims of a mesh, one line each."""
     yield f"\nIt has {', '.join(measures['attributes'] or ['vertices alone'])}."
     if measures["box"]:
@@ -115,9 +115,9 @@ def _more(measures: Mapping[str, Any]) -> Iterator[str]:
         unit = f" {measures['unit']}" if measures["unit"] else ""
         yield f"Its box is {sides}{unit}, from {_place(low)} to {_place(high)}."
     if measures["faces"]:
-        cuts = {None: "were not looked for: `pymeshfair compare --self-intersections` does", 0: "there are none"}
+        counts = {None: "not counted, see `pymeshfair compare --self-intersections`", 0: "none"}
         count = measures["self_intersecting_faces"]
-        yield f"Faces that cut others: {cuts.get(count, f'{count}')}."
+        yield f"Faces that cut others: {counts.get(count, f'{count}')}."
     traits = measures["traits"]
     if "noise" in traits:
         yield f"Its noise is about {traits['noise']:.2g} mean edges."

@@ -17,16 +17,16 @@ def tune(
         str, typer.Option(metavar="RECIPE", help="The recipe that is shown first: a shipped name or the path of an .mlx file.")
     ] = "smooth_implicit",
     host: Annotated[
-        str, typer.Option(metavar="ADDRESS", help="Where to listen; other machines reach the page if this is not 127.0.0.1.")
+        str, typer.Option(metavar="ADDRESS", help="Address to listen on; other machines reach the page if it is not 127.0.0.1.")
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="Where to listen; 0 takes a free one.", min=0, max=65535)] = 0,
+    port: Annotated[int, typer.Option(help="Port to listen on; 0 takes a free one.", min=0, max=65535)] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether to open the page in the browser.")] = True,
     json: Json = False,
 ) -> None:
     """Tune a recipe on a scan, on a page in the browser that shows the result of every change.
 
-    The page is served by this machine for whoever knows its address, which holds a random token. Recipes and results are written
-    to the working folder. Ctrl-C ends it.
+    This machine serves the page; its address contains a random token, which gives access. Recipes and results are written to
+    the working folder. Ctrl-C ends it.
     """
     import tempfile
     import webbrowser

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from ..running.job import Event, Job
 
-#: what the command exits with, by the verdict
+#: exit code by verdict
 EXIT_CODES = {
     "identical": 0,
     "within tolerance": 0,
@@ -47,7 +47,7 @@ def verify(
     The recipe in the provenance is compared with the one that pymeshfair ships, or with its file. --allow-outside and --unchecked
     must be given as they were to the run.
 
-    Exit codes: 0 the same bytes (or, of filters that no seed repeats, as many elements, as near as chance leaves them), 1 other
+    Exit codes: 0 the same bytes (or, for random filters without a seed, equal counts of elements and small distances), 1 other
     bytes, or the run failed, 3 the output has changed since, 4 the input has, 5 the recipe has, 6 other bytes with other
     versions.
     """

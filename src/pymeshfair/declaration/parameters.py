@@ -91,7 +91,7 @@ class Percentage(Parameter):
     A default may be written as text (``"1%"``, ``"6edge"``). Zero is allowed and means what the help says, usually "not used".
 
     Attributes:
-        of_edges: whether mean edges are those of the layer's polylines even where it has faces, too.
+        of_edges: whether the mean edge is that of the layer's polylines even if it has faces.
     """
 
     kind = "a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)"
@@ -113,10 +113,10 @@ class Percentage(Parameter):
             return AUTO
         number = as_float(value)
         if number is not None and not isinstance(value, bool):
-            said = f"{number:g}"
+            text = f"{number:g}"
             raise ParameterError(
-                f"parameter {self.name!r} is a length, and {said} may mean three: write '{said}edge' for {said} mean edges, "
-                f"'{said}%' of the bounding box's diagonal, or '{said}' in quotes for mesh units"
+                f"parameter {self.name!r} is a length, and {text} has no unit: write '{text}edge' for {text} mean edges, "
+                f"'{text}%' of the bounding box's diagonal, or '{text}' in quotes for mesh units"
             )
         if not isinstance(value, Length) or not _at_least(value.amount, self.minimum):
             raise self.refusal(value)
@@ -195,7 +195,7 @@ class Mesh(Parameter):
 
 @dataclass(frozen=True, kw_only=True)
 class Shot(Parameter):
-    """A camera; only MeshLab's built-in filters have one, and no script can say its value."""
+    """A camera; only MeshLab's built-in filters have one, and no script can give its value."""
 
     kind = "nothing: a camera cannot be given here"
     rich_type = "RichShot"

@@ -1,4 +1,4 @@
-"""Reads E57 files, through pye57: the points of all scans at the places that their poses say, with every field of a point."""
+"""Reads E57 files through pye57: the points of all scans, transformed by their poses, with all fields."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from .references import References
 _PLACE = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERE = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLOR = ("colorRed", "colorGreen", "colorBlue")
-#: fields that are not 0 where nothing was measured
+#: fields that are not 0 for points that were not measured
 _INVALID = ("cartesianInvalidState", "sphericalInvalidState")
-#: the attribute that says in which of several scans a point is
+#: the attribute with the number of a point's scan, if there are several scans
 _SCAN = "scan"
 
 
@@ -31,7 +31,7 @@ def read_e57(path: Path, references: References) -> Reading:
     """Read an E57 file; coordinates are in metres, as the format says.
 
     Raises:
-        ContentsError: it is none, is damaged, or pye57 is missing.
+        ContentsError: it is no E57 file, is damaged, or pye57 is missing.
         OSError: it cannot be read.
     """
     with _opened(path) as file:
@@ -46,7 +46,7 @@ def read_e57(path: Path, references: References) -> Reading:
 
 
 def e57_pieces(path: Path, size: int) -> Iterator[MeshData]:
-    """The points that `read_e57` gives, about so many at a time, in its order and with the same attributes.
+    """The points of `read_e57`, about `size` at a time, in the same order and with the same attributes.
 
     Raises:
         ContentsError, OSError: as `read_e57`.
@@ -57,12 +57,12 @@ def e57_pieces(path: Path, size: int) -> Iterator[MeshData]:
 
 
 def doubts_of(missing: int) -> tuple[str, ...]:
-    """That so many points were not measured, in words; nothing of none."""
+    """The warning about points that were not measured; none if `missing` is 0."""
     return (f"{missing:,} points at which nothing was measured are left out",) if missing else ()
 
 
 def e57_survey(path: Path) -> tuple[int, tuple[str, ...]]:
-    """How many points a file declares, measured or not, and which fields some of its scans lack.
+    """The number of points that a file declares, measured or not, and warnings about fields that some scans lack.
 
     Raises:
         ContentsError, OSError: as `read_e57`.
@@ -74,12 +74,12 @@ def e57_survey(path: Path) -> tuple[int, tuple[str, ...]]:
 
 @dataclass(frozen=True)
 class _Survey:
-    """What a file declares of the scans that have points.
+    """The headers and fields of the scans that have points.
 
     Attributes:
         file: the open file.
         headers: of the scans.
-        kinds: by scan and name of a field, whether its values are whole numbers of 32 bits.
+        kinds: for each scan, by field, whether its values are 32-bit integers.
     """
 
     file: Any
@@ -96,19 +96,19 @@ class _Survey:
 
     @property
     def names(self) -> list[str]:
-        """The fields that become attributes, of all scans."""
+        """The fields of all scans that become attributes."""
         own = (*_PLACE, *_SPHERE, *_COLOR, *_INVALID)
         return list(dict.fromkeys(name for kinds in self.kinds for name in kinds if name not in own))
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Which scans lack fields that others have, in words."""
+        """Warnings about fields that some scans lack."""
         lacking = {name: sum(name not in kinds for kinds in self.kinds) for name in self.names}
         scans = f"{len(self.headers):,} scans have no field"
         return tuple(f"{count:,} of its {scans} {name!r}, which is 0 there" for name, count in lacking.items() if count)
 
     def pieces(self, size: int | None) -> Iterator[tuple[NDArray[np.float64], dict[str, NDArray[Any]]]]:
-        """Coordinates and attributes of the points that were measured, so many rows at a time, None for a scan at a time."""
+        """Coordinates and attributes of the measured points, `size` rows at a time; None for a scan at a time."""
         colored = any(set(_COLOR) <= kinds.keys() for kinds in self.kinds)
         whole = {name: all(kinds.get(name, True) for kinds in self.kinds) for name in self.names}
         for number, (header, kinds) in enumerate(zip(self.headers, self.kinds, strict=True)):
@@ -144,7 +144,7 @@ def _opened(path: Path) -> Iterator[Any]:
 
 
 def _kinds(header: Any) -> dict[str, bool]:
-    """The fields of the points of a scan but for texts, and whether they are whole numbers of 32 bits."""
+    """The fields of a scan except texts, and whether their values are 32-bit integers."""
     from pye57 import libe57
 
     prototype = libe57.StructureNode(header.points.prototype())
@@ -160,7 +160,7 @@ def _kinds(header: Any) -> dict[str, bool]:
 
 
 def _chunks(file: Any, header: Any, names: Iterable[str], size: int | None) -> Iterator[dict[str, NDArray[Any]]]:
-    """Fields of the points of a scan, so many rows at a time."""
+    """Fields of the points of a scan, `size` rows at a time."""
     from pye57 import libe57
 
     count = int(header.point_count)
@@ -177,11 +177,11 @@ def _chunks(file: Any, header: Any, names: Iterable[str], size: int | None) -> I
     finally:
         reader.close()
     if done < count:
-        raise ContentsError(f"a scan of it ends after {done:,} of its {count:,} points")
+        raise ContentsError(f"one of its scans ends after {done:,} of its {count:,} points")
 
 
 def _placed(header: Any, fields: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
-    """(n, 3) coordinates where the pose of a scan puts them."""
+    """(n, 3) coordinates, transformed by the pose of the scan."""
     if set(_PLACE) <= fields.keys():
         places = np.stack([fields[name] for name in _PLACE], axis=1)
     elif set(_SPHERE) <= fields.keys():
@@ -189,7 +189,7 @@ def _placed(header: Any, fields: dict[str, NDArray[Any]]) -> NDArray[np.float64]
         flat = distance * np.cos(elevation)
         places = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), distance * np.sin(elevation)], axis=1)
     else:
-        raise ContentsError(f"a scan of it has points without places; their fields are {', '.join(fields)}")
+        raise ContentsError(f"one of its scans has points without coordinates; their fields are {', '.join(fields)}")
     if not header.has_pose():
         return places
     placed: NDArray[np.float64] = places @ np.asarray(header.rotation_matrix).T + np.asarray(header.translation)
@@ -197,7 +197,7 @@ def _placed(header: Any, fields: dict[str, NDArray[Any]]) -> NDArray[np.float64]
 
 
 def _colors(header: Any, fields: dict[str, NDArray[Any]]) -> NDArray[np.uint8] | None:
-    """(n, 4) colours of 8 bits, from those between the limits that a scan states."""
+    """(n, 4) 8-bit colours, scaled from the colour limits of the scan; None if it has no colours."""
     if not set(_COLOR) <= fields.keys():
         return None
     levels = np.full((len(fields[_COLOR[0]]), 4), 255, np.uint8)
@@ -210,7 +210,7 @@ def _colors(header: Any, fields: dict[str, NDArray[Any]]) -> NDArray[np.uint8] |
 
 
 def _declared_most(header: Any, name: str) -> float:
-    """The largest value that a field may have."""
+    """The largest value of an integer field; 255 for others."""
     from pye57 import libe57
 
     node = libe57.StructureNode(header.points.prototype()).get(name)
@@ -218,7 +218,7 @@ def _declared_most(header: Any, name: str) -> float:
 
 
 def _extras(file: Any, headers: list[Any]) -> list[str]:
-    """What else the file holds that no mesh has."""
+    """Contents of the file that a mesh cannot hold."""
     root = file.image_file.root()
     poses = sum(bool(header.has_pose()) for header in headers)
     extras = [f"the scanner's places ({poses:,})"] if poses else []

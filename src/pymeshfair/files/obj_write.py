@@ -1,4 +1,4 @@
-"""Writes OBJ files: the text of the OBJ file that a mesh was read from with other numbers, or anew if elements are others."""
+"""Writes OBJ files: the original text with new numbers if the elements are unchanged, else a new text."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from .polygons import outlines
 from .saving import Writing
 from .texts import patched, rows, runs, words
 
-#: for each level of a colour a short number that is read as that level, whether 255 times it is rounded or cut off
+#: for each colour level a share of six digits: 255 times it gives the level, whether rounded or truncated
 _SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
-#: the attributes of faces that an OBJ file holds
+#: the face attributes that an OBJ file holds
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 
 
@@ -27,7 +27,7 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     """Write a mesh without a matrix.
 
     Returns:
-        What is otherwise than it was in the OBJ file that it comes from, in words.
+        Notes on contents of the original OBJ file that were lost or changed.
     """
     document = mesh.source.document if mesh.source is not None else None
     if not isinstance(document, ObjDocument):
@@ -35,17 +35,17 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     normals, of_corners = _normals(mesh, document)
     if document is not None and document.materials.lines:
         writing.materials.append(document.materials.text(writing.textures))
-    if document is not None and (text := _as_it_was(mesh, document, normals, of_corners, writing)) is not None:
+    if document is not None and (text := _patched_text(mesh, document, normals, of_corners, writing)) is not None:
         target.write(text)
         return ()
     return _write_anew(mesh, document, normals, of_corners, target, writing)
 
 
 def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[NDArray[np.float64], NDArray[np.int64] | None]:
-    """(k, 3) the normals to write, and (m, 3) which of them each corner has; None for a cloud, and for a mesh without any.
+    """(k, 3) the normals to write, and (m, 3) the index of the normal at each corner; None for a cloud or a mesh without normals.
 
-    Where vertices have moved, the normals of all corners that named one normal at one vertex are the mean of those of their
-    faces, by angle: so edges that were sharp stay so.
+    If vertices have moved, corners that shared a normal at a vertex get the angle-weighted mean of the normals of their faces, so
+    that sharp edges stay sharp.
     """
     own = mesh.vertex_attributes.get("normals")
     if not len(mesh.faces):
@@ -71,22 +71,22 @@ def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[NDArray[np.f
 
 
 def _are_parallel(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-    """Whether normals have the same directions; those of a file may be of any length."""
+    """Whether normals have the same directions; normals in a file may have any length."""
     one, other = (n / np.where((length := np.linalg.norm(n, axis=1, keepdims=True)) > 0.0, length, 1.0) for n in (a, b))
     return np.allclose(one, other, rtol=0.0, atol=1e-7, equal_nan=True)
 
 
-# --------------------------------------------------------------------------------------------------------------- as it was
+# ----------------------------------------------------------------------------------------------------------- original text
 
 
-def _as_it_was(
+def _patched_text(
     mesh: MeshData,
     document: ObjDocument,
     normals: NDArray[np.float64],
     of_corners: NDArray[np.int64] | None,
     writing: Writing,
 ) -> bytes | None:
-    """The text of the file with other numbers, and with the material file of the output; None if it says something else."""
+    """The original text with new numbers and the material file of the output; None if elements or attributes differ."""
     read = document.mesh
     colors, before = mesh.vertex_attributes.get("colors"), read.vertex_attributes.get("colors")
     painted = not _are_equal(colors, before)
@@ -97,7 +97,7 @@ def _as_it_was(
         or mesh.keeps_normals != read.keeps_normals
         or (painted and (colors is None or document.width not in (3, 6)))
         or (painted and before is not None and document.width == 3)
-        or (shown := _of_lines(document, normals, of_corners)) is None
+        or (line_normals := _line_normals(document, normals, of_corners)) is None
     ):
         return None
     tokens = document.tokens
@@ -114,19 +114,19 @@ def _as_it_was(
             new[2] = [b" ".join(row) for row in zip(new[2], *shares, strict=True)]
             differs[2] = np.ones(len(lines), np.bool_)
     cuts = [(tokens.spans(lines, columns), new, differs)]
-    if shown is not document.normals:
-        changes = [a != b for a, b in zip(shown.T, document.normals.T, strict=True)]
-        cuts.append((tokens.spans(lines_of(tokens, b"vn"), [1, 2, 3]), [words(column) for column in shown.T], changes))
+    if line_normals is not document.normals:
+        changes = [a != b for a, b in zip(line_normals.T, document.normals.T, strict=True)]
+        cuts.append((tokens.spans(lines_of(tokens, b"vn"), [1, 2, 3]), [words(column) for column in line_normals.T], changes))
     spans = np.concatenate([where[np.stack(other, axis=1)] for where, _, other in cuts])
-    wedges = [w for _, n, other in cuts for w in np.stack([np.array(c, object) for c in n], axis=1)[np.stack(other, axis=1)]]
+    texts = [w for _, n, other in cuts for w in np.stack([np.array(c, object) for c in n], axis=1)[np.stack(other, axis=1)]]
     if document.materials.lines:
         libraries = tokens.starts[lines_of(tokens, b"mtllib")].tolist()
         named = b"mtllib " + writing.material_file.encode("utf-8", "surrogateescape")
         places = [(start, start + len(_line(document, start))) for start in libraries] or [(0, 0)]
         spans = np.concatenate([spans, np.array(places, np.int64)])
-        wedges += [named if libraries else named + b"\n", *([b""] * (len(places) - 1))]
+        texts += [named if libraries else named + b"\n", *([b""] * (len(places) - 1))]
     order = np.argsort(spans[:, 0], kind="stable")
-    return patched(document.data, spans[order], [wedges[k] for k in order.tolist()])
+    return patched(document.data, spans[order], [texts[k] for k in order.tolist()])
 
 
 def _are_equal(a: NDArray[Any] | None, b: NDArray[Any] | None) -> bool:
@@ -135,10 +135,10 @@ def _are_equal(a: NDArray[Any] | None, b: NDArray[Any] | None) -> bool:
     return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
 
 
-def _of_lines(
+def _line_normals(
     document: ObjDocument, normals: NDArray[np.float64], of_corners: NDArray[np.int64] | None
 ) -> NDArray[np.float64] | None:
-    """The normals of the ``vn`` lines; None if one stands for several."""
+    """The normals of the ``vn`` lines; None if a line would need several normals."""
     if of_corners is None or document.corner_normals is None:  # of a cloud
         return normals if len(normals) == len(document.normals) else document.normals
     if normals is document.normals:
@@ -146,17 +146,18 @@ def _of_lines(
     pairs = np.stack([document.corner_normals.ravel(), of_corners.ravel()], axis=1)
     firsts, _ = numbered(pairs)
     line, normal = pairs[firsts].T
-    shown = document.normals.copy()
-    shown[line] = normals[normal]
-    return shown if np.allclose(shown[line], normals[normal], rtol=0.0, atol=1e-9, equal_nan=True) and line.min() >= 0 else None
+    line_normals = document.normals.copy()
+    line_normals[line] = normals[normal]
+    fits = np.allclose(line_normals[line], normals[normal], rtol=0.0, atol=1e-9, equal_nan=True)
+    return line_normals if fits and line.min() >= 0 else None
 
 
 def _line(document: ObjDocument, start: int) -> bytes:
-    """A line of the file by the place where it begins."""
+    """The line of the file that begins at a byte."""
     return document.data[start : start + 4096].replace(b"\r", b"\n").partition(b"\n")[0]
 
 
-# -------------------------------------------------------------------------------------------------------------------- anew
+# ---------------------------------------------------------------------------------------------------------------- new text
 
 
 def _write_anew(
@@ -186,32 +187,32 @@ def _write_anew(
 
 
 def _texture_coordinates(mesh: MeshData) -> tuple[NDArray[np.float64], NDArray[np.int64] | None]:
-    """(k, 2) the texture coordinates, each once, and (m, 3) which of them each corner has, -1 for none."""
+    """(k, 2) texture coordinates, and (m, 3) their index at each corner, -1 for none."""
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None:
         of_vertices = mesh.vertex_attributes.get("texture_coordinates")
         return (np.empty((0, 2)), None) if of_vertices is None else (of_vertices, mesh.faces.astype(np.int64))
-    there = np.ones(len(wedges), np.bool_)
+    textured = np.ones(len(wedges), np.bool_)
     if (numbers := mesh.face_attributes.get("texture")) is not None:
-        there = (numbers >= 0) | wedges.any(axis=(1, 2))
-    pairs = wedges[there].reshape(-1, 2)
-    firsts, found = numbered(pairs)
+        textured = (numbers >= 0) | wedges.any(axis=(1, 2))
+    pairs = wedges[textured].reshape(-1, 2)
+    firsts, indices = numbered(pairs)
     of_corners = np.full((len(wedges), 3), -1, np.int64)
-    of_corners[there] = found.reshape(-1, 3)
+    of_corners[textured] = indices.reshape(-1, 3)
     return pairs[firsts], of_corners
 
 
 def _materials(
     mesh: MeshData, document: ObjDocument | None, writing: Writing, notes: list[str]
 ) -> tuple[NDArray[np.int64], list[bytes]]:
-    """(m,) the material of each face, -1 for none, and the lines that say so; new ones are added to the material file."""
+    """(m,) the material of each face, -1 for none, and the ``usemtl`` lines; new materials are added to the material file."""
     m = len(mesh.faces)
     colors, numbers = mesh.face_attributes.get("colors"), mesh.face_attributes.get("texture")
-    shown = np.full((m, 4), -1, np.int64)  # the texture and the colour
+    looks = np.full((m, 4), -1, np.int64)  # texture, red, green, blue
     if numbers is not None:
-        shown[:, 0] = numbers
+        looks[:, 0] = numbers
     if colors is not None:
-        shown[:, 1:] = colors[:, :3]
+        looks[:, 1:] = colors[:, :3]
     index = np.full(m, -1)
     names = document.names if document is not None else ()
     if document is not None and names:
@@ -225,28 +226,28 @@ def _materials(
             else:
                 same &= value is old
         index[same] = before[same]
-    new = (index < 0) & (shown >= 0).any(axis=1)
-    firsts, found = numbered(shown[new])
+    new = (index < 0) & (looks >= 0).any(axis=1)
+    firsts, kinds = numbered(looks[new])
     if len(firsts) + len(names) > MOST_MATERIALS:
-        notes.append(f"colours of faces are left out: {len(firsts):,} materials for them are more than {MOST_MATERIALS:,}")
-        shown[:, 1:] = -1
-        new = (index < 0) & (shown >= 0).any(axis=1)
-        firsts, found = numbered(shown[new])
+        notes.append(f"colours of faces are left out: they need {len(firsts):,} materials; {MOST_MATERIALS:,} are the most")
+        looks[:, 1:] = -1
+        new = (index < 0) & (looks >= 0).any(axis=1)
+        firsts, kinds = numbered(looks[new])
     lines = [b"usemtl %s\n" % name.encode("utf-8", "surrogateescape") for name in names]
     taken, number = set(names), 0
-    for row in shown[new][firsts].tolist():
+    for row in looks[new][firsts].tolist():
         while (name := f"material_{number}") in taken:
             number += 1
         taken.add(name)
         lines.append(b"usemtl %s\n" % name.encode())
-        says = [f"newmtl {name}"]
+        definition = [f"newmtl {name}"]
         if row[1] >= 0:
-            says.append("Kd " + " ".join(repr(x) for x in _SHARES[row[1:]].tolist()))
+            definition.append("Kd " + " ".join(repr(x) for x in _SHARES[row[1:]].tolist()))
         if 0 <= row[0] < len(mesh.textures):
             texture = mesh.textures[row[0]].name
-            says.append(f"map_Kd {writing.textures.get(texture, texture)}")
-        writing.materials.append("".join(f"{line}\n" for line in says).encode("utf-8", "surrogateescape"))
-    index[new] = len(names) + found
+            definition.append(f"map_Kd {writing.textures.get(texture, texture)}")
+        writing.materials.append("".join(f"{line}\n" for line in definition).encode("utf-8", "surrogateescape"))
+    index[new] = len(names) + kinds
     return index, lines
 
 
@@ -259,7 +260,7 @@ def _faces(
     names: list[bytes],
     notes: list[str],
 ) -> Iterator[bytes]:
-    """The lines of the faces, and before them those of their materials, groups and objects."""
+    """The lines of the faces, with a line before each change of material, group or object."""
     if not len(mesh.faces):
         return
     shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
@@ -273,7 +274,7 @@ def _faces(
     lines = [f"f {run}\n" for run in runs(each, shape.lengths)]
     triangles = shape.triangles
     ids = triangles if mesh.face_ids is None else mesh.face_ids[triangles]
-    states = uses[triangles][:, None]  # the material, and the groups and objects of the file
+    states = uses[triangles][:, None]  # last the material, before it the groups and objects
     if document is not None:
         states = np.concatenate([np.where(ids[:, None] < 0, -1, document.states[ids]), states], axis=1)
     starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))

@@ -1,4 +1,4 @@
-"""One run at a time to one output: two at once would both end well, and the result of one be gone."""
+"""A lock per output: of two simultaneous runs one would silently replace the result of the other."""
 
 from __future__ import annotations
 
@@ -12,31 +12,32 @@ from typing import BinaryIO
 from ..operating_system import this_system
 from .errors import OutputBusyError, OutputError
 
-#: what the name of the file begins with that is locked; it lies beside the output while a run goes on
+#: prefix of the lock file's name; it lies beside the output during a run
 LOCK_PREFIX = ".pymeshfair-lock-"
 
 
 @contextlib.contextmanager
 def output_lock(output: Path) -> Iterator[None]:
-    """Hold the right to write an output. A process that dies loses it; the file that it leaves is used and removed by the next.
+    """Lock an output for writing. If a process dies, its lock is released; the next run reuses and removes its lock file.
 
-    Where there are no locks of files, nothing is held.
+    On file systems without locks nothing is locked.
 
     Raises:
-        OutputBusyError: another run holds it.
+        OutputBusyError: another run has locked it.
+        OutputError: the lock file cannot be made.
     """
     path = output.with_name(LOCK_PREFIX + hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16])
-    with _taken(path, output):
+    with _locked(path, output):
         try:
             yield
         finally:
-            # While the lock is held: the new file of another run is not removed.
+            # Before the lock is released, so that the lock file of another run is not removed.
             with contextlib.suppress(OSError):
                 path.unlink()
 
 
-def _taken(path: Path, output: Path) -> BinaryIO:
-    """The open file that holds the lock."""
+def _locked(path: Path, output: Path) -> BinaryIO:
+    """The open and locked file."""
     while True:
         try:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
@@ -49,4 +50,4 @@ def _taken(path: Path, output: Path) -> BinaryIO:
         with contextlib.suppress(OSError):
             if os.path.samestat(os.fstat(descriptor), path.lstat()):
                 return file
-        file.close()  # its name was removed by the run that had it, between our opening and our locking
+        file.close()  # the former run has removed the file between our opening and locking it

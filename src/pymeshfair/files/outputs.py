@@ -1,4 +1,4 @@
-"""What a run may write where: the output, what lies beside it, and its map; a run may replace what the same run wrote before."""
+"""Checks of the files that a run writes: the output, the files beside it, and maps. A repeated run may replace its own files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .writing import OVERWRITE, check_kind, check_place
 
 @dataclass(frozen=True)
 class MadeFrom:
-    """What an output is made from: a file that the same run wrote before may be written again.
+    """The sources of an output. Runs with equal sources may replace the files of each other.
 
     Attributes:
         input: the mesh file.
@@ -29,7 +29,7 @@ class MadeFrom:
     others: tuple[Path, ...] = ()
 
     def differs(self, record: Mapping[str, Any] | None) -> str | None:
-        """Why a record is none of a run of this, or None if it is."""
+        """Why a provenance record does not belong to a run with these sources; None if it does."""
         if record is None:
             return "no provenance says that a run wrote it"
         source = Path(str(record["input"].get("path")))
@@ -47,8 +47,8 @@ class MadeFrom:
 def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE)) -> None:
     """Raise if the output of a run cannot or must not be written, before any work is done.
 
-    Without `overwrite` an existing file is replaced only if it is what the same run wrote before: its provenance names the same
-    input and recipe, and its digest is the one recorded there. So the same command can be given again, and no other file is lost.
+    Without `overwrite` an existing file is replaced only if a run with the same sources wrote it: its provenance names the same
+    input and recipe, and its digest is the recorded one. So a command can be repeated, and no other file is lost.
 
     Args:
         output: the file to write.
@@ -74,7 +74,7 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats:
 
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
-    """Refuse files of an intervention map that cannot or must not be written, as `check_output` does an output.
+    """Refuse intervention maps that cannot or must not be written, by the rules of `check_output`.
 
     Raises:
         OutputError: another format than PLY, no such folder, the input or the output, or a file that must not be replaced.
@@ -89,7 +89,7 @@ def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overw
 
 
 def _check_former(existing: Sequence[Path], record: Mapping[str, Any] | None, made_from: MadeFrom) -> None:
-    """Refuse to replace what is not, to the byte, what the same run wrote before."""
+    """Refuse to replace files that are not, byte for byte, those of a run with the same sources."""
     for path in existing:
         reason = made_from.differs(record)
         if reason is None and not path.name.endswith(".provenance.json") and sha256_of(path) != recorded_digest(record, path):

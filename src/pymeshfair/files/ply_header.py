@@ -26,13 +26,13 @@ _PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "
 FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 #: bytes; longer than any header that a program writes, so that a hostile file cannot fill the memory
 HEADER_LIMIT = 1 << 26
-#: properties and elements
+#: the most elements and properties of a header
 MOST_DECLARED = 1_000
 _END = re.compile(rb"[\r\n]end_header(\r\n|\n|\r)")
 
 
 class PlyError(ContentsError):
-    """The file is no PLY file that can be read; the message is the reason."""
+    """The file is no readable PLY file; the message is the reason."""
 
 
 @dataclass(frozen=True)
@@ -63,14 +63,14 @@ class PlyElement:
 
 @dataclass(frozen=True)
 class PlyHeader:
-    """What the header says.
+    """A PLY header.
 
     Attributes:
         format: one of `FORMATS`.
         elements: in the order of the file.
         comments: the words after ``comment`` and ``obj_info``.
-        size: its bytes, with the end of its last line.
-        text: the bytes themselves.
+        size: its length in bytes, including the end of its last line.
+        text: its bytes.
     """
 
     format: str
@@ -158,7 +158,7 @@ def _plain(type_: str) -> str:
 
 
 def _check_size(header: PlyHeader, file_size: int) -> None:
-    """Refuse counts that the rest of the file cannot hold: every value of a text takes a digit and a blank."""
+    """Refuse counts that the rest of the file cannot hold: a value in a text takes at least a digit and a separator."""
     left = file_size - header.size
     for element in header.elements:
         if element.count and not element.properties:
@@ -174,14 +174,14 @@ def _check_size(header: PlyHeader, file_size: int) -> None:
 
 
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
-    """The header with other elements: counts, types and properties as given, everything else as it was.
+    """The header with other counts, types and properties; all other lines as they were.
 
     Args:
         header: as it was read.
         elements: what the file has now; those that the header does not declare come last.
         textures: the new names of texture files by their old ones.
     """
-    wanted = {e.name: e for e in elements}
+    missing = {e.name: e for e in elements}
     lines: list[bytes] = []
     current: PlyElement | None = None
     left: dict[str, PlyProperty] = {}
@@ -203,7 +203,7 @@ def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Ma
         if keyword == "end_header":
             break
         if keyword == "element":
-            current = wanted.pop(words[1], None)
+            current = missing.pop(words[1], None)
             skipped = current is None
             left = {} if current is None else {p.name: p for p in current.properties}
             if current is not None and int(words[2]) != current.count:
@@ -223,7 +223,7 @@ def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Ma
                 continue
         if not skipped:
             lines.append(raw)
-    for element in wanted.values():
+    for element in missing.values():
         add(f"element {element.name} {element.count}")
         for p in element.properties:
             add(_declaration(p))

@@ -1,4 +1,4 @@
-"""Reads PTX files: grids of points as scanners write them, each behind a head that says how many and where the scanner stood."""
+"""Reads PTX files: grids of points from scanners, each after a head with its size, the scanner's pose and a matrix."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from .reading import Reading, unended
 from .references import References
 from .tokens import INTEGER, Tokens, at_line, numbers_of, tokenise
 
-#: the lines of a head: columns, rows, four of the scanner's place, four of a matrix
+#: numbers in the lines of a head: columns, rows, four lines of the scanner's pose, four of a matrix
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
-#: of how many numbers a point is made: its place and intensity, with a colour
+#: numbers of a point: position and intensity; the same and a colour
 _PLAIN, _COLOURED = 4, 7
-#: by how much what programs write of an exact matrix may be off
+#: tolerance for the rounding of a written matrix
 _ROUNDED = 1e-6
 
 
 def read_ptx(path: Path, references: References) -> Reading:
-    """Read the points of all grids, where the matrices of their heads put them.
+    """Read the points of all grids, transformed by the matrices of their heads.
 
     Raises:
-        ContentsError: it is none, or declares what it does not hold.
+        ContentsError: it is no PTX file, or has fewer points than it declares.
         OSError: it cannot be read.
     """
     data = path.read_bytes()
@@ -42,9 +42,9 @@ def read_ptx(path: Path, references: References) -> Reading:
         width = _width(tokens, first, count)
         numbers_of(tokens, np.arange(line + 2, line + 6), 0, 3)
         matrix = numbers_of(tokens, np.arange(line + 6, first), 0, 4)
-        stood = tokens.values[tokens.first[line + 2] : tokens.first[line + 3]]
-        if stood.any() or not np.array_equal(matrix, np.eye(4)):
-            extras.append(f"the scanner's place {' '.join(f'{x:g}' for x in stood)}")
+        position = tokens.values[tokens.first[line + 2] : tokens.first[line + 3]]
+        if position.any() or not np.array_equal(matrix, np.eye(4)):
+            extras.append(f"the scanner's place {' '.join(f'{x:g}' for x in position)}")
         line = first + count
         grids.append(_placed(numbers_of(tokens, np.arange(first, line), 0, width), matrix))
     rows = np.concatenate([_coloured(grid, any(g.shape[1] == _COLOURED for g in grids)) for grid in grids] or [np.empty((0, 4))])
@@ -60,29 +60,29 @@ def read_ptx(path: Path, references: References) -> Reading:
     if len(extras) > 1:
         extras = [f"the scanner's places ({len(extras):,})"]
     missing = len(rows) - len(measured)
-    doubts = (f"{missing:,} places of its grids, at which nothing was measured, are left out",) if missing else ()
+    doubts = (f"{missing:,} positions of its grids without a measured point are left out",) if missing else ()
     mesh = MeshData(vertices=measured[:, :3], vertex_attributes=attributes, source=Source(path, "ptx", extras=tuple(extras)))
     return Reading(mesh, (*unended(data), *doubts))
 
 
 def _placed(rows: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rows where the matrix of a head puts them, whose last line is the translation; at NaN what was not measured."""
+    """The rows transformed by the matrix of their head, whose last row is the translation; NaN where nothing was measured."""
     if not np.allclose(matrix[:, 3], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=_ROUNDED):
-        raise ContentsError("the last column of the matrix of a grid of it is not 0 0 0 1")
+        raise ContentsError("the last column of a grid's matrix is not 0 0 0 1")
     places = rows[:, :3]
     missing = ~places.any(axis=1)
     if not np.array_equal(matrix, np.eye(4)):
         with np.errstate(over="ignore", invalid="ignore"):
             places = places @ matrix[:3, :3] + matrix[3, :3]
         if not np.isfinite(places[~missing & np.isfinite(rows[:, :3]).all(axis=1)]).all():
-            raise ContentsError("the matrix of a grid of it puts points beyond all numbers")
+            raise ContentsError("a grid's matrix makes points infinite")
     placed = np.concatenate([places, rows[:, 3:]], axis=1)
     placed[missing, :3] = np.nan
     return placed
 
 
 def _coloured(rows: NDArray[np.float64], coloured: bool) -> NDArray[np.float64]:
-    """The rows with a colour, white if they have none, where other grids have one."""
+    """The rows with a colour if any grid has colours: white for a grid without."""
     if not coloured or rows.shape[1] == _COLOURED:
         return rows
     return np.concatenate([rows, np.full((len(rows), 3), 255.0)], axis=1)
@@ -93,18 +93,18 @@ def _count(tokens: Tokens, line: int) -> int:
     lengths = tokens.lengths[line : line + len(_HEAD)].tolist()
     first = tokens.first[line : line + 2]
     if lengths != list(_HEAD) or (tokens.kinds[first] != INTEGER).any() or (tokens.values[first] < 0).any():
-        raise at_line(tokens, line, "begins no grid: columns, rows, four lines of the scanner's place and four of a matrix")
+        raise at_line(tokens, line, "begins no grid (columns, rows, four lines of the scanner's pose, four of a matrix)")
     columns, rows = tokens.values[first].tolist()
     return int(min(columns * rows, 1 << 53))
 
 
 def _width(tokens: Tokens, line: int, points: int) -> int:
-    """Of how many numbers the points of a grid are made."""
+    """How many numbers each point of a grid has."""
     lengths = tokens.lengths[line : line + points]
     if len(lengths) < points:
-        raise ContentsError(f"a grid of it declares {points:,} points, but {len(lengths):,} lines follow")
+        raise ContentsError(f"one of its grids declares {points:,} points, but {len(lengths):,} lines follow")
     wrong = (lengths != lengths[:1]) | ~np.isin(lengths, (_PLAIN, _COLOURED))
     if wrong.any():
         k = int(np.argmax(wrong))
-        raise at_line(tokens, line + k, f"has {lengths[k]} numbers; a point has 4 or 7, and all of a grid the same")
+        raise at_line(tokens, line + k, f"has {lengths[k]} numbers; points have 4 or 7, the same in the whole grid")
     return int(lengths[0]) if points else _PLAIN

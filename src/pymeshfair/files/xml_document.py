@@ -1,4 +1,4 @@
-"""Reads XML that comes from anywhere: without entities, within limits, and to its end."""
+"""Reads XML from untrusted sources: entities are refused, depth and size are limited."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from xml.parsers import expat
 
 from .errors import ContentsError
 
-#: levels of elements within elements; a scene of a program has some ten
+#: levels of nested elements; usual scenes have about ten
 _DEEPEST = 200
-#: elements of a document that is kept as a tree: so many take two seconds and 300 MB
+#: the most elements of a tree; they take two seconds and 300 MB
 _MOST_ELEMENTS = 500_000
 
 
@@ -20,10 +20,10 @@ def parse_xml(
     end: Callable[[str], object] = lambda tag: None,
     text: Callable[[str], object] | None = None,
 ) -> None:
-    """Go through a document.
+    """Parse a document and call functions for its parts.
 
     Args:
-        data: the whole of it.
+        data: the whole document.
         start: called with the name, prefix included, and the attributes of every element.
         end: called with the name of each when it ends.
         text: called with the text between.

@@ -1,13 +1,14 @@
-"""What a mesh set says of itself, in a terminal and in a notebook."""
+"""Shows the layers of a mesh set as text for terminals and as HTML for notebooks."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 from typing import Any
 
 
 def layer_rows(meshes: Any) -> list[tuple[str, str, str]]:
-    """For every layer of a mesh set its number, starred if it is the current one, its name, and how large it is."""
+    """(number, name, size) of every layer of a mesh set; the number of the current layer ends with ``*``."""
     current = meshes.current_mesh_id() if meshes.mesh_number() else -1
     rows = []
     for mesh in meshes:
@@ -18,18 +19,20 @@ def layer_rows(meshes: Any) -> list[tuple[str, str, str]]:
 
 
 def layers_text(meshes: Any) -> str:
-    """One line a layer."""
+    """One line per layer."""
     rows = layer_rows(meshes)
-    count = f"{len(rows)} {'layer' if len(rows) == 1 else 'layers'}"
-    return "\n".join([f"MeshSet of {count}", *(f"  {number:<4} {name}: {size}" for number, name, size in rows)])
+    return "\n".join([f"MeshSet of {_layer_count(rows)}", *(f"  {number:<4} {name}: {size}" for number, name, size in rows)])
 
 
 def layers_line(meshes: Any) -> str:
     """The number of layers and the current one, for ``repr``."""
     rows = layer_rows(meshes)
-    count = f"{len(rows)} {'layer' if len(rows) == 1 else 'layers'}"
     current = [f", current {number.rstrip('*')} {name!r}: {size}" for number, name, size in rows if number.endswith("*")]
-    return f"<{type(meshes).__name__} of {count}{''.join(current)}>"
+    return f"<{type(meshes).__name__} of {_layer_count(rows)}{''.join(current)}>"
+
+
+def _layer_count(rows: Sequence[Any]) -> str:
+    return f"{len(rows)} {'layer' if len(rows) == 1 else 'layers'}"
 
 
 def layers_table(meshes: Any) -> str:

@@ -1,4 +1,4 @@
-"""Meshes of trimesh, Open3D, meshio and PyVista as arrays; none is imported, their meshes are known by their attributes."""
+"""Converts meshes of trimesh, Open3D, meshio and PyVista to arrays; recognises them by attributes, without an import."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from ..declaration import Ints
+from ..declaration import Floats, Ints
 from ..meshlab.errors import ForeignMeshError
 from .exchange import Arrays, arrays_of, coordinates, indices, rgba
 
-#: cells of meshio: each row of corners becomes these triangles
+#: for each kind of cell in meshio, its triangles as corners of the cell
 _TRIANGLES = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 
 
 def taken(mesh: Any) -> Arrays:
-    """A mesh of another package.
+    """The arrays of a mesh of another package.
 
     Raises:
         ForeignMeshError: it is no mesh of these packages, or has cells that are no triangles, quads, lines or vertices.
@@ -39,7 +39,7 @@ def taken(mesh: Any) -> Arrays:
 
 
 def _of_scene(scene: Any) -> Arrays:
-    """All parts of a scene of trimesh's, each in its place, as one mesh."""
+    """All parts of a trimesh scene, transformed to their places, as one mesh."""
     parts = scene.dump()
     kinds = sorted({type(part).__name__ for part in parts})
     if not parts:
@@ -53,9 +53,7 @@ def _of_scene(scene: Any) -> Arrays:
 
 
 def _of_trimesh(mesh: Any) -> Arrays:
-    vertices = coordinates(mesh.vertices)
-    if vertices.shape[1:] == (2,):
-        vertices = np.column_stack([vertices, np.zeros(len(vertices))])
+    vertices = _in_space(coordinates(mesh.vertices))
     arrays = Arrays(vertices)
     if hasattr(mesh, "vertex_nodes"):  # a Path
         arrays.edges = indices(mesh.vertex_nodes)
@@ -74,10 +72,15 @@ def _of_trimesh(mesh: Any) -> Arrays:
         arrays.uv = coordinates(visual.uv)
         material = getattr(visual, "material", None)
         if getattr(material, "image", None) is not None or getattr(material, "baseColorTexture", None) is not None:
-            arrays.lost.append("MeshLab takes no picture from memory: the texture coordinates are there, without their texture")
+            arrays.lost.append("the texture is left out, as MeshLab takes no picture from memory; its coordinates are kept")
     arrays.of_vertices = arrays_of(getattr(mesh, "vertex_attributes", None))
     arrays.of_faces = arrays_of(getattr(mesh, "face_attributes", None))
     return arrays
+
+
+def _in_space(points: Floats) -> Floats:
+    """(n, 3) the points; z is 0 if they are (n, 2)."""
+    return np.column_stack([points, np.zeros(len(points))]) if points.shape[1:] == (2,) else points
 
 
 def _of_open3d(mesh: Any) -> Arrays:
@@ -93,11 +96,9 @@ def _of_open3d(mesh: Any) -> Arrays:
 
 
 def _of_meshio(mesh: Any) -> Arrays:
-    points = coordinates(mesh.points)
-    if points.shape[1] == 2:
-        points = np.column_stack([points, np.zeros(len(points))])
+    points = _in_space(coordinates(mesh.points))
     faces, edges = [np.zeros((0, 3), dtype=np.int32)], [np.zeros((0, 2), dtype=np.int32)]
-    from_cell: list[Ints] = [np.zeros(0, dtype=np.int32)]  # by triangle, its number among all cells
+    from_cell: list[Ints] = [np.zeros(0, dtype=np.int32)]  # for each triangle, the number of its cell
     start = 0
     for block in mesh.cells:
         kind, cells = (block.type, block.data) if hasattr(block, "type") else block
@@ -110,7 +111,7 @@ def _of_meshio(mesh: Any) -> Arrays:
             edges.append(indices(cells))
         elif kind != "vertex":
             raise ForeignMeshError(
-                f"the meshio mesh has cells of type {kind!r}; taken are triangles, quads (as two of them) and lines"
+                f"the meshio mesh has cells of type {kind!r}; supported are triangles, quads (as two triangles) and lines"
             )
     arrays = Arrays(
         points, np.concatenate(faces), np.concatenate(edges), of_vertices=arrays_of(getattr(mesh, "point_data", None))
@@ -134,7 +135,10 @@ def _of_pyvista(mesh: Any) -> Arrays:
     arrays = Arrays(
         coordinates(mesh.points), indices(surface.regular_faces).reshape(-1, 3), of_vertices=arrays_of(mesh.point_data)
     )
-    arrays.of_faces = {name: array for name, array in arrays_of(surface.cell_data).items() if len(array) == len(arrays.faces)}
+    of_cells = arrays_of(surface.cell_data)
+    arrays.of_faces = {name: array for name, array in of_cells.items() if len(array) == len(arrays.faces)}
+    if others := sorted(of_cells.keys() - arrays.of_faces.keys()):
+        arrays.lost.append(f"of lines, points and faces together, data of cells are not taken: {', '.join(others)}")
     if edges:
         arrays.edges = indices(np.concatenate(edges))
     uv = mesh.active_texture_coordinates
@@ -145,13 +149,13 @@ def _of_pyvista(mesh: Any) -> Arrays:
     return arrays
 
 
-def _take_by_name(found: Arrays) -> None:
-    """Take normals and colours out of the values of vertices, where they are called so."""
-    for name, values in list(found.of_vertices.items()):
-        if name.lower() in ("normals", "normal") and values.shape == found.vertices.shape:
-            found.normals = coordinates(found.of_vertices.pop(name))
+def _take_by_name(arrays: Arrays) -> None:
+    """Move values named as normals or colours to the fields for them."""
+    for name, values in list(arrays.of_vertices.items()):
+        if name.lower() in ("normals", "normal") and values.shape == arrays.vertices.shape:
+            arrays.normals = coordinates(arrays.of_vertices.pop(name))
         elif name.lower() in ("rgb", "rgba", "colors") and values.shape[1:] in ((3,), (4,)):
-            found.colors = rgba(found.of_vertices.pop(name), len(found.vertices))
-    for name, values in list(found.of_faces.items()):
+            arrays.colors = rgba(arrays.of_vertices.pop(name), len(arrays.vertices))
+    for name, values in list(arrays.of_faces.items()):
         if name.lower() in ("rgb", "rgba", "colors") and values.shape[1:] in ((3,), (4,)):
-            found.face_colors = rgba(found.of_faces.pop(name), len(found.faces))
+            arrays.face_colors = rgba(arrays.of_faces.pop(name), len(arrays.faces))

@@ -1,4 +1,4 @@
-"""The workers of a scheduler of dask: the way to them, and whether they give the results that this machine gives."""
+"""Connects to a dask scheduler, and checks that its workers have the packages and the files of this machine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .versions import packages_here
 if TYPE_CHECKING:
     from distributed import Client
 
-#: what dask would record about thousands of tasks
+#: limits the records that dask keeps of thousands of tasks
 _QUIET = {
     "distributed.scheduler.dashboard.status.task-stream-length": 100,
     "distributed.admin.low-level-log-length": 100,
@@ -27,26 +27,26 @@ _QUIET = {
 }
 #: seconds in which a scheduler must answer
 _ANSWER = "10s"
-#: what the name of the file begins with by which workers show that they see the folder of outputs
+#: prefix of the probe file's name; workers read it to show that they see the folder of outputs
 PROBE_PREFIX = ".pymeshfair-batch-"
 
 
 class ClusterError(RunError):
-    """The workers of a scheduler cannot do the work, or not go on with it."""
+    """The workers of a scheduler cannot start or continue the work."""
 
 
 class UnfitWorkersError(ClusterError):
-    """Some workers would not give the results that this machine gives, or do not see its files; nothing was begun.
+    """Some workers have other packages than this machine or do not see its files; nothing was started.
 
     Attributes:
-        reasons: by the address of a worker, what is wrong with it.
+        reasons: by the address of a worker, the reasons against it.
     """
 
     def __init__(self, reasons: Mapping[str, Sequence[str]], fit: int) -> None:
-        told = "\n".join(f"  {address}: {'; '.join(found)}" for address, found in reasons.items())
+        lines = "\n".join(f"  {address}: {'; '.join(texts)}" for address, texts in reasons.items())
         super().__init__(
-            f"{len(reasons)} of {len(reasons) + fit} workers cannot take part, and nothing was begun:\n{told}\n"
-            "mend or stop them, and start again"
+            f"{len(reasons)} of {len(reasons) + fit} workers cannot take part, and nothing was begun:\n{lines}\n"
+            "correct or stop them, and start again"
         )
         self.reasons = dict(reasons)
 
@@ -55,19 +55,19 @@ class LostSchedulerError(ClusterError):
     """The scheduler does not answer any more."""
 
     def __init__(self) -> None:
-        super().__init__("the scheduler does not answer any more; --resume goes on with what is not done, when it runs again")
+        super().__init__("the scheduler does not answer any more; restart it, then continue with --resume")
 
 
 @dataclass(frozen=True)
 class Scheduler:
-    """A scheduler of dask, as dask's own commands take it.
+    """The address and the certificates of a dask scheduler, as in dask's own commands.
 
     Attributes:
-        address: such as ``tcp://host:8786``; empty if `file` has it.
+        address: such as ``tcp://host:8786``; empty if it is in `file`.
         file: the file in which ``dask scheduler --scheduler-file`` writes its address.
-        ca_file: certificates of authorities, one of which has signed that of the scheduler.
-        certificate: of this client.
-        key: of that certificate.
+        ca_file: certificates of the authorities that may have signed the scheduler's.
+        certificate: the certificate of this client.
+        key: its private key.
     """
 
     address: str = ""
@@ -80,7 +80,7 @@ class Scheduler:
         """The address.
 
         Raises:
-            ClusterError: the file cannot be read, or has none.
+            ClusterError: the file cannot be read or has no address.
         """
         if self.file is None:
             return self.address
@@ -101,8 +101,8 @@ class Scheduler:
         for path in files.values():
             if path is not None and not path.is_file():
                 raise ClusterError(f"there is no file {path}")
-        there = {name: str(path) for name, path in files.items() if path is not None}
-        return Security(require_encryption=True, **there) if there else None  # type: ignore[no-untyped-call]
+        existing = {name: str(path) for name, path in files.items() if path is not None}
+        return Security(require_encryption=True, **existing) if existing else None  # type: ignore[no-untyped-call]
 
 
 @contextlib.contextmanager
@@ -117,17 +117,17 @@ def open_client(scheduler: Scheduler) -> Iterator[Client]:
         from distributed import Client
     except ImportError as error:
         raise ClusterError(missing_package("distributed", "cluster")) from error
-    # What matters is said in our own words. Dask gives some of its loggers a level of their own.
+    # Silences dask's logs: errors are reported by our own messages. Some of its loggers have their own level.
     for name in ("distributed", "tornado", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "tornado"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
     with dask.config.set(_QUIET), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # other versions of dask's own packages
+        warnings.simplefilter("ignore")  # about differing versions of dask's packages
         address, security = scheduler.place(), scheduler.security()
         try:
             client = Client(address, security=security, timeout=_ANSWER, set_as_default=False)  # type: ignore[no-untyped-call]
         except (OSError, ValueError, TimeoutError, TypeError, RuntimeError) as error:
-            hint = "; it may want a certificate (--tls-ca-file, --tls-cert, --tls-key)" if security is None else ""
+            hint = "; it may need a certificate (--tls-ca-file, --tls-cert, --tls-key)" if security is None else ""
             raise ClusterError(f"no scheduler answers at {address}: {error}{hint}") from error
         with client:
             yield client
@@ -135,14 +135,14 @@ def open_client(scheduler: Scheduler) -> Iterator[Client]:
 
 @dataclass(frozen=True)
 class Conditions:
-    """What a worker must fulfil.
+    """Requirements on a worker.
 
     Attributes:
-        packages: the versions of packages.
+        packages: the version of each package.
         probe: a file in the folder of outputs.
-        token: what is in it.
-        inputs: the sizes of some inputs.
-        more: finds further reasons against a worker; it can be pickled.
+        token: the content of that file.
+        inputs: the sizes of some inputs in bytes.
+        more: returns further reasons against a worker; it can be pickled.
     """
 
     packages: Mapping[str, str | None]
@@ -152,10 +152,10 @@ class Conditions:
     more: Callable[[], list[str]] = list
 
     def unfit(self) -> list[str]:
-        """Why this process must not take part; empty if it may."""
+        """The reasons against this process as a worker; empty if there are none."""
         here = packages_here()
         reasons = [
-            f"it has {name} {here[name] or 'not at all'} in place of {version}"
+            f"it has {f'{name} {here[name]}' if here[name] else f'no {name}'}, and this machine {version or 'none'}"
             for name, version in self.packages.items()
             if here[name] != version
         ]
@@ -180,12 +180,12 @@ class Conditions:
 
 @contextlib.contextmanager
 def conditions(folder: Path, inputs: Sequence[Path], more: Callable[[], list[str]] = list) -> Iterator[Conditions]:
-    """What workers must fulfil, while a file lies in the folder of outputs that they must see.
+    """Requirements on workers; during the context the folder of outputs holds the probe file.
 
     Raises:
         ClusterError: nothing can be written to the folder.
     """
-    for left in folder.glob(f"{PROBE_PREFIX}*"):  # by a run that was killed
+    for left in folder.glob(f"{PROBE_PREFIX}*"):  # left by a killed run
         left.unlink(missing_ok=True)
     path, token = folder / f"{PROBE_PREFIX}{secrets.token_hex(8)}", secrets.token_hex(16)
     try:
@@ -209,7 +209,7 @@ def check_workers(client: Client, wanted: Conditions) -> None:
     if not answers:
         raise ClusterError("the scheduler has no workers; start some, and start again")
     unfit = {
-        address: [f"it cannot even be asked: {type(answer).__name__}: {answer}"] if isinstance(answer, BaseException) else answer
+        address: [f"the check failed there: {type(answer).__name__}: {answer}"] if isinstance(answer, BaseException) else answer
         for address, answer in answers.items()
     }
     unfit = {address: reasons for address, reasons in unfit.items() if reasons}

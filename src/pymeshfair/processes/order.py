@@ -1,4 +1,4 @@
-"""What a process is told to do, and what came of it."""
+"""Messages between processes: the call that a worker process makes, and its result."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..operating_system import this_system
 
 
 class DefectError(PymeshfairError):
-    """A task raised an exception that is none of ours, which is a defect of pymeshfair; the message names it."""
+    """A task raised an exception of an unexpected kind: a defect of pymeshfair. The message names the exception."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Order:
     Attributes:
         call: the function and its arguments, pickled: a function of a module, or a method of a value that can be pickled.
         memory_limit: bytes that the process may take, or None.
-        if_lost: a call without arguments for that process to make if the one that gave the order ends; pickled, or None.
+        if_lost: a function without arguments that the worker calls if the process that sent the order ends; pickled, or None.
     """
 
     call: bytes
@@ -45,14 +45,14 @@ class Order:
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a task.
+    """The result of a task.
 
     Attributes:
-        result: what it gave back.
-        error: what it raised: an exception of ours, MemoryError, ImportError, OSError, or `DefectError`; None if it ended well.
+        result: its return value.
+        error: the exception that it raised: one of pymeshfair's, MemoryError, ImportError, OSError, or `DefectError`; or None.
         details: the traceback of the error.
-        process: the number of the process.
-        peak_memory: the most bytes that it held during the task, or None where the system does not say.
+        process: the id of the process.
+        peak_memory: the peak of its memory during the task in bytes, or None if the system does not measure it.
         seconds: processor time.
         is_used_up: whether the process must not do another task, see `pymeshfair.processes.worker.use_up`.
     """
@@ -67,7 +67,7 @@ class Answer:
 
 
 def answer(task: Callable[[], Any], process: str) -> Answer:
-    """Do a task in this process."""
+    """Run a task in this process, and measure it."""
     this_system().forget_peak_memory()
     started = time.process_time()
     result, error, details = None, None, ""

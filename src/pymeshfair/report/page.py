@@ -1,7 +1,7 @@
-"""One HTML file that needs no network: texts escaped, pictures and meshes inside, and only its own scripts allowed to run.
+"""Renders HTML pages that need no network: pictures and meshes are embedded, and only the page's own scripts may run.
 
-Parts of a page are macros in ``templates/parts.html``; `render` fills a template that takes them. Every text goes through the
-template engine, which escapes it: the name of a scan stays a name, whatever it holds.
+Parts of a page are macros in ``templates/parts.html``; `render` fills a template that imports them. The template engine escapes
+every text, so that the name of a scan cannot contain active HTML.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from PIL import Image
 
-#: characters of a value that a list of parameters shows
+#: the most characters of a value in a list of parameters
 _SHORT = 120
 
 
@@ -30,8 +30,8 @@ class Figure:
 
     Attributes:
         source: the picture as a ``data:`` address.
-        alternative: what it shows, for those who do not see it.
-        caption: what stands below.
+        alternative: the alternative text (``alt``).
+        caption: the text below.
         width: in pixels.
         height: in pixels.
     """
@@ -44,7 +44,7 @@ class Figure:
 
 
 def figure_of(picture: Image.Image, alternative: str, caption: str) -> Figure:
-    """A picture that is kept within the page."""
+    """A picture, embedded as a PNG file of 128 colours."""
     file = io.BytesIO()
     picture.quantize(128).save(file, format="PNG", optimize=True)
     source = f"data:image/png;base64,{base64.b64encode(file.getvalue()).decode('ascii')}"
@@ -65,9 +65,9 @@ def render(
     Args:
         template: its file, such as ``"report.html"``. It extends ``page.html``, which takes ``title``.
         scripts: files in ``static/`` that the page holds, in this order.
-        sockets: whether the page may talk with the server that it came from; else it reaches nothing.
-        package: where templates and scripts are, besides this package.
-        values: what the template names; missing ones are an error.
+        sockets: whether the page may connect to its own server; else it may connect to nothing.
+        package: a package with further templates and scripts.
+        values: the variables of the template; a missing one is an error.
     """
     texts = tuple(Markup(_resource(name, package)) for name in scripts)
     style = Markup(_resource("page.css", package))
@@ -101,12 +101,12 @@ def _environment(package: str) -> Environment:
 
 
 def short(value: Any) -> str:
-    """A value of a parameter in a few letters."""
+    """The value of a parameter in at most 120 characters and an ellipsis."""
     text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
     return text if len(text) <= _SHORT else f"{text[:_SHORT]} ..."
 
 
 def json_block(document: Mapping[str, Any]) -> Markup:
-    """A document in terms of JSON for a ``<script type="application/json">``: nothing in it can end the element."""
+    """A document as JSON for a ``<script type="application/json">``, escaped so that it cannot end the element."""
     text = json.dumps(document, ensure_ascii=True, allow_nan=False)
     return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))

@@ -58,7 +58,7 @@ class Measuring:
         if not self._wanted:
             return Found(mesh, None, box_diagonal(check_points(mesh.vertices)), lambda: usual_edge(mesh))
         measures, self._connectivity = measures_and_connectivity(
-            mesh.vertices, mesh.faces, edges=mesh.edges, known=self._connectivity
+            mesh.vertices, mesh.faces, edges=mesh.edges, former=self._connectivity
         )
         return Found(mesh, measures, measures.diagonal, lambda: measures.mean_edge or measures.mean_spacing or 0.0)
 

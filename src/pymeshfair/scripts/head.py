@@ -1,4 +1,4 @@
-"""The head of a script, read without a look at what its filters are."""
+"""Reads the head of a script (comment, settings, number of steps) without finding its filters."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ KEYWORDS = ("Task", "For", "Fits", "Judged", "Does", "Tune", "Superseded")
 
 @dataclass(frozen=True)
 class Head:
-    """What a script says of itself.
+    """The head of a script.
 
     Attributes:
-        comment: the words at its head.
-        settings: the values that have a name.
-        steps: how many filters it has.
+        comment: the comments before its first filter.
+        settings: its named settings.
+        steps: the number of its filters.
     """
 
     comment: str
@@ -29,7 +29,7 @@ class Head:
 
 
 def read_head(data: bytes) -> Head:
-    """The head of a well-formed script; nothing is checked, and what is wrong is left out."""
+    """The head of a well-formed script, without checks; invalid settings are left out."""
     comments: list[str] = []
     settings: list[Setting] = []
     filters: list[str] = []
@@ -37,8 +37,8 @@ def read_head(data: bytes) -> Head:
     def start(tag: str, attributes: dict[str, str]) -> None:
         if tag == "filter":
             filters.append(tag)
-        elif tag == "setting" and (found := read_setting(attributes, parser.CurrentLineNumber)[0]) is not None:
-            settings.append(found)
+        elif tag == "setting" and (setting := read_setting(attributes, parser.CurrentLineNumber)[0]) is not None:
+            settings.append(setting)
 
     parser = expat.ParserCreate()
     parser.CommentHandler = lambda text: None if filters else comments.append(text)
@@ -48,14 +48,14 @@ def read_head(data: bytes) -> Head:
 
 
 def paragraphs(text: str) -> tuple[dict[str, str], tuple[str, ...]]:
-    """The paragraphs of a head comment without its title: those of `KEYWORDS` by their words, each once, and the others."""
-    said: dict[str, str] = {}
-    more: list[str] = []
+    """The paragraphs of a head comment without its title: the first for each of `KEYWORDS`, by keyword, and all others."""
+    by_keyword: dict[str, str] = {}
+    others: list[str] = []
     for paragraph in re.split(r"\n[ \t]*\n", text.strip()):
         plain = " ".join(paragraph.split())
         keyword, colon, words = plain.partition(":")
-        if colon and keyword in KEYWORDS and keyword not in said:
-            said[keyword] = words.strip()
+        if colon and keyword in KEYWORDS and keyword not in by_keyword:
+            by_keyword[keyword] = words.strip()
         elif plain:
-            more.append(plain)
-    return said, tuple(more)
+            others.append(plain)
+    return by_keyword, tuple(others)

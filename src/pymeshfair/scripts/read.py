@@ -1,4 +1,4 @@
-"""Reads .mlx scripts, and lists everything that is wrong with one before any mesh is opened.
+"""Reads .mlx scripts, and lists all problems of a script before any mesh is opened.
 
 MeshLab ignores what it does not understand. Here unknown elements, names, types and values are problems; comments and unknown
 attributes are not. A hostile file costs little: entities and document type subsets are refused where they begin, and size,
@@ -35,19 +35,17 @@ UNIT = "unit"
 MOST_ATTRIBUTES = 100
 #: characters of a name of a filter, a parameter or a type
 LONGEST_NAME = 1000
+#: the document type twice, as some old programs write it
+SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)
+_ENCODINGS = frozenset({"utf-8", "utf8", "utf-16", "us-ascii", "ascii"})
 
 
 def excess(attributes: Mapping[str, str]) -> str | None:
-    """Why an element has more than it may; None if it has not."""
+    """Why an element has too many attributes or too long a name; None if it is within the limits."""
     if len(attributes) > MOST_ATTRIBUTES:
         return f"has an element of {len(attributes):,} attributes; {MOST_ATTRIBUTES} are the most"
     longest = max(len(attributes.get(key, "")) for key in ("name", "type"))
     return f"has a name of {longest:,} characters; {LONGEST_NAME:,} are the most" if longest > LONGEST_NAME else None
-
-
-#: what some old programs write: the document type twice
-SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)
-_ENCODINGS = frozenset({"utf-8", "utf8", "utf-16", "us-ascii", "ascii"})
 
 
 def read_script(path: str | Path) -> Script:
@@ -60,7 +58,7 @@ def read_script(path: str | Path) -> Script:
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """The contents of a file, up to just above the most that a script may have.
+    """The contents of a file, at most one byte more than a script may have.
 
     Raises:
         ScriptError: the file cannot be read.
@@ -86,16 +84,16 @@ def parse_script(data: bytes, name: str, *, path: Path | None = None) -> Script:
 
 
 def parse_document(data: bytes, name: str) -> Document:
-    """The elements of a script, and what is wrong with its structure; what the elements mean is not looked at."""
+    """The elements of a script and the problems of its structure; filters and parameters are not checked."""
     reader = _Reader(name)
     reader.read(data)
     comment = clean_comment("\n\n".join(reader.comments))
-    read = tuple(reader.filters), comment, tuple(reader.problems), reader.guards, tuple(reader.settings), reader.unit
-    return Document(name, *read)
+    problems, settings = tuple(reader.problems), tuple(reader.settings)
+    return Document(name, tuple(reader.filters), comment, problems, reader.guards, settings, reader.unit)
 
 
 class _EndedError(Exception):
-    """Reading cannot go on; the problem has been noted."""
+    """Reading cannot continue; the problem is in the list."""
 
 
 class _Reader:
@@ -166,7 +164,7 @@ class _Reader:
         outside: bool = False,
         lines_ago: int = 0,
     ) -> None:
-        """Note a problem some lines before where the parser is; `outside` if it does not concern the filter that is open."""
+        """Add a problem, `lines_ago` lines before the parser's line; `outside` if it does not concern the open filter."""
         self.problems.append(
             Problem(
                 file=self.name,
@@ -224,7 +222,7 @@ class _Reader:
             if tag != "FilterScript":
                 self._fatal(f"is no filter script: it begins with <{shortened(tag)}> instead of <FilterScript>")
             self._read_head(attributes)
-        elif self._open[1] == "xmlfilter" and depth > 2:  # that it is one is said once
+        elif self._open[1] == "xmlfilter" and depth > 2:  # <xmlfilter> itself is reported once
             if depth == 3 and tag in ("Param", "xmlparam"):
                 self._params.append(ParamElement(attributes, self._parser.CurrentLineNumber))
         elif depth == 2:

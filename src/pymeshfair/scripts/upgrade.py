@@ -1,7 +1,7 @@
 """Brings a script of an older MeshLab up to date, from the table of facts about former filters and parameters.
 
-Each change is graded: the script means the same, or its meaning changes and it is said how. What no fact is known of stays as it
-is and is refused as in any other script. An upgraded script has nothing left to upgrade.
+Every change states whether the script keeps its meaning, and if not, what it does now. Filters without a fact stay as they are
+and are refused as in any other script. Upgrading an upgraded script changes nothing.
 """
 
 from __future__ import annotations
@@ -25,22 +25,23 @@ from .suggestions import close_spelling, same_but_case
 from .upgraded_steps import CurrentLayer, upgraded_steps
 
 _GONE = "is left out, as MeshLab has dropped it"
-_UNHEARD_OF = "no version of MeshLab has such a parameter, and all go on without it"
-_UNTYPED = "is left out: it has no type, and every MeshLab drops such a value and takes its default (--mend sets it)"
-_MISREAD = "the MeshLab of today reads another value there, 0 or its default"
+_UNHEARD_OF = "no version of MeshLab has such a parameter; all ignore it"
+_UNTYPED = "is left out: without a type every MeshLab ignores the value and takes its default (--mend keeps it)"
+_MISREAD = "today's MeshLab reads another value here: 0 or its default"
 
 
 def upgraded_params(
-    element: FilterElement, known: Filter, facts: Sequence[Former], *, mend: bool
+    element: FilterElement, today: Filter, facts: Sequence[Former], *, mend: bool
 ) -> tuple[list[ParamElement], list[Change]]:
-    """The parameters that today's filter takes, and what was changed; what is not known stays as it is.
+    """The parameters for today's filter, and the changes.
 
-    A value without a type, which no MeshLab has read, is left out, or set with `mend`.
+    A value without a type, which every MeshLab ignores, is left out, or kept with `mend`. A parameter that MeshLab has never had
+    is left out; one without a name stays, to be refused.
     """
     params: dict[object, ParamElement] = {}
     changes: list[Change] = []
     old = element.name or ""
-    declared = {p.xml_name: p for p in known.parameters}
+    declared = {p.xml_name: p for p in today.parameters}
     for index, param in enumerate(element.params):
         name = param.attributes.get("name")
         if name is None:
@@ -49,39 +50,39 @@ def upgraded_params(
         if not mend and element.kind != "xmlfilter" and "type" not in param.attributes:
             changes.append(Change(line=param.line, filter=old, parameter=name, what=_UNTYPED))
             continue
-        meant = name if name in declared else _fact(facts, name, param, declared)
-        if isinstance(meant, Change):
-            changes.append(Change(line=param.line, filter=old, parameter=name, what=meant.what, meaning=meant.meaning))
+        target = name if name in declared else _fact(facts, name, param, declared)
+        if isinstance(target, Change):
+            changes.append(Change(line=param.line, filter=old, parameter=name, what=target.what, meaning=target.meaning))
             continue
-        if isinstance(meant, Mapping):
-            said = ", ".join(f"{new}={text}" for new, text in meant.items()) or "today's default says the same"
-            changes.append(Change(line=param.line, filter=old, parameter=name, what=f"is left out: {said}"))
-            for new, text in meant.items():
+        if isinstance(target, Mapping):
+            values = ", ".join(f"{new}={text}" for new, text in target.items()) or "today's default is the same"
+            changes.append(Change(line=param.line, filter=old, parameter=name, what=f"is left out: {values}"))
+            for new, text in target.items():
                 params[new] = _typed(declared[new], {"name": new, "value": text}, param.line)
             continue
-        if meant not in declared:
+        if target not in declared:
             near = close_spelling(name, [*declared])
-            meaning = _UNHEARD_OF + (f"; if it is to be {near!r}, write that" if near else "")
+            meaning = _UNHEARD_OF + (f"; if {near!r} is meant, write that" if near else "")
             changes.append(Change(line=param.line, filter=old, parameter=name, what="is left out", meaning=meaning))
             continue
-        if meant != name:
-            changes.append(Change(line=param.line, filter=old, parameter=name, what=f"is {meant!r} now"))
-        if meant in params:
-            meaning = "" if params[meant].attributes == param.attributes else "the last of the two values counts, as in MeshLab"
+        if target != name:
+            changes.append(Change(line=param.line, filter=old, parameter=name, what=f"is {target!r} now"))
+        if target in params:
+            meaning = "" if params[target].attributes == param.attributes else "the last of the two values counts, as in MeshLab"
             changes.append(Change(line=param.line, filter=old, parameter=name, what="is given once", meaning=meaning))
-        if any(meant in former.relabelled for former in facts) and (change := _relabelled(declared[meant], param, old)):
+        if any(target in former.relabelled for former in facts) and (change := _relabelled(declared[target], param, old)):
             changes.append(change)
             param = ParamElement({k: v for k, v in param.attributes.items() if not k.startswith("enum_val")}, param.line)
-        params[meant] = _typed(declared[meant], {**param.attributes, "name": meant}, param.line)
+        params[target] = _typed(declared[target], {**param.attributes, "name": target}, param.line)
         if element.kind != "xmlfilter":
-            changes += _type_changes(declared[meant], param, params[meant], element, runs_today=known.name == old)
+            changes += _type_changes(declared[target], param, params[target], element, runs_today=today.name == old)
     return list(params.values()), changes
 
 
 def _fact(
     facts: Sequence[Former], name: str, param: ParamElement, declared: Mapping[str, Parameter]
 ) -> str | Mapping[str, str] | Change:
-    """Today's name of a parameter, or the values that say the same, or why it is left out; the same name if nothing is known."""
+    """Today's name of a parameter, or equivalent values by name, or why it is left out; the same name if there is no fact."""
     value = param.attributes.get("value", "")
     for former in facts:
         if name in former.renames:
@@ -91,7 +92,8 @@ def _fact(
             return turned
         if name in former.drops:
             neutral = former.drops[name]
-            same = neutral is None or value.strip().lower() == neutral or (parsed(value) is not None and _equal(value, neutral))
+            number = parsed(value)
+            same = neutral is None or value.strip().lower() == neutral or (number is not None and number == parsed(neutral))
             meaning = "" if same else f"MeshLab has no such parameter any more and does what {neutral} did"
             return Change(line=param.line, filter="", what=_GONE, meaning=meaning)
         if name in former.loses:
@@ -100,42 +102,38 @@ def _fact(
     return by_case[0] if len(by_case) == 1 else name
 
 
-def _equal(text: str, neutral: str) -> bool:
-    return parsed(text) == parsed(neutral)
-
-
 def _typed(parameter: Parameter, attributes: Mapping[str, str], line: int) -> ParamElement:
-    """The element with the type and the attributes that MeshLab needs, where the value can be read in that type."""
-    found = dict(attributes)
-    value = found.get("value", "")
+    """The element with the type and attributes that MeshLab needs; unchanged if the value cannot be read as that type."""
+    typed = dict(attributes)
+    value = typed.get("value", "")
     if isinstance(parameter, Bool):
-        found["value"] = {"1": "true", "0": "false"}.get(value.strip(), value.strip().lower())
-        if found["value"] not in ("true", "false"):
+        typed["value"] = {"1": "true", "0": "false"}.get(value.strip(), value.strip().lower())
+        if typed["value"] not in ("true", "false"):
             return ParamElement(attributes, line)
     elif isinstance(parameter, Point):
-        if any(parsed(found.get(axis, "")) is None for axis in "xyz"):
+        if any(parsed(typed.get(axis, "")) is None for axis in "xyz"):
             return ParamElement(attributes, line)
     elif isinstance(parameter, Float | Percentage):
         number = parsed(value)
         if number is None:
             return ParamElement(attributes, line)
-        if found.get("type") != "RichFloat" or parameter.xml_type == "RichAbsPerc":
+        if typed.get("type") != "RichFloat" or parameter.xml_type == "RichAbsPerc":
             for bound, limit in (("min", min(0.0, number)), ("max", number)):
-                found[bound] = found.get(bound, repr(limit))
+                typed[bound] = typed.get(bound, repr(limit))
     elif isinstance(parameter, Enum) or parameter.xml_type in ("RichInt", "RichMesh"):
         if WHOLE.fullmatch(value) is None:
             return ParamElement(attributes, line)
         if isinstance(parameter, Enum):
-            found["enum_cardinality"] = found.get("enum_cardinality", str(len(parameter.choices)))
+            typed["enum_cardinality"] = typed.get("enum_cardinality", str(len(parameter.choices)))
     elif isinstance(parameter, FileOpen):
-        found["exts_cardinality"] = found.get("exts_cardinality", "0")
-    if list(type_complaints(parameter, found)):
-        found["type"] = parameter.xml_type
-    return ParamElement(found, line)
+        typed["exts_cardinality"] = typed.get("exts_cardinality", "0")
+    if list(type_complaints(parameter, typed)):
+        typed["type"] = parameter.xml_type
+    return ParamElement(typed, line)
 
 
 def _relabelled(parameter: Parameter, param: ParamElement, filter_name: str) -> Change | None:
-    """The change of a choice that keeps its number and has another word today; None if it has the same."""
+    """The change for a choice whose number has another word today; None if the word is the same."""
     value = param.attributes.get("value", "").strip()
     word = param.attributes.get(f"enum_val{value}")
     if not isinstance(parameter, Enum) or word is None or not value.isdigit() or int(value) >= len(parameter.choices):
@@ -143,14 +141,14 @@ def _relabelled(parameter: Parameter, param: ParamElement, filter_name: str) -> 
     today = parameter.choices[int(value)]
     if word == today:
         return None
-    what = f"keeps the number {value}; what MeshLab called {word!r} did what it calls {today!r} today"
+    what = f"keeps the number {value}; the former choice {word!r} is called {today!r} today"
     return Change(line=param.line, filter=filter_name, parameter=parameter.xml_name, what=what)
 
 
 def _type_changes(
     parameter: Parameter, old: ParamElement, new: ParamElement, element: FilterElement, *, runs_today: bool
 ) -> Iterator[Change]:
-    """What was changed in the attributes of a parameter; `runs_today` if MeshLab still has the old step's filter."""
+    """The changes in the attributes of a parameter; `runs_today` if MeshLab still has the old step's filter."""
     before, misread = old.attributes, _is_misread(parameter, old.attributes, new.attributes)
     meaning = _MISREAD if (misread and runs_today) or "type" not in before else ""
     for attribute, text in new.attributes.items():
@@ -158,15 +156,15 @@ def _type_changes(
             written = f"was {before[attribute]!r}" if attribute in before else "was missing"
             what = f"{attribute} is {text!r}, {written}"
             yield Change(line=old.line, filter=element.name or "", parameter=parameter.xml_name, what=what, meaning=meaning)
-            meaning = ""  # which is said once
+            meaning = ""  # reported once
 
 
 def _is_misread(parameter: Parameter, old: Mapping[str, str], new: Mapping[str, str]) -> bool:
-    """Whether the MeshLab of today reads another value in the old attributes than in the new ones."""
+    """Whether today's MeshLab reads another value from the old attributes than from the new ones."""
     value = old.get("value", "")
     if old.get("type") in OLD_TYPES:
         return False
-    if any(type_complaints(parameter, old)):  # of a wrong type it reads 0
+    if any(type_complaints(parameter, old)):  # it reads a value of a wrong type as 0
         return new.get("value", "").lower() not in ("0", "0.0", "false") or new["type"] == old.get("type")
     return isinstance(parameter, Bool) and value.lower() not in ("true", new["value"])
 
@@ -185,7 +183,7 @@ class Upgrade:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The changes after which the script does not mean quite the same."""
+        """The changes that alter the meaning of the script."""
         return tuple(str(change) for change in self.changes if not change.same_meaning)
 
 
@@ -201,7 +199,7 @@ def upgrade_file(path: str | Path, *, mend: bool = False) -> Upgrade:
 def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bool = False) -> Upgrade:
     """The upgraded script in the bytes of an .mlx file; `name` stands for the file in messages.
 
-    A value without a type, which every MeshLab drops, is left out; with `mend` it is set, as it was meant.
+    A value without a type, which every MeshLab ignores, is left out; with `mend` it is kept.
 
     Raises:
         ScriptError: something is wrong that no upgrade cures; lists every problem.
@@ -220,23 +218,23 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bo
         aged = aged or _is_old(element, former)
         values = {p.attributes.get("name", ""): p.attributes.get("value", "") for p in element.params}
         if current.is_asked_for(element, values):
-            what = "left out: of one mesh file it makes the layer current that is so today"
+            what = "left out: in a run of one mesh file the layer that it selects is already current today"
             meaning = "in a run of several mesh files it made another layer current"
             changes.append(Change(line=element.line, filter=element.name or "", what=what, meaning=meaning))
             if current.maker is not None:
                 result_stays_current.add(current.maker)
             continue
-        upgraded, found = _upgraded(element, values, mend=mend)
+        upgraded, of_element = _upgraded(element, values, mend=mend)
         for step in upgraded:
             current.go_on(step, values)
-        changes += found
+        changes += of_element
         filters += upgraded
         if former is not None and former.layers == "current":
             result_stays_current.add(element.line)
     script = build_script(replace(document, filters=tuple(filters)), path)
     names = {element.line: element.name or "" for element in document.filters}
-    script, found = upgraded_steps(script, names, aged=aged, always_current=frozenset(result_stays_current))
-    changes += found
+    script, of_steps = upgraded_steps(script, names, aged=aged, always_current=frozenset(result_stays_current))
+    changes += of_steps
     return Upgrade(script, tuple(sorted(changes, key=lambda change: change.line)))
 
 
@@ -246,26 +244,26 @@ def _blank_second(match: re.Match[bytes]) -> bytes:
 
 
 def _upgraded(element: FilterElement, values: Mapping[str, str], *, mend: bool) -> tuple[list[FilterElement], list[Change]]:
-    """The element of today, none if it is to be left out, and what was changed; `values` are those of its parameters."""
+    """Today's element, none if it is left out, and the changes; `values` are those of its parameters."""
     name = element.name
     if name is None:
         return [element], []
-    former, known = _today(name, values)
+    former, today = _today(name, values)
     if former is not None and former.idle:
         return [], [Change(line=element.line, filter=name, what="left out, as it never changed a mesh")]
-    if known is None:
+    if today is None:
         return [element], []
-    changes = list(_named(element, name, known, former))
-    facts = [f for f in (former, former_parameters(known.name)) if f is not None]
-    params, found = upgraded_params(element, known, facts, mend=mend)
+    changes = list(_name_changes(element, name, today, former))
+    facts = [f for f in (former, former_parameters(today.name)) if f is not None]
+    params, of_params = upgraded_params(element, today, facts, mend=mend)
     written: set[str | None] = {p.attributes.get("name") for p in params}
     for parameter, text in ({} if former is None else former.sets).items():
         if parameter not in written:
-            declared = next(p for p in known.parameters if p.xml_name == parameter)
-            given = ParamElement({"type": declared.xml_type, "name": parameter, "value": text}, element.line)
-            more, _ = upgraded_params(replace(element, params=(given,)), known, [], mend=False)
+            declared = next(p for p in today.parameters if p.xml_name == parameter)
+            added = ParamElement({"type": declared.xml_type, "name": parameter, "value": text}, element.line)
+            more, _ = upgraded_params(replace(element, params=(added,)), today, [], mend=False)
             params += more
-    return [replace(element, kind="filter", name=known.name, params=tuple(params))], changes + found
+    return [replace(element, kind="filter", name=today.name, params=tuple(params))], changes + of_params
 
 
 def _is_old(element: FilterElement, former: Former | None) -> bool:
@@ -275,7 +273,7 @@ def _is_old(element: FilterElement, former: Former | None) -> bool:
 
 
 def _today(name: str, values: Mapping[str, str]) -> tuple[Former | None, Filter | None]:
-    """What is known of a name of old, and the filter that it means today with these values."""
+    """The facts about a former name, and the filter that it means today with these values."""
     try:
         return None, find_filter(name)
     except UnknownNameError:
@@ -284,21 +282,21 @@ def _today(name: str, values: Mapping[str, str]) -> tuple[Former | None, Filter 
     return former, None if today is None else find_filter(today)
 
 
-def _named(element: FilterElement, name: str, known: Filter, former: Former | None) -> Iterator[Change]:
-    """The changes that the tag and the name of a filter need."""
+def _name_changes(element: FilterElement, name: str, today: Filter, former: Former | None) -> Iterator[Change]:
+    """The changes of the tag and the name of a filter."""
     if element.kind == "xmlfilter":
         yield Change(line=element.line, filter=name, what="is written as <filter>, with the types of its parameters")
-    if known.name != name:
+    if today.name != name:
         sets = {} if former is None else former.sets
         added = "".join(f", with {parameter}={text}" for parameter, text in sets.items())
         meaning = "" if former is None else former.note
         if former is not None and former.invented and not meaning:
             meaning = "no MeshLab has had a filter of that name"
-        yield Change(line=element.line, filter=name, what=f"is {known.name!r} now{added}", meaning=meaning)
+        yield Change(line=element.line, filter=name, what=f"is {today.name!r} now{added}", meaning=meaning)
 
 
 def relative_script(script: Script, *, diagonal: float) -> Script:
-    """The script with every absolute length as a percentage of the diagonal of the mesh that it was meant for.
+    """The script with every absolute length as a percentage of the diagonal of the mesh that it was written for.
 
     Args:
         script: the steps; a length of 0 stays, as it is 0 on every mesh.

@@ -1,4 +1,4 @@
-"""Arrays in files that are read and written by rows, without mapping them into memory: what is not read takes none."""
+"""Arrays in files, read and written by ranges of rows, so that only these rows take memory."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Column:
 
     Attributes:
         path: the file.
-        dtype: of a number, as numpy writes it: ``"<f8"``.
+        dtype: the type of a number in numpy's notation, such as ``"<f8"``.
         width: numbers in a row.
     """
 
@@ -42,8 +42,8 @@ class Column:
 
     def read(self, first: int, last: int) -> NDArray[Any]:
         """The rows from `first` to before `last`: (n,) if a row is one number, else (n, width)."""
-        found = np.fromfile(self.path, self.dtype, (last - first) * self.width, offset=first * self.row)
-        return found if self.width == 1 else found.reshape(-1, self.width)
+        numbers = np.fromfile(self.path, self.dtype, (last - first) * self.width, offset=first * self.row)
+        return numbers if self.width == 1 else numbers.reshape(-1, self.width)
 
     def write(self, first: int, values: NDArray[Any]) -> None:
         """Write rows from `first` on.
@@ -61,7 +61,7 @@ class Column:
             file.write(np.ascontiguousarray(values, self.dtype).data)
 
     def gather(self, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """The given rows, of a shape of their own; few of many, near each other in groups."""
+        """The rows of an index array of any shape, by a memory map: for few rows that lie in groups."""
         if not rows.size:
             return np.empty(rows.shape if self.width == 1 else (*rows.shape, self.width), self.dtype)
         whole = np.memmap(self.path, self.dtype, "r")
@@ -73,8 +73,8 @@ class Part:
     """The values of the points of one tile, by ascending number.
 
     Attributes:
-        path: of the file of the values; that of the numbers is beside it.
-        dtype: of a value.
+        path: the file of the values; the file of the numbers is beside it.
+        dtype: the type of a value.
         width: numbers in a value.
     """
 
@@ -89,7 +89,7 @@ class Part:
 
     @property
     def numbers(self) -> Column:
-        """The numbers of the points that they belong to."""
+        """The numbers of the points with these values."""
         return Column(self.path.with_name(f"{self.path.name}.numbers"), "<i8")
 
     def write(self, numbers: NDArray[np.int64], values: NDArray[Any]) -> None:
@@ -99,9 +99,9 @@ class Part:
 
     def replace(self, rows: NDArray[Any], values: NDArray[Any]) -> None:
         """Write other values into some rows."""
-        known = self.values.read(0, len(self.values))
-        known[rows] = values
-        self.values.write(0, known)
+        whole = self.values.read(0, len(self.values))
+        whole[rows] = values
+        self.values.write(0, whole)
 
 
 def in_order(parts: Sequence[Part], count: int, size: int) -> Iterator[NDArray[Any]]:
@@ -112,12 +112,12 @@ def in_order(parts: Sequence[Part], count: int, size: int) -> Iterator[NDArray[A
     """
     values, numbers = [p.values for p in parts], [p.numbers for p in parts]
     at, ends = [0] * len(parts), [len(n) for n in numbers]
-    held = [np.empty(0, np.int64)] * len(parts)  # numbers that were read and not used yet
+    held = [np.empty(0, np.int64)] * len(parts)  # numbers that were read but not used yet
     ahead = max(1, size // max(1, len(parts)))
     for first in range(0, count, size):
         last = min(first + size, count)
         block = np.empty((last - first, *((parts[0].width,) if parts[0].width > 1 else ())), parts[0].dtype)
-        found = 0
+        filled = 0
         for i in range(len(parts)):
             while True:
                 if not len(held[i]) and at[i] < ends[i]:
@@ -125,8 +125,8 @@ def in_order(parts: Sequence[Part], count: int, size: int) -> Iterator[NDArray[A
                 here = int(np.searchsorted(held[i], last))
                 if here:
                     block[held[i][:here] - first] = values[i].read(at[i], at[i] + here)
-                    at[i], held[i], found = at[i] + here, held[i][here:], found + here
+                    at[i], held[i], filled = at[i] + here, held[i][here:], filled + here
                 if len(held[i]) or at[i] == ends[i]:
                     break
-        assert found == last - first, f"points {first} to {last}: {found} values"
+        assert filled == last - first, f"points {first} to {last}: {filled} values"
         yield block

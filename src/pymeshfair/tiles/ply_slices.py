@@ -23,8 +23,8 @@ class SlicedTable:
 
     Attributes:
         path: the file.
-        element: what the header says of it.
-        dtype: of a row, see `pymeshfair.files.ply_tables.row_type`.
+        element: its declaration in the header.
+        dtype: the type of a row, see `pymeshfair.files.ply_tables.row_type`.
         offset: the byte of its first row.
     """
 
@@ -37,7 +37,7 @@ class SlicedTable:
         """The rows from `first` to before `last`.
 
         Raises:
-            ContentsError: a list is not as long as that of the first row.
+            ContentsError: a list is not as long as that of the first row, or the file ends too early.
         """
         rows = np.fromfile(self.path, self.dtype, last - first, offset=self.offset + first * self.dtype.itemsize)
         if len(rows) < last - first:
@@ -49,7 +49,7 @@ class SlicedTable:
                 if wrong.any():
                     raise ContentsError(
                         f"the list {p.name!r} of its {self.element.name} {first + int(wrong.argmax()) + 1:,} has another length "
-                        f"than {length}; by tiles, all faces must be triangles: read and save it with pymeshfair run, if it fits"
+                        f"than {length}; by tiles, all faces must be triangles: read and save it whole with pymeshfair run"
                     )
         return rows
 
@@ -61,7 +61,7 @@ class SlicedTable:
 
 @dataclass(frozen=True)
 class PlySlices:
-    """A binary PLY file whose elements have rows of one size each; whatever is read raises `ContentsError` where it does not fit.
+    """A binary PLY file in which all rows of an element have the same size; other files raise `ContentsError` when read.
 
     Attributes:
         path: the file.
@@ -71,7 +71,7 @@ class PlySlices:
 
     @cached_property
     def header(self) -> PlyHeader:
-        """What its header says, checked."""
+        """Its header, checked."""
         header = read_header(self.path)
         if header.format == "ascii":
             raise ContentsError("it is a text; by tiles a PLY file must be binary")
@@ -83,22 +83,25 @@ class PlySlices:
     @cached_property
     def tables(self) -> dict[str, SlicedTable]:
         """Its elements by name, in the order of the file."""
-        found, offset = {}, self.header.size
+        tables, offset = {}, self.header.size
         for element in self.header.elements:
             table = SlicedTable(self.path, element, self._row_type(element, offset), offset)
-            found[element.name], offset = table, table.end
+            tables[element.name], offset = table, table.end
         if self.path.stat().st_size < offset:
             raise ContentsError(f"it has {self.path.stat().st_size:,} bytes, of the {offset:,} that its header declares")
-        return found
+        return tables
 
     def _row_type(self, element: PlyElement, offset: int) -> np.dtype[Any]:
-        """The type of the row that begins at a byte: its lists are as long as they say there."""
+        """The type of an element's row; its lists are as long as in the first row, which begins at byte `offset`."""
         order, widths = self.header.byte_order, dict[str, int]()
         for k, p in enumerate(element.properties):
             if p.count_type is not None:
                 before = row_type(PlyElement(element.name, 1, element.properties[:k]), order, widths)
                 place = offset + before.itemsize
-                length = int(np.fromfile(self.path, order + KINDS[p.count_type], 1, offset=place)[0]) if element.count else 3
+                lengths = np.fromfile(self.path, order + KINDS[p.count_type], min(element.count, 1), offset=place)
+                if element.count and not len(lengths):
+                    raise ContentsError(f"it ends before byte {place:,}, where its header has the first {element.name!r}")
+                length = int(lengths[0]) if element.count else 3
                 if element.name == "face" and p.name in CORNERS and length != 3:
                     raise ContentsError(f"its first face has {length} corners; by tiles, all faces must be triangles")
                 widths[p.name] = length
@@ -106,12 +109,12 @@ class PlySlices:
 
     @cached_property
     def vertices(self) -> SlicedTable:
-        """The element of its vertices, which have places."""
+        """The element of its vertices, which must have coordinates."""
         table = self.tables.get("vertex")
         if table is None or not set(PLACE) <= {p.name for p in table.element.properties} or not table.element.count:
             raise ContentsError("it has no vertices with x, y and z")
         if any(p.count_type is not None for p in table.element.properties):
-            raise ContentsError("its vertices have lists; by tiles they must have numbers alone")
+            raise ContentsError("its vertices have lists; by tiles they must have single numbers")
         return table
 
     def __len__(self) -> int:
@@ -119,11 +122,11 @@ class PlySlices:
         return self.vertices.element.count
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
-        """(m, 3) coordinates of the vertices, so many at a time."""
+        """(m, 3) coordinates of the vertices, `size` at a time."""
         for rows in self.rows(size):
             yield np.stack([rows[axis].astype(np.float64) for axis in PLACE], axis=1)
 
     def rows(self, size: int) -> Iterator[NDArray[Any]]:
-        """The vertices as they are, so many at a time."""
+        """The rows of the vertices, `size` at a time."""
         for first in range(0, len(self), size):
             yield self.vertices.read(first, min(first + size, len(self)))

@@ -1,7 +1,8 @@
-"""Clouds in files, by slices: PLY; LAS and LAZ, where every dimension of a point, scales and offsets stay as they are."""
+"""Point clouds in files, by slices: PLY, E57, LAS and LAZ (all dimensions, scales and offsets are kept)."""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -22,8 +23,39 @@ from ..files.ply_write import write_ply
 from ..mesh_data import MeshData
 from .ply_slices import PlySlices
 
-#: a dimension of its own for the probability
+#: the LAS dimension of the outlier probability
 _SCALAR = "outlier_probability"
+#: the header line with the number of points; of fixed width, so that the final number can overwrite it
+_COUNT = b"element vertex %020d\n"
+#: formats of clouds that tiles can read and write
+CLOUD_FORMATS = ("ply", "las", "laz")
+#: for every slice of a cloud the points to keep (a mask), and the scalars of all its points or None
+Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], "NDArray[np.float64] | None"]]
+
+
+class Source(Protocol):
+    """A cloud in a file; reading raises `ContentsError` if the file is not as its header declares."""
+
+    @property
+    def row(self) -> int:
+        """Bytes of a point in memory."""
+
+    def __len__(self) -> int:
+        """The number of points."""
+
+    def points(self, size: int) -> Iterator[NDArray[np.float64]]:
+        """(m, 3) coordinates, `size` points at a time."""
+
+    def write(self, target: Path, count: int, marks: Marks, size: int, *, scalars: bool) -> None:
+        """Write some of the points to another file, unchanged but for a scalar that may be added.
+
+        Args:
+            target: the file.
+            count: the number of points to write.
+            marks: for every slice the points to keep, and scalars or None.
+            size: points per slice.
+            scalars: whether a scalar is added.
+        """
 
 
 @dataclass(frozen=True)
@@ -51,15 +83,7 @@ class LasCloud:
         for chunk in self._chunks(size):
             yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
 
-    def write(
-        self,
-        target: Path,
-        count: int,
-        marks: Iterable[tuple[NDArray[np.bool_], NDArray[np.float64] | None]],
-        size: int,
-        *,
-        scalars: bool,
-    ) -> None:
+    def write(self, target: Path, count: int, marks: Marks, size: int, *, scalars: bool) -> None:
         """See `Source`; the probability becomes a dimension of its own."""
         import laspy
 
@@ -69,53 +93,17 @@ class LasCloud:
             header.add_extra_dim(laspy.ExtraBytesParams(_SCALAR, "float64"))
         with target.open("wb") as file:
             with laspy.open(file, "w", header=header, closefd=False, do_compress=target.suffix.lower() == ".laz") as writer:
-                for chunk, (left, values) in zip(self._chunks(size), marks, strict=True):
-                    made = laspy.ScaleAwarePointRecord.zeros(int(left.sum()), header=header)
+                for chunk, (kept, values) in zip(self._chunks(size), marks, strict=True):
+                    points = laspy.ScaleAwarePointRecord.zeros(int(kept.sum()), header=header)
                     for name in chunk.array.dtype.names:
-                        made.array[name] = chunk.array[name][left]
+                        points.array[name] = chunk.array[name][kept]
                     if values is not None:
-                        made.array[_SCALAR] = values[left]
-                    writer.write_points(made)
+                        points.array[_SCALAR] = values[kept]
+                    writer.write_points(points)
                 if records:
                     writer.write_evlrs(records)
             file.flush()
             os.fsync(file.fileno())
-
-
-#: the line of a header that says how many points there are, when that is known at last
-_COUNT = b"element vertex %020d\n"
-#: what can be read and written as a cloud by tiles
-CLOUD_FORMATS = ("ply", "las", "laz")
-#: for every slice of a cloud which points are kept, and their scalars if there are any
-Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], "NDArray[np.float64] | None"]]
-
-
-class Source(Protocol):
-    """A cloud in a file.
-
-    Whatever is read raises `ContentsError` where it does not fit.
-    """
-
-    @property
-    def row(self) -> int:
-        """Bytes of a point in memory."""
-
-    def __len__(self) -> int:
-        """How many points it has."""
-
-    def points(self, size: int) -> Iterator[NDArray[np.float64]]:
-        """(m, 3) coordinates, so many at a time."""
-
-    def write(self, target: Path, count: int, marks: Marks, size: int, *, scalars: bool) -> None:
-        """Write some of the points to another file, as they are, and a scalar of each if there are any.
-
-        Args:
-            target: the file.
-            count: how many points are to be written.
-            marks: for every slice of `size` points which of them, and their scalars.
-            size: of the slices.
-            scalars: whether there are any.
-        """
 
 
 class PlyCloud(PlySlices):
@@ -127,33 +115,33 @@ class PlyCloud(PlySlices):
         return self.vertices.dtype.itemsize
 
     def check(self) -> None:
-        """Refuse what holds more than points.
+        """Refuse files with more than vertices.
 
         Raises:
-            ContentsError: it does.
+            ContentsError: it has other elements.
         """
-        self.vertices  # noqa: B018 - is checked
+        self.vertices  # noqa: B018 - checks them
         others = [e for e in self.header.elements if e.name != "vertex" and e.count]
         if others:
             raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; by tiles outliers are found in clouds alone")
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, scalars: bool) -> None:
         """See `Source`."""
-        kept = tuple(p for p in self.vertices.element.properties if p.name != SCALAR or not scalars)
+        old = tuple(p for p in self.vertices.element.properties if p.name != SCALAR or not scalars)
         more = (PlyProperty(SCALAR, "double"),) if scalars else ()
-        element = PlyElement("vertex", count, (*kept, *more))
+        element = PlyElement("vertex", count, (*old, *more))
         with target.open("wb") as file:
             file.write(header_bytes(self.header, (element,)))
-            names = [p.name for p in kept]
+            names = [p.name for p in old]
             order = self.vertices.dtype["x"].byteorder
             added = [(p.name, ">f8" if order == ">" else "<f8") for p in more]
-            made = np.dtype([*((n, self.vertices.dtype[n]) for n in names), *added])
-            for rows, (left, values) in zip(self.rows(size), marks, strict=True):
-                new = np.empty(int(left.sum()), made)
+            row_type = np.dtype([*((n, self.vertices.dtype[n]) for n in names), *added])
+            for rows, (kept, values) in zip(self.rows(size), marks, strict=True):
+                new = np.empty(int(kept.sum()), row_type)
                 for name in names:
-                    new[name] = rows[name][left]
+                    new[name] = rows[name][kept]
                 if values is not None:
-                    new[SCALAR] = values[left]
+                    new[SCALAR] = values[kept]
                 file.write(new.tobytes())
             file.flush()
             os.fsync(file.fileno())
@@ -168,7 +156,8 @@ class E57Cloud:
     @property
     def row(self) -> int:
         """Bytes of a point of that file, and of the output."""
-        return 2 * (24 + sum(values.itemsize * values.size // len(values) for values in self._first().vertex_attributes.values()))
+        attributes = self._first().vertex_attributes.values()
+        return 2 * (24 + sum(values.itemsize * math.prod(values.shape[1:]) for values in attributes))
 
     def __len__(self) -> int:
         return e57_survey(self.path)[0]
@@ -217,7 +206,7 @@ def open_cloud(path: Path) -> Source | E57Cloud:
     """
     if extension(path) == "e57":
         e57 = E57Cloud(path)
-        len(e57)  # it can be opened
+        len(e57)  # raises if it cannot be opened
         return e57
     return file_cloud(path)
 
@@ -229,5 +218,5 @@ def file_cloud(path: Path) -> Source:
         cloud.check()
         return cloud
     las = LasCloud(path)
-    len(las)  # it can be opened
+    len(las)  # raises if it cannot be opened
     return las

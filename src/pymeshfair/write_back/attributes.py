@@ -1,8 +1,8 @@
 """Brings arrays into a mesh as custom attributes, where MeshLab's "by function" filters can read them.
 
-pymeshlab can add a custom attribute of given values, but neither change nor remove one, and it does not give back the memory
-of one when its mesh goes (8 bytes a number). So at most `MOST` stay on a layer: when they are used up, `refill` overwrites them,
-which takes longer. Point attributes are never used: MeshLab reads freed memory for them.
+pymeshlab can add a custom attribute of given values, but neither change nor remove one, and it does not free the memory of one
+with its mesh (8 bytes a number). So a layer gets at most `MOST` of them: after that `refill` overwrites them, which takes longer.
+Point attributes are never used: MeshLab reads freed memory for them.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ ELEMENTS: tuple[Element, Element] = ("vertex", "face")
 PREFIX = "pymeshfair_helper_"
 #: Most helper attributes for the vertices of a layer, and for its faces. A full edit needs nine, overwriting needs three more.
 MOST = 12
-#: How many of them are used up while others are overwritten.
+#: The number of them that hold normals while others are overwritten.
 SPARE = 3
 
 _SAVED_AS: dict[Element, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
@@ -99,30 +99,30 @@ def attribute_names(bench: Workbench, element: Element) -> list[str]:
 
 
 def _saved(bench: Workbench, prefix: str) -> list[str]:
-    """The custom attributes of one kind; MeshLab tells them as parameters of saving a PLY file."""
+    """The custom attributes of one kind; MeshLab lists them as parameters of saving a PLY file."""
     offered = BASE.filter_parameter_values(bench.meshset, "ply")
     return [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
 
 
 def check_names(bench: Workbench, mesh: Any) -> None:
-    """Raise `MeshError` if MeshLab cannot compute on the current layer because of what its custom attributes are called."""
-    for element, told, points, name in _own(bench, mesh):
+    """Raise `MeshError` if the name of a custom attribute keeps MeshLab from computing on the current layer."""
+    for element, listed, points, name in _own(bench, mesh):
         if name is None:
-            what = "MeshLab lists it in lower case, and it cannot be found by any other spelling that was tried"
+            what = "MeshLab lists it in lower case, and none of the spellings tried is its name"
         elif not _WORD.fullmatch(name) or (not points and name in _CONSTANTS):
             what = f"MeshLab cannot compute on a mesh with it: {_ALLOWED}"
         elif not points and name in _VARIABLES[element]:
-            what = "it hides what MeshLab calls so in its own expressions"
+            what = "it hides a variable of that name in MeshLab's expressions"
         else:
             continue
         raise MeshError(
             f"nothing can be added to {mesh.label()!r} because of the name of its custom {element} attribute "
-            f"{name or told!r}; {what}; save the mesh without it, or give it another name"
+            f"{name or listed!r}; {what}; save the mesh without it, or give it another name"
         )
 
 
 def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
-    """Make the custom attributes of the current layer 0 from element `kept` on, where MeshLab may leave anything.
+    """Set the custom attributes of the current layer to 0 from element `kept` on, where MeshLab leaves undefined values.
 
     The layer has passed `check_names`.
     """
@@ -150,12 +150,12 @@ def custom_attributes(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, st
 
 
 def _own(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, bool, str | None]]:
-    """The custom attributes that are not helpers: of what, as MeshLab tells them, whether of points, and their names if found."""
+    """Custom attributes except helpers: element, name as MeshLab lists it, whether its values are points, exact name or None."""
     for element in ELEMENTS:
         for points, prefixes in ((False, _SAVED_AS), (True, _POINTS_SAVED_AS)):
-            for told in _saved(bench, prefixes[element]):
-                if points or not told.startswith(PREFIX):
-                    yield element, told, points, _spelled(_reader(mesh, element, points=points), told)
+            for listed in _saved(bench, prefixes[element]):
+                if points or not listed.startswith(PREFIX):
+                    yield element, listed, points, _spelled(_reader(mesh, element, points=points), listed)
 
 
 def _reader(mesh: Any, element: Element, *, points: bool) -> Callable[[str], Floats]:
@@ -165,9 +165,9 @@ def _reader(mesh: Any, element: Element, *, points: bool) -> Callable[[str], Flo
     return read
 
 
-def _spelled(read: Callable[[str], Floats], told: str) -> str | None:
-    """The name of which MeshLab tells this much: in lower case, and with _ for a blank or a hyphen; None if it is not found."""
-    for name in _spellings(told):
+def _spelled(read: Callable[[str], Floats], listed: str) -> str | None:
+    """The exact name of an attribute that MeshLab lists in lower case with _ for blanks and hyphens; None if it is not found."""
+    for name in _spellings(listed):
         try:
             read(name)
         except pymeshlab.PyMeshLabException:
@@ -176,14 +176,14 @@ def _spelled(read: Callable[[str], Floats], told: str) -> str | None:
     return None
 
 
-def _spellings(told: str) -> Iterator[str]:
-    """Names that MeshLab would tell so: words with capitals first, then few capitals anywhere, then other separators."""
-    words = [(word, word.capitalize(), word.upper()) for word in told.split("_")]
-    letters = [place for place, letter in enumerate(told) if letter != letter.upper()]
+def _spellings(listed: str) -> Iterator[str]:
+    """Names that MeshLab would list so: words with capitals first, then few capitals anywhere, then other separators."""
+    words = [(word, word.capitalize(), word.upper()) for word in listed.split("_")]
+    letters = [place for place, letter in enumerate(listed) if letter != letter.upper()]
     capitals = chain.from_iterable(combinations(letters, count) for count in range(1, len(letters) + 1))
     yield from islice(map("_".join, product(*words)), _MOST_SPELLINGS)
     for chosen in islice(capitals, _MOST_SPELLINGS):
-        yield "".join(letter.upper() if place in chosen else letter for place, letter in enumerate(told))
+        yield "".join(letter.upper() if place in chosen else letter for place, letter in enumerate(listed))
     for other in " -":
         yield from islice(map(other.join, product(*words)), _MOST_SPELLINGS)
 
@@ -197,10 +197,10 @@ def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
 def explain(bench: Workbench, error: Exception) -> MeshError:
     """The error to raise when one of MeshLab's "by function" filters has failed during a write-back."""
     mesh = BASE.current_mesh(bench.meshset)
-    own = [name or told for _, told, _, name in _own(bench, mesh)]
+    own = [name or listed for _, listed, _, name in _own(bench, mesh)]
     if own and "unknown exception" in str(error):
         return MeshError(
             f"MeshLab cannot compute on this mesh, most likely because of its custom attributes ({', '.join(map(repr, own))}): "
-            f"{_ALLOWED}; save the mesh without the one that has others"
+            f"{_ALLOWED}; save the mesh without the attribute whose name has other characters"
         )
     return MeshError(f"MeshLab could not take the result: {error}")

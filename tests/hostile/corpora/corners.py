@@ -128,9 +128,13 @@ ROWS = (
     (
         "fourth_column.ptx",
         _GRID.replace("1 0 0 0\n", "1 0 0 5\n", 1) + "1 2 3 0.5\n4 5 6 0.5\n",
-        "the last column of the matrix of a grid of it is not 0 0 0 1",
+        "the last column of a grid's matrix is not 0 0 0 1",
     ),
-    ("matrix_nan.ptx", _GRID.replace("1 0 0 0\n", "nan 0 0 0\n", 1) + "1 2 3 0.5\n4 5 6 0.5\n", "puts points beyond all numbers"),
+    (
+        "matrix_nan.ptx",
+        _GRID.replace("1 0 0 0\n", "nan 0 0 0\n", 1) + "1 2 3 0.5\n4 5 6 0.5\n",
+        "a grid's matrix makes points infinite",
+    ),
     (
         "more_than_64_bits.ptx",
         _GRID.replace("2\n1\n", "4294967296\n4294967296\n", 1) + "1 2 3 0.5\n",
@@ -138,7 +142,7 @@ ROWS = (
     ),
     ("head_alone.ptx", _GRID, "declares 2 points, but 0 lines follow"),
     ("unmeasured_alone.ptx", _GRID + "0 0 0 0\n0 0 0 0\n", "no vertex could be read"),
-    ("two_widths.ptx", _GRID + "1 2 3 0.5\n4 5 6 0.5 1 2 3\n", "a point has 4 or 7, and all of a grid the same"),
+    ("two_widths.ptx", _GRID + "1 2 3 0.5\n4 5 6 0.5 1 2 3\n", "points have 4 or 7, the same in the whole grid"),
     (
         "third_grid_short.ptx",
         (_GRID + "1 2 3 0.5\n4 5 6 0.5\n") * 2 + _GRID + "1 2 3 0.5\n",
