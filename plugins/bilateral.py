@@ -165,7 +165,7 @@ def apply_coord_bilateral_jones(
     name="Bilateral Projection of Points",
     classes=FilterClass.SMOOTHING | FilterClass.POINT_SET,
     changes=MOVES_VERTICES,
-    references=("fleishman2003",),
+    references=("fleishman2003", "cazals2005"),
 )
 def apply_coord_bilateral_projection_of_points(
     layer: Layer,
@@ -195,9 +195,21 @@ def apply_coord_bilateral_projection_of_points(
             maximum=10_000,
             automatic=-1,
             help="How many steps are taken. More are smoother, slower, and shrink more. 'auto' takes the iterations, the "
-            "neighbours and, if that is automatic, the range sigma that best predict points which the filter has not seen.",
+            "neighbours, the degree and, if that is automatic, the range sigma that best predict points which the filter has not "
+            "seen.",
         ),
     ] = 2,
+    degree: Annotated[
+        int,
+        Int(
+            label="Degree",
+            minimum=1,
+            maximum=2,
+            help="1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. "
+            "Quadrics follow curved surfaces, which then shrink less, but need 40 neighbours and more. Chosen too with automatic "
+            "iterations.",
+        ),
+    ] = 1,
     use_normals: Annotated[
         bool,
         Bool(
@@ -209,7 +221,7 @@ def apply_coord_bilateral_projection_of_points(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Removes noise from a point cloud: every point moves along its normal to the mean height of neighbours that roughly agree.
+    """Removes noise from a point cloud: every point moves along its normal to where neighbours that roughly agree expect it.
 
     Triangles, if there are any, play no part. The normals themselves are not changed: compute them anew afterwards. With
     automatic iterations it returns what was chosen and what was tried, with errors in spacings; a cloud without noise stays as it
@@ -228,7 +240,7 @@ def apply_coord_bilateral_projection_of_points(
         if chosen.iterations == 0:
             progress(1.0)
             return Edit(vertices=layer.vertices, values=values, notes=(NOTHING_TO_REMOVE,))
-        neighbors, iterations, arguments["range_sigma"] = chosen.neighbors, chosen.iterations, chosen.range_sigma
+        neighbors, arguments["range_sigma"], iterations, degree = chosen
         progress = part_of(progress, 0.8, 1.0)
     points = bilateral_projection(
         layer.vertices,
@@ -236,6 +248,7 @@ def apply_coord_bilateral_projection_of_points(
         neighbors=neighbors,
         **arguments,
         iterations=iterations,
+        degree=degree,
         movable=movable,
         progress=progress,
     )

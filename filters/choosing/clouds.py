@@ -17,10 +17,11 @@ from ..neighbours import nearest_neighbours
 from ..robust import KernelName
 from ..topology import OneRings, one_rings
 
-# What is tried: numbers of neighbours, shares of the range sigma that is estimated for them, and up to so many iterations.
-_NEIGHBORS, _SHARES, _ITERATIONS = (6, 8, 12, 18, 27, 40), (0.5, 1.0, 2.0, 4.0), 4
+# What is tried for each degree: numbers of neighbours, shares of the range sigma that is estimated for them, and up to so many
+# iterations. Forty of the degree 1 are for clouds that are flat at the scale of ninety.
+_TRIED = {1: ((6, 8, 12, 18, 40), (0.5, 1.0, 4.0), 3), 2: ((18, 27, 40, 60, 90), (1.0,), 4)}
 # Larger clouds are sampled by so many patches of so many points, of which so many in the middle are evidence: forty neighbours of
-# these lie within the patch.
+# these lie within the patch, and of ninety most.
 _WHOLE, _PATCHES, _POINTS, _INNER = 10_000, 40, 250, 100
 # Neighbours of a point, as many as a mesh has; points of the copy whose normals say what is along and what across the surface.
 _NEAR, _SMOOTHED_BY, _SMOOTHED = 6, 18, 2
@@ -34,6 +35,12 @@ class Projection(NamedTuple):
     neighbors: int = 0
     range_sigma: float = 0.0
     iterations: int = 0
+    degree: int = 1
+
+    @property
+    def amount(self) -> float:
+        """How much it smooths: over a disk the quadric through 4 k neighbours has the variance of the mean of k."""
+        return self.neighbors * self.iterations / (1.0 if self.degree == 1 else 4.0)
 
 
 def chosen_projection(
@@ -54,7 +61,8 @@ def chosen_projection(
        Where the noise is above half a spacing a quarter of the points decides, with a quarter of the neighbours.
     2. Some points, no two of them near neighbours, are held out, see `CloudSample.without`, four times. Settings that fall behind
        are dropped, see `cross_validate`; what counts is how far along the normal the results are from the points as measured.
-    3. Of the settings within one standard error of the best the one with the fewest iterations times neighbours is taken.
+    3. Of the settings within one standard error of the best the one with the fewest iterations times neighbours is taken, where
+       quadrics count a quarter of theirs.
     4. Where neighbours agree somewhat, it must be nearer to the truth than the cloud is even if all its noise is that of the
        calmest parts.
 
@@ -123,7 +131,7 @@ def _choice(
 
     def projected(start: Floats, first: Projection) -> Iterator[Floats]:
         its = kernels._replace(range_sigma=first.range_sigma)
-        return islice(projections(start, directions, first.neighbors, its, movable=moves), _ITERATIONS)
+        return projections(start, directions, first.neighbors, its, degree=first.degree, movable=moves)
 
     def run(mask: Ints) -> list[Iterator[Floats]]:
         start, costs[mask] = sample.without(mask)
@@ -134,13 +142,13 @@ def _choice(
 
     tried, scores = cross_validate(held, run, deviations, starts_of(families), progress=progress)
     every = [
-        Projection(min(share * neighbors, most), sigma * spacing * unit, iterations)
+        label._replace(neighbors=min(share * label.neighbors, most), range_sigma=label.range_sigma * spacing * unit)
         for family in families
-        for neighbors, sigma, iterations in family
+        for label in family
     ]
     trials = trials_of(every, tried, scores)
     equal = [trial for trial, near in zip(trials, scores.within(1.0), strict=True) if near]
-    chosen = min(equal, key=lambda trial: trial.label.neighbors * trial.label.iterations)
+    chosen = min(equal, key=lambda trial: trial.label.amount)
     if sample.correlation > tuned.CLOUD_INDEPENDENT and chosen.error**2 >= 2.0 * (tuned.EVEN * sample.quietest) ** 2:
         chosen = trials[0]
     return Choice(chosen, trials)
@@ -156,13 +164,14 @@ def _smooth_normals(points: Floats) -> Floats:
 def _families(points: Floats, normals: Floats | None, kernels: CloudKernels) -> list[list[Projection]]:
     """For each number of neighbours and each range sigma the settings by their iterations."""
     families = []
-    for neighbors in (k for k in _NEIGHBORS if k < len(points)):
-        if kernels.range_sigma is None:
-            estimated = estimated_range_sigma(points, normals, neighbors, kernels.range)
-            sigmas = [share * estimated for share in _SHARES if estimated > 0.0]
-        else:
-            sigmas = [kernels.range_sigma]
-        families += [[Projection(neighbors, sigma, i + 1) for i in range(_ITERATIONS)] for sigma in sigmas]
+    for degree, (counts, shares, iterations) in _TRIED.items():
+        for neighbors in (k for k in counts if k < len(points)):
+            if kernels.range_sigma is None:
+                estimated = estimated_range_sigma(points, normals, neighbors, kernels.range)
+                sigmas = [share * estimated for share in shares if estimated > 0.0]
+            else:
+                sigmas = [kernels.range_sigma]
+            families += [[Projection(neighbors, sigma, i + 1, degree) for i in range(iterations)] for sigma in sigmas]
     return families
 
 

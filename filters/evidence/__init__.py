@@ -26,7 +26,7 @@ from .held_out import (
 )
 from .outlying import flattening, outlying_vertices, put_where_expected, sizes_beside, standing_out
 from .patches import Sample, sample_of
-from .quadric_prediction import predicted_heights
+from .quadric_prediction import height_of_quadric, predicted_heights, tangents
 from .risk import choose_by_risk, roughness
 
 __all__ = [
@@ -40,6 +40,7 @@ __all__ = [
     "cross_validate",
     "far_from_border",
     "flattening",
+    "height_of_quadric",
     "heights_of_means",
     "held_out_vertices",
     "initial_positions",
@@ -57,6 +58,7 @@ __all__ = [
     "sizes_beside",
     "standing_out",
     "starts_of",
+    "tangents",
     "trials_of",
     "tuned",
     "without",

@@ -58,39 +58,57 @@ def _predict(
     end: int,
 ) -> None:
     seen = np.full(points.shape[0], -1, dtype=np.int32)
-    u, v, h, w = np.empty(_MOST), np.empty(_MOST), np.empty(_MOST), np.empty(_MOST)
-    matrix, side, terms, solution = np.empty((6, 6)), np.empty(6), np.empty(6), np.empty(6)
+    samples, work = np.empty((4, _MOST)), np.empty((9, 6))
     for k in range(begin, end):
         i = which[k]
         scale = _ring_distance(points, offsets, neighbours, normals, i)
         if scale == 0.0:
             continue
-        count = _gather(points, offsets, neighbours, normals, hidden, i, scale, seen, u, v, h, w)
-        for size in (6, 3, 1):
-            if count < (_ENOUGH if size == 6 else size):
-                continue
-            matrix[:] = 0.0
-            for at in range(count):
-                _terms(u[at], v[at], terms)
-                for a in range(size):
-                    for b in range(a + 1):
-                        matrix[a, b] += w[at] * terms[a] * terms[b]
-            # Row 0 of the inverse turns the weighted sums into the value at 0.
-            side[:] = 0.0
-            side[0] = 1.0
-            if not _solve(matrix, side, size, solution):
-                continue
-            height = squares = 0.0
-            for at in range(count):
-                _terms(u[at], v[at], terms)
-                share = 0.0
-                for a in range(size):
-                    share += solution[a] * terms[a]
-                share *= w[at]
-                height += share * h[at]
-                squares += share * share
-            heights[k], gains[k] = scale * height, math.sqrt(squares)
-            break
+        count = _gather(points, offsets, neighbours, normals, hidden, i, scale, seen, samples)
+        height, gain = height_of_quadric(samples, count, math.inf, work)
+        heights[k], gains[k] = scale * height, gain
+
+
+@compiled(nogil=True)
+def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) -> tuple[float, float]:
+    """The value at 0 of the quadric that fits weighted heights best, and its standard deviation for heights of deviation 1.
+
+    Where the samples are fewer than eight, or lie on a curve of second order, it is a plane's, and then their mean.
+
+    Args:
+        samples: (4, at least `count`) coordinates u and v, of a size around 1, heights, and weights above 0.
+        count: how many samples there are; of none the height is 0.
+        most: where the deviation is larger it is a plane's too, and then their mean.
+        work: (9, 6) numbers that are overwritten.
+    """
+    matrix, side, terms, solution = work[:6], work[6], work[7], work[8]
+    u, v, h, w = samples[0], samples[1], samples[2], samples[3]
+    for size in (6, 3, 1):
+        if count < (_ENOUGH if size == 6 else size):
+            continue
+        matrix[:] = 0.0
+        for at in range(count):
+            _terms(u[at], v[at], terms)
+            for a in range(size):
+                for b in range(a + 1):
+                    matrix[a, b] += w[at] * terms[a] * terms[b]
+        # Row 0 of the inverse turns the weighted sums into the value at 0.
+        side[:] = 0.0
+        side[0] = 1.0
+        if not _solve(matrix, side, size, solution):
+            continue
+        height = squares = 0.0
+        for at in range(count):
+            _terms(u[at], v[at], terms)
+            share = 0.0
+            for a in range(size):
+                share += solution[a] * terms[a]
+            share *= w[at]
+            height += share * h[at]
+            squares += share * share
+        if size == 1 or squares <= most * most:
+            return height, math.sqrt(squares)
+    return 0.0, 0.0
 
 
 @compiled(nogil=True)
@@ -115,25 +133,14 @@ def _gather(
     i: int,
     scale: float,
     seen: Ints,
-    u: Floats,
-    v: Floats,
-    h: Floats,
-    w: Floats,
+    samples: Floats,
 ) -> int:
     """Tangential coordinates, heights and weights of the two rings around i, in units of `scale`; and their number."""
+    u, v, h, w = samples[0], samples[1], samples[2], samples[3]
     x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
-    # A tangent across the coordinate axis that is least along the normal; the fit is the same for any.
-    if abs(x) <= abs(y) and abs(x) <= abs(z):
-        ax, ay, az = 0.0, z, -y
-    elif abs(y) <= abs(z):
-        ax, ay, az = -z, 0.0, x
-    else:
-        ax, ay, az = y, -x, 0.0
-    length = math.sqrt(ax * ax + ay * ay + az * az)
-    if length == 0.0:
+    ax, ay, az, bx, by, bz = tangents(x, y, z)
+    if ax == ay == az == 0.0:
         return 0
-    ax, ay, az = ax / length, ay / length, az / length
-    bx, by, bz = y * az - z * ay, z * ax - x * az, x * ay - y * ax
     count = 0
     seen[i] = i
     for first in range(offsets[i], offsets[i + 1]):
@@ -155,6 +162,23 @@ def _gather(
             w[count] = math.exp(-(u[count] ** 2 + v[count] ** 2) / (2.0 * _WIDTH * _WIDTH))
             count += 1
     return count
+
+
+@compiled(nogil=True)
+def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
+    """Two unit vectors across a unit normal and each other; 0 where it is. A fit of all terms of a degree is the same for any."""
+    # Across the coordinate axis that is least along the normal.
+    if abs(x) <= abs(y) and abs(x) <= abs(z):
+        ax, ay, az = 0.0, z, -y
+    elif abs(y) <= abs(z):
+        ax, ay, az = -z, 0.0, x
+    else:
+        ax, ay, az = y, -x, 0.0
+    length = math.sqrt(ax * ax + ay * ay + az * az)
+    if length == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    ax, ay, az = ax / length, ay / length, az / length
+    return ax, ay, az, y * az - z * ay, z * ax - x * az, x * ay - y * ax
 
 
 @compiled(nogil=True)

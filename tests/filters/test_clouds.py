@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -98,6 +99,67 @@ def test_an_edge_survives() -> None:
     assert error(bilateral_projection(noisy, normals=normals, range_kernel="l2")) > error(noisy)
 
 
+def bowl(n: int = 2000) -> Floats:
+    """Points strewn over a quadric above the square (-0.5, 0.5)^2."""
+    points = flat(n) - [0.5, 0.5, 0.0]
+    x, y = points[:, 0], points[:, 1]
+    points[:, 2] = 0.5 * x**2 - 0.3 * x * y + 0.2 * y**2
+    return points
+
+
+def test_quadrics_stay() -> None:
+    """With the degree 2 a quadric along its axis stays but for its corners, and a plane; with the degree 1 a quadric shrinks."""
+    up, points = np.tile([0.0, 0.0, 1.0], (2000, 1)), bowl()
+    inner = np.abs(points[:, :2]).max(axis=1) < 0.4
+    arguments: dict[str, Any] = {"normals": up, "neighbors": 30, "range_kernel": "l2", "iterations": 1}
+    moved = [np.abs(bilateral_projection(points, **arguments, degree=degree) - points)[inner].max() for degree in (1, 2)]
+    assert moved[0] > 1e-3
+    assert moved[1] < 1e-12
+    found = bilateral_projection(flat(), **arguments, degree=2)
+    np.testing.assert_allclose(found, flat(), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["gaussian", "tukey", "l1"])
+def test_a_loop_over_quadrics_gives_the_same(name: KernelName) -> None:
+    """One iteration with the degree 2 is numpy's weighted least squares over the nearest neighbours, to 1e-9."""
+    points = shaken(ball(300), 0.02)
+    _, indices = scipy.spatial.cKDTree(points).query(points, k=41)
+    expected = points.copy()
+    for i, p in enumerate(points):
+        normal, *tangents = np.linalg.eigh(np.cov(points[indices[i]].T))[1].T
+        arms = points[indices[i, 1:]] - p
+        (u, v), h = np.array(tangents) @ arms.T, arms @ normal
+        roots = np.sqrt(weight(name, np.linalg.norm(arms, axis=1), 0.6) * weight(name, h, 0.2))
+        terms = np.column_stack([np.ones(40), u, v, u * u, u * v, v * v])
+        expected[i] = p + normal * np.linalg.lstsq(terms * roots[:, None], h * roots, rcond=None)[0][0]
+    kernels: dict[str, Any] = {"space_kernel": name, "range_kernel": name, "space_sigma": 0.6, "range_sigma": 0.2}
+    found = bilateral_projection(points, neighbors=40, iterations=1, degree=2, **kernels)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+
+
+def test_quadrics_turn_and_scale_with_the_cloud() -> None:
+    """Moved, turned and scaled points give the results moved, turned and scaled."""
+    points, turn = shaken(bowl(), 0.005), rotation(3)
+    found = bilateral_projection(7.0 * points @ turn.T + [5.0, -3.0, 2.0], neighbors=40, degree=2)
+    expected = 7.0 * bilateral_projection(points, neighbors=40, degree=2) @ turn.T + [5.0, -3.0, 2.0]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("neighbors", [3, 7, 8, 12])
+def test_few_neighbours_pass_on_no_more_noise_than_there_is(neighbors: int) -> None:
+    """Quadrics through few neighbours, most of all near a border, are replaced by planes and means."""
+    points = shaken(flat(), 0.005)
+    assert bilateral_projection(points, neighbors=neighbors, degree=2)[:, 2].std() < 1.1 * points[:, 2].std()
+
+
+def test_quadrics_of_weights_near_the_smallest_number() -> None:
+    """Range sigmas far below the heights leave weights that are hardly above 0, or none: no point becomes NaN or flies away."""
+    points = shaken(ball(500), 0.02)
+    for sigma in (1e-3, 5e-4, 1e-4, 1e-8):
+        found = bilateral_projection(points, neighbors=40, range_sigma=sigma, degree=2)
+        assert np.abs(found - points).max() < 0.2
+
+
 def test_normals_of_a_sphere_point_outwards_or_inwards() -> None:
     """Estimated normals are those of the sphere up to their sign, to the curvature over the neighbourhood; their length is 1."""
     points = ball()
@@ -123,8 +185,9 @@ def test_awkward_clouds_stay_finite(name: str) -> None:
     """Coincident points, points on a line, huge and tiny ones: nothing becomes NaN."""
     points, _ = AWKWARD[name]()
     for kernel in ("gaussian", "l1", "tukey"):
-        found = bilateral_projection(points, range_kernel=kernel, space_kernel=kernel)
-        assert np.isfinite(found).all()
+        for degree in (1, 2):
+            found = bilateral_projection(points, range_kernel=kernel, space_kernel=kernel, degree=degree)
+            assert np.isfinite(found).all()
 
 
 def test_wrong_input_is_refused() -> None:
@@ -136,5 +199,7 @@ def test_wrong_input_is_refused() -> None:
         bilateral_projection(points, normals=points[:40])
     with pytest.raises(FilterInputError, match=r"range_sigma 0\.0 is not finite and above 0"):
         bilateral_projection(points, range_sigma=0.0)
+    with pytest.raises(FilterInputError, match="degree is 3: it is a whole number from 1 to 2"):
+        bilateral_projection(points, degree=3)
     with pytest.raises(FilterInputError, match="kernel 'box' is not one of"):
         bilateral_projection(points, space_kernel="box")  # type: ignore[arg-type]

@@ -66,6 +66,16 @@ def test_points_are_projected_with_estimated_or_own_normals() -> None:
         np.testing.assert_allclose(meshes.current_mesh().vertex_matrix(), expected, rtol=0, atol=1e-12)
 
 
+def test_points_are_projected_onto_quadrics() -> None:
+    """The degree is that of the function."""
+    points = noisy(icosphere(3), 0.01)[0]
+    meshes = pymeshfair.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(points))
+    meshes.apply_filter("apply_coord_bilateral_projection_of_points", degree=2, neighbors=40)
+    expected = bilateral_projection(points, degree=2, neighbors=40)
+    np.testing.assert_allclose(meshes.current_mesh().vertex_matrix(), expected, rtol=0, atol=1e-12)
+
+
 def test_scalars_are_diffused() -> None:
     """The scalar is that of the function, its step a share of the longest; positions keep every bit."""
     vertices, faces = icosphere(3)
@@ -112,6 +122,7 @@ def test_automatic_iterations_are_chosen_and_told() -> None:
     meshes.add_mesh(pymeshlab.Mesh(points))
     told = meshes.apply_filter(name, iterations="auto")
     assert told["chosen"]["iterations"] > 0
+    assert told["chosen"]["degree"] == 2
     assert told["tried"][0] == {**told["tried"][0], "neighbors": 0, "iterations": 0}
     expected = bilateral_projection(points, **told["chosen"])
     np.testing.assert_allclose(meshes.current_mesh().vertex_matrix(), expected, rtol=0, atol=1e-12)

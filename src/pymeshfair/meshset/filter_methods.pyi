@@ -567,11 +567,11 @@ class FilterMethods(metaclass=LateMethods):
         range_sigma: LengthLike = "auto",
         space_sigma: LengthLike = "auto",
         iterations: int | Literal["auto"] = 2,
+        degree: int = 1,
         use_normals: bool = False,
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Removes noise from a point cloud: every point moves along its normal to the mean height of neighbours that roughly
-        agree.
+        """Removes noise from a point cloud: every point moves along its normal to where neighbours that roughly agree expect it.
 
         Triangles, if there are any, play no part. The normals themselves are not changed: compute them anew afterwards. With
         automatic iterations it returns what was chosen and what was tried, with errors in spacings; a cloud without noise stays
@@ -592,8 +592,11 @@ class FilterMethods(metaclass=LateMethods):
                 from the mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding box's diagonal),
                 '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             iterations: How many steps are taken. More are smoother, slower, and shrink more. 'auto' takes the iterations, the
-                neighbours and, if that is automatic, the range sigma that best predict points which the filter has not seen.
-                Takes a whole number from 0 to 10000, or 'auto'.
+                neighbours, the degree and, if that is automatic, the range sigma that best predict points which the filter has
+                not seen. Takes a whole number from 0 to 10000, or 'auto'.
+            degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best.
+                Quadrics follow curved surfaces, which then shrink less, but need 40 neighbours and more. Chosen too with
+                automatic iterations. Takes a whole number from 1 to 2.
             use_normals: Move along the normals that the points have, in all iterations. Otherwise normals are estimated from
                 the same neighbours, anew in each iteration.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
@@ -603,7 +606,7 @@ class FilterMethods(metaclass=LateMethods):
             What the filter reports, by name; None if it reports nothing.
 
         References:
-            [fleishman2003]
+            [fleishman2003], [cazals2005]
 
         In scripts: 'Bilateral Projection of Points'.
         """
