@@ -92,7 +92,8 @@ def test_relative_lengths_stay_relative(tmp_path: Path) -> None:
     # percent of a hundredth of the diagonal, which MeshLab has in single precision
     threshold = merge.values["threshold"]
     assert isinstance(threshold, Length)
-    assert (threshold.amount, threshold.unit) == (pytest.approx(0.01, rel=2.0**-22), "percent")
+    assert threshold.unit == "percent"
+    assert threshold.amount == pytest.approx(0.01, rel=2.0**-22)
     written = re.search(r'name="detail_size" value="([^"]*)"', file.read_text(encoding="utf-8"))
     assert written is not None
     assert float(written[1]) == pytest.approx(0.2 * layer.diagonal)
