@@ -80,10 +80,6 @@ def shown_mesh(
         most_points: of a cloud with more, evenly chosen ones are left out.
     """
     given = dict(scalars or {})
-    if len(faces):
-        normals = mesh_normals(vertices, faces)
-    elif normals is None:
-        normals = np.zeros((len(vertices), 3))
     points, elements = vertices, faces if len(faces) else edges if len(edges) else np.empty((0, 3), dtype=np.int32)
     if like is not None:
         kept, elements = like.kept, like.elements
@@ -96,6 +92,10 @@ def shown_mesh(
     else:
         kept = np.arange(len(vertices), dtype=np.int32)
     of = {key: np.asarray(values)[kept] for key, values in given.items()}
+    if len(faces):
+        normals = mesh_normals(vertices, faces)
+    elif normals is None:
+        normals = np.zeros((len(vertices), 3))
     return Shown(name, points, elements, normals[kept], of, len(vertices), len(faces), kept)
 
 
