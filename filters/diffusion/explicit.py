@@ -16,6 +16,8 @@ from .stencil import Advance, UpdateRule, explicit_stencil
 
 #: operators without a unit, whose spectrum lies in [-2, 0] on every mesh
 NORMALISED_OPERATORS: tuple[OperatorName, ...] = ("uniform", "inverse_length", "cotangent")
+#: A step takes as long for a vertex as a sum of vectors, for which `threads_for` is made, for so many.
+_WORK = 4
 #: One iteration: takes its number from 0 on, the points, and an array to write to in which vertices that do not move have their
 #: places; returns the points after it and the array that is free now.
 Iteration: TypeAlias = Callable[[int, Floats, Floats], tuple[Floats, Floats]]
@@ -124,7 +126,7 @@ class ExplicitSurface(NamedTuple):
         """
         now = self.mesh.new_points()
         free = now.copy()
-        with threads_for(len(now)):
+        with threads_for(_WORK * len(now)):
             for done in range(iterations):
                 now, free = iteration(done, now, free)
                 progress((done + 1) / iterations)
