@@ -83,6 +83,8 @@ def test_a_killed_batch_resumes(tmp_path: Path, uninterrupted: tuple[Path, Path,
     out = tmp_path / "out"
     process = start_batch(recipe, scans, "-o", out, "--jobs", "2")
     time.sleep(random.Random(seed).uniform(0.3, 1.0) * seconds)
+    process.send_signal(signal.SIGSTOP)
+    time.sleep(0.2)  # a worker that it has asked for is there now, and no other will be
     workers = descendants(process.pid)
     process.kill()
     process.communicate()
