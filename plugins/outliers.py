@@ -186,7 +186,8 @@ def compute_selection_by_distance_from_cloud_per_vertex(
     returns the number of selected vertices.
     """
     cloud = layer.other(reference).vertices
-    away = gaps(layer.vertices, cloud)
+    of_points = cloud_spacings(cloud)
+    away = gaps(layer.vertices, cloud, of_points)
     selected = away > spacings
     notes: tuple[str, ...] = ()
     if len(layer.faces):
@@ -195,17 +196,17 @@ def compute_selection_by_distance_from_cloud_per_vertex(
         notes = (
             f"{far:.2%} of the area is farther than {spacings:g} spacings from every point, and selected; {rest - far:.2%} is "
             f"farther than {0.5 * spacings:g}, and bridges gaps",
-            *_left_out(cloud, layer.vertices, layer.faces[furthest <= spacings], spacings),
+            *_left_out(cloud, of_points, layer.vertices, layer.faces[furthest <= spacings], spacings),
         )
     return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
 
 
-def _left_out(cloud: Floats, vertices: Floats, faces: Ints, spacings: float) -> tuple[str, ...]:
+def _left_out(cloud: Floats, of_points: Floats, vertices: Floats, faces: Ints, spacings: float) -> tuple[str, ...]:
     """Which share of the points, of some thousands, a reconstruction does not reach; nothing where it reaches all."""
     if not len(faces):
         return ()
     some = slice(None, None, max(1, len(cloud) // _SOME))
-    away = Surface.of(vertices, faces).nearest(cloud[some]).distances / cloud_spacings(cloud)[some]
+    away = Surface.of(vertices, faces).nearest(cloud[some]).distances / of_points[some]
     share = float((away > spacings).mean())
     return (f"{share:.2%} of the points have no surface within {spacings:g} spacings: a larger depth keeps finer parts",) * (
         share > 0

@@ -65,15 +65,18 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
 def _lost_in(band: tuple[float, float], before: Floats, after: Floats, faces: Ints, edge: float, level: float) -> float | None:
     """What is lost of the relief of a band; None where it does not stand out from the noise."""
     shortest, longest = (edge * length for length in band)
-    smooth = _smoothed(_smoothed(before, faces, shortest), faces, longest)
+    band_limited = _smoothed(before, faces, shortest)
+    smooth = _smoothed(band_limited, faces, longest)
     normals = vertex_normals_by_angle(smooth, faces)
+
+    def heights_over(q: Floats, low: Floats) -> Floats:
+        return np.asarray(np.einsum("ij,ij->i", normals, q - 2.0 * low + _smoothed(low, faces, longest)))
 
     def heights_of(surface: Floats) -> Floats:
         q = _smoothed(surface, faces, shortest)
-        low = _smoothed(q, faces, longest)
-        return np.asarray(np.einsum("ij,ij->i", normals, q - 2.0 * low + _smoothed(low, faces, longest)))
+        return heights_over(q, _smoothed(q, faces, longest))
 
-    heights = heights_of(before)
+    heights = heights_over(band_limited, smooth)
     of_noise = 0.0
     if level > 0.0:
         rough = before + np.random.default_rng(0).normal(scale=level * edge, size=(len(before), 1)) * normals

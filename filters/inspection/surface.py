@@ -298,21 +298,22 @@ class Surface:
             part = slice(start, start + _BLOCK)
             found.signed[part], found.elements[part], offsets = self._nearest(queries[part])
             if vectors:
-                found.vectors[part] = offsets
+                found.vectors[part] = offsets / self.mesh.scale
         return found
 
     def _nearest(self, queries: Floats) -> tuple[Floats, Longs, Floats]:
+        """Signed distances and elements of `NearestPlaces`, and the local vectors."""
         mesh = self.mesh
         local = self.local(queries)
         if not len(mesh.cells):
             distances, points = self._points.query(local)
-            return distances / mesh.scale, mesh.used[points], (local - mesh.points[points]) / mesh.scale
+            return distances / mesh.scale, mesh.used[points], local - mesh.points[points]
         cells, weights, distances = self._tree.nearest(local)
         corners = mesh.points[mesh.cells[cells]]
         s, t = weights[:, :1], weights[:, 1:]
         vectors = local - corners[:, 0] - s * (corners[:, 1] - corners[:, 0]) - t * (corners[:, 2] - corners[:, 0])
         outwards = np.einsum("ij,ij->i", vectors, self._normals_at(cells, weights))
-        return np.where(outwards < 0.0, -1.0, 1.0) * distances / mesh.scale, self.faces[cells], vectors / mesh.scale
+        return np.where(outwards < 0.0, -1.0, 1.0) * distances / mesh.scale, self.faces[cells], vectors
 
     def local(self, places: Floats) -> Floats:
         """Places about the middle of the surface and of its scale, in which `search` and `largest_distances` work."""

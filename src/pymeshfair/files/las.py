@@ -166,7 +166,7 @@ def write_laz(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 def write_las_pieces(pieces: Callable[[], Iterator[MeshData]], target: BinaryIO) -> tuple[str, ...]:
     """Write pieces of a cloud, which have the same attributes, to a LAS file: once for their extent, and once to be written.
 
-    The steps of the coordinates are the finest powers of ten that 32 bits hold.
+    There is at least one. The steps of the coordinates are the finest powers of ten that 32 bits hold.
 
     Returns:
         What to know about it, in words.
@@ -175,16 +175,16 @@ def write_las_pieces(pieces: Callable[[], Iterator[MeshData]], target: BinaryIO)
         ContentsError: the format cannot hold them, or laspy is missing.
     """
     _laspy()
-    extent: _Extent | None = None
-    for piece in pieces():
-        own = _Extent.of(piece, _columns(piece, None))
-        extent = own if extent is None else extent.joined(own)
-    first = next(pieces())
+    rest = pieces()
+    first = next(rest)
+    columns = _columns(first, None)
+    extent = _Extent.of(first, columns)
+    for piece in rest:
+        extent = extent.joined(_Extent.of(piece, _columns(piece, None)))
     notes: list[str] = []
     header, _ = _header(first, None, notes)
-    columns = _columns(first, None)
-    stored = _dimensions(header, columns, extent or _Extent.of(first, columns), notes)
-    if extent is not None and np.isfinite(extent.least).all():
+    stored = _dimensions(header, columns, extent, notes)
+    if np.isfinite(extent.least).all():
         _choose_scale(header, extent.least, extent.most, 0.0, notes)
     _write_points(((piece.vertices, _columns(piece, None)) for piece in pieces()), header, None, stored, target, compress=False)
     return tuple(notes)

@@ -7,6 +7,7 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -210,12 +211,13 @@ class Session:
         after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"))
         origins = find_origins(after.mesh, before.mesh)
         if change := change_of(origins, before, after):
-            for text in warnings_of(change, self._steps, lambda: instead(self._job.recipe, before, present)):
+            other_recipe = cache(lambda: instead(self._job.recipe, before, present))  # measures the scan
+            for text in warnings_of(change, self._steps, other_recipe):
                 self._warn(text)
             # Who sets how much a recipe smooths has asked for what goes.
             tasks = ("denoise", "clean") if self._job.overrides else ("denoise", "clean", "smooth")
             if self._job.recipe.info.task in tasks and (change.relief_lost or 0.0) > ERASED:
-                better = instead(self._job.recipe, before, present)
+                better = other_recipe()
                 ways = [way for way in (milder(self._steps), better and f"take {better}") if way]
                 self._warn(
                     f"{change.relief_lost:.0%} of the relief beside the noise is gone: compare the result with the scan; if that "
