@@ -201,9 +201,16 @@ def _covariances(points: Floats, indices: Ints, first: int, covariances: Floats,
 def _heights(points: Floats, normals: Floats, indices: Ints, heights: Floats, begin: int, end: int) -> None:
     for i in range(begin, end):
         for k in range(indices.shape[1]):
-            j = indices[i, k]
-            for c in range(3):
-                heights[i, k] += normals[i, c] * (points[j, c] - points[i, c])
+            heights[i, k] = _height(points, normals, i, indices[i, k])
+
+
+@compiled(nogil=True)
+def _height(points: Floats, normals: Floats, i: int, j: int) -> float:
+    """n_i . (p_j - p_i)."""
+    height = 0.0
+    for c in range(3):
+        height += normals[i, c] * (points[j, c] - points[i, c])
+    return height
 
 
 @compiled(nogil=True)
@@ -225,10 +232,7 @@ def _project(
         if moves[i]:
             total = shift = 0.0
             for k in range(indices.shape[1]):
-                j = indices[i, k]
-                height = 0.0
-                for c in range(3):
-                    height += normals[i, c] * (points[j, c] - points[i, c])
+                height = _height(points, normals, i, indices[i, k])
                 share = kernel_weight(space_code, distances[i, k], space_sigma) * kernel_weight(range_code, height, range_sigma)
                 total += share
                 shift += share * height
@@ -258,13 +262,12 @@ def _project_to_quadrics(
         unit = distances[i, most - 1]
         if not moves[i] or unit == 0.0:
             continue
-        x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
-        ax, ay, az, bx, by, bz = tangents(x, y, z)
+        ax, ay, az, bx, by, bz = tangents(normals[i, 0], normals[i, 1], normals[i, 2])
         count, largest = 0, 0.0
         for k in range(most):
             j = indices[i, k]
             dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
-            height = x * dx + y * dy + z * dz
+            height = _height(points, normals, i, j)
             share = kernel_weight(space_code, distances[i, k], space_sigma) * kernel_weight(range_code, height, range_sigma)
             if share > 0.0:
                 samples[0, count], samples[1, count] = (ax * dx + ay * dy + az * dz) / unit, (bx * dx + by * dy + bz * dz) / unit

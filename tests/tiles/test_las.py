@@ -103,14 +103,19 @@ def test_a_torn_file_is_refused(tmp_path: Path) -> None:
         list(LasCloud(tmp_path / "in.las").points(100))
 
 
+def cleaned_both_ways(folder: Path, extension: str, warning: str) -> None:
+    """An E57 file without its outliers, in one piece as "whole" and by tiles as "tiled"; both runs give the warning."""
+    pytest.importorskip("pye57")
+    survey(folder / "in.e57")
+    for name, options in (("whole", ()), ("tiled", ("--tiles",))):
+        done = invoke("run", "remove_outliers", folder / "in.e57", "-o", folder / f"{name}.{extension}", *options)
+        assert done.exit_code == 0, done.stderr
+        assert warning in " ".join(done.stderr.split())
+
+
 def test_an_e57_file_becomes_what_it_becomes_in_one_piece(tmp_path: Path) -> None:
     """Both scans of an E57 file, placed, without what was not measured, with all fields: the PLY file of a run in one piece."""
-    pytest.importorskip("pye57")
-    survey(tmp_path / "in.e57")
-    for name, options in (("whole.ply", ()), ("tiled.ply", ("--tiles",))):
-        done = invoke("run", "remove_outliers", tmp_path / "in.e57", "-o", tmp_path / name, *options)
-        assert done.exit_code == 0, done.stderr
-        assert "points at which nothing was measured are left out" in done.stderr
+    cleaned_both_ways(tmp_path, "ply", "points at which nothing was measured are left out")
     files = [PlySlices(tmp_path / name) for name in ("whole.ply", "tiled.ply")]
     whole, tiled = (file.vertices.read(0, len(file)) for file in files)
     names = whole.dtype.names or ()
@@ -122,12 +127,7 @@ def test_an_e57_file_becomes_what_it_becomes_in_one_piece(tmp_path: Path) -> Non
 
 def test_an_e57_file_becomes_a_laz_file(tmp_path: Path) -> None:
     """The same points with the same fields as in one piece, places within the steps of the files, intensities in 16 bits."""
-    pytest.importorskip("pye57")
-    survey(tmp_path / "in.e57")
-    for name, options in (("whole.laz", ()), ("tiled.laz", ("--tiles",))):
-        done = invoke("run", "remove_outliers", tmp_path / "in.e57", "-o", tmp_path / name, *options)
-        assert done.exit_code == 0, done.stderr
-        assert "its intensity from 0 to 1 became one from 0 to 65535, rounded" in " ".join(done.stderr.split())
+    cleaned_both_ways(tmp_path, "laz", "its intensity from 0 to 1 became one from 0 to 65535, rounded")
     whole, tiled = (laspy.read(tmp_path / name) for name in ("whole.laz", "tiled.laz"))
     names, others = (
         set(file.point_format.dimension_names) - {"X", "Y", "Z", "scalars", "outlier_probability"} for file in (whole, tiled)
