@@ -17,7 +17,7 @@ _NEIGHBOURS = 6
 _AROUND, _SHARE = 20, 2.0 / 3.0
 
 
-def gaps(vertices: ArrayLike, points: ArrayLike, spacings: Floats | None = None) -> Floats:
+def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None) -> Floats:
     """The distance of each vertex from the nearest point, in spacings of the cloud.
 
     The spacing at a point is the mean distance to its six nearest neighbours, that of the cloud the median over its points. A
@@ -28,7 +28,7 @@ def gaps(vertices: ArrayLike, points: ArrayLike, spacings: Floats | None = None)
     Args:
         vertices: (n, 3) finite coordinates.
         points: (p, 3) those of the cloud, at least 7.
-        spacings: (p,) of `cloud_spacings`, if the caller has them.
+        at_points: (p,) the spacings at the points, those of `cloud_spacings`, if the caller has them.
 
     Returns:
         (n,) float64.
@@ -38,11 +38,11 @@ def gaps(vertices: ArrayLike, points: ArrayLike, spacings: Floats | None = None)
     """
     queries, _ = check_mesh(vertices, ())
     cloud, _ = check_mesh(points, ())
-    if spacings is None:
-        spacings = cloud_spacings(cloud)
+    if at_points is None:
+        at_points = cloud_spacings(cloud)
     middle = cloud.mean(axis=0)
     nearest, numbers = spatial.cKDTree(cloud - middle).query(queries - middle)
-    return np.asarray(nearest / spacings[numbers])
+    return np.asarray(nearest / at_points[numbers])
 
 
 def cloud_spacings(points: Floats) -> Floats:
