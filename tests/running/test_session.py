@@ -6,6 +6,7 @@ import errno
 import json
 import pickle
 import shutil
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,10 +23,24 @@ from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_header import read_header
 from pymeshfair.files.provenance import sha256_of
 from pymeshfair.recipe import load_recipe
+from pymeshfair.running.document import Document
 from pymeshfair.running.job import Job
-from pymeshfair.running.session import Session
+from pymeshfair.running.session import Earlier, Session
 
-from .runs import BONE, SAMPLES, SMOOTH, TETRAHEDRON, Given, columns, names_in, ply_bytes, session_report, staged_files, xyz
+from .runs import (
+    BONE,
+    SAMPLES,
+    SMOOTH,
+    TETRAHEDRON,
+    Given,
+    columns,
+    names_in,
+    ply_bytes,
+    recipe_of,
+    session_report,
+    staged_files,
+    xyz,
+)
 
 
 def reload(path: Path) -> tuple[pymeshlab.MeshSet, Any]:
@@ -408,3 +423,39 @@ def test_a_disk_that_is_full_at_any_moment_of_writing(tmp_path: Path, monkeypatc
     path.write_bytes(ply_bytes(xyz(), head="comment TextureFile t.png"))
     with pytest.raises(OutputError, match="no space left on device"):
         session_report(path, tmp_path / "out.ply")
+
+
+def test_a_later_step_is_changed_without_the_earlier_ones(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only the steps after the first one that differs are applied, and every bit is that of a run without what was kept."""
+    mesh = read_file(BONE, allow_outside=False).mesh
+    applied: list[str] = []
+    apply = Document.apply
+
+    def counted(document: Document, step: Any) -> dict[str, Any]:
+        applied.append(step.filter.python_name)
+        return apply(document, step)
+
+    monkeypatch.setattr(Document, "apply", counted)
+
+    def result_of(*steps: Given, earlier: Earlier | None = None) -> tuple[int, Any]:
+        applied.clear()
+        job = Job(recipe_of(*steps), BONE, tmp_path / "out.ply")
+        stage = Path(tempfile.mkdtemp(dir=tmp_path))
+        outcome = Session(job, stage, lambda event: None).carry_out(mesh, earlier=earlier)
+        assert len(outcome.steps) == len(steps)
+        return len(applied), outcome.result.vertices
+
+    clean: Given = ("meshing_remove_duplicate_vertices", {})
+    first: Given = ("apply_coord_implicit_fairing", {"iterations": 2})
+    again, other = (("apply_coord_implicit_fairing", {"iterations": k}) for k in (1, 3))
+    earlier = Earlier()
+    for steps, expected in (
+        ((clean, first), 2),  # nothing is kept; after the first step MeshLab has the mesh
+        ((clean, first, again), 1),
+        ((clean, first, other), 1),
+        ((clean, first, again), 0),
+        ((first, again), 2),
+    ):
+        count, vertices = result_of(*steps, earlier=earlier)
+        assert count == expected
+        np.testing.assert_array_equal(vertices, result_of(*steps)[1])

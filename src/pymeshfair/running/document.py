@@ -6,7 +6,8 @@ meshes stay until something else needs them, so that consecutive steps of MeshLa
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,25 @@ from ..scripts.script import Step
 
 if TYPE_CHECKING:
     from ..door import Door
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The layers of a document at one time.
+
+    Attributes:
+        meshes: by id.
+        visible: whether each is, by id.
+        current_id: of the current layer; None if there is none.
+        next_id: that of the next layer.
+        losses: what MeshLab did not take so far.
+    """
+
+    meshes: Mapping[int, MeshData]
+    visible: Mapping[int, bool]
+    current_id: int | None
+    next_id: int
+    losses: tuple[str, ...]
 
 
 class Document:
@@ -69,6 +89,19 @@ class Document:
     def ids(self) -> tuple[int, ...]:
         """The ids of the layers."""
         return tuple(self._meshes)
+
+    @property
+    def state(self) -> State | None:
+        """The layers as they are; None while MeshLab has one of them."""
+        meshes = {number: mesh for number, mesh in self._meshes.items() if mesh is not None}
+        if len(meshes) < len(self._meshes):
+            return None
+        return State(meshes, dict(self._visible), self.current_id, self._next_id, tuple(self.losses))
+
+    def restore(self, state: State) -> None:
+        """Take the layers of another time."""
+        self._meshes, self._visible, self.losses = dict(state.meshes), dict(state.visible), list(state.losses)
+        self.current_id, self._next_id, self._is_inside = state.current_id, state.next_id, False
 
     def mesh(self, number: int) -> MeshData:
         """The mesh of a layer.

@@ -25,7 +25,7 @@ from ..mesh_data import MeshData
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
 from ..scripts.script import Script, Step
 from ..scripts.warnings import lengths_out_of_proportion
-from .document import Document
+from .document import Document, State
 from .guarding import breaches
 from .intervention import stage_map
 from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
@@ -40,6 +40,8 @@ from .talk import mark
 
 #: the least change of progress that is reported
 _SMALLEST_PROGRESS = 0.005
+#: as many states of a mesh are kept for later runs
+_STATES = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +59,28 @@ class Outcome:
     result: MeshData
     steps: list[StepDone]
     traits: Mapping[str, Any]
+
+
+class Earlier:
+    """What the first steps of recipes made of one mesh, so that who changes a later step waits for that step alone."""
+
+    def __init__(self) -> None:
+        """See the class; nothing is kept yet."""
+        self._kept: list[tuple[tuple[Step, ...], State, tuple[StepDone, ...]]] = []  # the one used last is the last
+
+    def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepDone, ...]]:
+        """The layers after as many of the steps as are kept, and the reports of these steps."""
+        known = [entry for entry in self._kept if entry[0] == steps[: len(entry[0])]]
+        if not known:
+            return None, ()
+        entry = max(known, key=lambda entry: len(entry[0]))
+        self._kept.remove(entry)
+        self._kept.append(entry)
+        return entry[1:]
+
+    def keep(self, steps: tuple[Step, ...], state: State, done: tuple[StepDone, ...]) -> None:
+        """Keep the layers after some steps."""
+        self._kept = [*self._kept[1 - _STATES :], (steps, state, done)]
 
 
 class Session:
@@ -105,8 +129,13 @@ class Session:
         source["others"] = [described for _, described in others]
         return self._write(outcome, source)
 
-    def carry_out(self, read: MeshData, others: Sequence[MeshData] = ()) -> Outcome:
+    def carry_out(self, read: MeshData, others: Sequence[MeshData] = (), earlier: Earlier | None = None) -> Outcome:
         """Apply the steps to a mesh; nothing is read or written.
+
+        Args:
+            read: the mesh.
+            others: further layers.
+            earlier: what runs on the same meshes have kept, and this one adds to.
 
         Raises:
             StepFailedError, MemoryError: as `run`.
@@ -123,7 +152,7 @@ class Session:
         traits, unsuited = traits_asked_for(self._job.recipe, before, attributes_of(read))
         if unsuited:
             self._warn(unsuited)
-        steps = [self._step(number) for number in range(1, len(self._steps) + 1)]
+        steps = self._carried_out(earlier or Earlier())
         document = self._document
         self._lose(document.losses)
         result = document.current
@@ -157,6 +186,22 @@ class Session:
         return load_unchecked(path, self._stage / "meshlab")
 
     # --------------------------------------------------------------------------------------------------------------- steps
+
+    def _carried_out(self, earlier: Earlier) -> list[StepDone]:
+        """Carry out the steps, but for the first ones that were carried out earlier."""
+        state, done = earlier.longest(self._steps)
+        if state is not None:
+            self._document.restore(state)
+        for number, step in enumerate(done, 1):
+            self._event(StepStarted(number, len(self._steps), self._steps[number - 1].filter.name))
+            for text in step.messages:
+                self._event(Message(text, step=number))
+            self._event(StepFinished(number, step.seconds))
+        for number in range(len(done) + 1, len(self._steps) + 1):
+            done = (*done, self._step(number))
+            if (state := self._document.state) is not None:
+                earlier.keep(self._steps[:number], state, done)
+        return list(done)
 
     def _step(self, number: int) -> StepDone:
         step = self._steps[number - 1]

@@ -1,6 +1,7 @@
 """The work for the page: the scan, read and measured once; each result packed for the browser, and then compared with the scan.
 
-It is done in a process that stays, so that libraries and the scan are there when a parameter changes.
+It is done in a process that stays, so that libraries, the scan and what earlier steps made of it are there when a
+parameter changes.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from ..report.scene import pack_scene
 from ..running.job import Event, Job, PhaseStarted
 from ..running.measuring import Measuring
 from ..running.read import ReadMesh, read_mesh
-from ..running.session import Session
+from ..running.session import Earlier, Session
 
 #: the box of coordinates is so much larger than the scan, as results may grow
 _ROOM = 1.5
@@ -56,6 +57,7 @@ class Bench:
         self._box = 0.5 * (low + high), 0.5 * _ROOM * float((high - low).max()) or 1.0
         self._scan = self._shown("scan", self._before.mesh)
         self._result: tuple[MeshData, Shown] | None = None
+        self._earlier = Earlier()
 
     def opening(self) -> Result:
         """What the page shows before anything ran."""
@@ -64,7 +66,7 @@ class Bench:
     def run(self, job: Job, stage: Path) -> Result:
         """Carry out the steps of a job; the mesh, without the numbers of `measure`, which take longer than many filters."""
         session = Session(job, stage, _stoppable(stage))
-        outcome = session.carry_out(self._before.mesh)
+        outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
         self._result = outcome.result, self._shown("result", outcome.result)
         numbers = {
             "warnings": session.warnings,
