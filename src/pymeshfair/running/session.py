@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..calling import StoppedError
 from ..errors import FilterInputError, Place, StepFailedError
@@ -23,6 +23,7 @@ from ..files.writing import StagedFile
 from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
+from ..recipe import RecipeInfo
 from ..scripts.script import Script, Step
 from ..scripts.warnings import lengths_out_of_proportion
 from .document import Document, State
@@ -44,6 +45,10 @@ _SMALLEST_PROGRESS = 0.005
 _STATES = 8
 
 
+#: what is known of a mesh, the traits that a recipe asks for, and the warning if it is not for such a scan
+_Measured: TypeAlias = tuple[Found, Mapping[str, Any], str | None]
+
+
 @dataclass(frozen=True, eq=False)
 class Outcome:
     """What the steps came to.
@@ -62,11 +67,18 @@ class Outcome:
 
 
 class Earlier:
-    """What the first steps of recipes made of one mesh, so that who changes a later step waits for that step alone."""
+    """What earlier runs found of one mesh, and what their first steps made of it: a change of a later step costs that step."""
 
     def __init__(self) -> None:
         """See the class; nothing is kept yet."""
+        self._measured: tuple[RecipeInfo, _Measured] | None = None
         self._kept: list[tuple[tuple[Step, ...], State, tuple[StepDone, ...]]] = []  # the one used last is the last
+
+    def measured(self, info: RecipeInfo, measure: Callable[[], _Measured]) -> _Measured:
+        """What is found of the mesh for a recipe of this head."""
+        if self._measured is None or self._measured[0] != info:
+            self._measured = info, measure()
+        return self._measured[1]
 
     def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepDone, ...]]:
         """The layers after as many of the steps as are kept, and the reports of these steps."""
@@ -144,15 +156,15 @@ class Session:
         for mesh in others:
             self._document.add(mesh)
         self._document.current_id = given
-        before = self._looked(read, InputError(self._job.input, "it has coordinates that are not finite"))
+        earlier = earlier or Earlier()
+        before, traits, unsuited = earlier.measured(self._job.recipe.info, lambda: self._measured(read))
         for text in lengths_out_of_proportion(Script(self._steps), diagonal=before.diagonal):
             self._warn(text)
         if taken := self._job.recipe.info.superseded:
             self._warn(f"{self._job.recipe.name} is superseded: {taken}")
-        traits, unsuited = traits_asked_for(self._job.recipe, before, attributes_of(read))
         if unsuited:
             self._warn(unsuited)
-        steps = self._carried_out(earlier or Earlier())
+        steps = self._carried_out(earlier)
         document = self._document
         self._lose(document.losses)
         result = document.current
@@ -167,6 +179,10 @@ class Session:
         if not len(result.vertices):
             raise self._failed("nothing is left of the mesh after the last step")
         return Outcome(before, result, steps, traits)
+
+    def _measured(self, read: MeshData) -> _Measured:
+        before = self._looked(read, InputError(self._job.input, "it has coordinates that are not finite"))
+        return before, *traits_asked_for(self._job.recipe, before, attributes_of(read))
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
         """Read a file; its mesh, and which file it was."""
