@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any, TypeVar
 
-from .compilation import allowed_threads, single_thread
+from .compilation import allowed_threads, set_threads, single_thread
 
 #: Called with the share of the work that is done, from 0 to 1; it may raise to stop the work.
 Progress = Callable[[float], None]
@@ -144,8 +144,10 @@ def abandonable(work: Callable[[], T], progress: Progress, done: float) -> T:
     """
     results: list[T] = []
     errors: list[BaseException] = []
+    threads = allowed_threads()
 
     def run() -> None:
+        set_threads(threads)
         try:
             results.append(work())
         except BaseException as error:  # raised again in the waiting thread

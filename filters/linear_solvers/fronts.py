@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from ..compilation import compiled
+from ..compilation import compiled, prange
+from ..execution import SERIAL_BELOW, threads_for
 from ..libraries import sparse
 from ..mesh import Floats, Ints, Longs
 from ..topology import sort_slice
 from .conjugate_gradients import CompressedRows
-from .nested_dissection import dissected
+from .nested_dissection import PARTS, dissected
 
 #: Columns that are eliminated together, and right-hand sides that one pass over the factors solves for.
 _BLOCK, _TOGETHER = 8, 4
+#: Columns of a front that are eliminated before the others are changed, and columns that these are changed in.
+_PANEL, _STRIP = 64, 32
+#: A row of a front is as much work as so many vertices.
+_WORK = 64
 
 
 class Fronts(NamedTuple):
     """How the rows of a matrix are eliminated: in groups, each of which changes the same later rows.
 
     The group g eliminates the rows from ``firsts[g]`` to before ``firsts[g + 1]`` and changes the rows
-    ``rows[starts[g] : starts[g + 1]]``. All numbers of rows are places in `order`.
+    ``rows[starts[g] : starts[g + 1]]``. All numbers of rows are places in `order`. Disjoint subtrees of groups are parts, which
+    know nothing of each other, so that threads share them; the groups above them follow on one thread.
 
     Attributes:
         order: (n,) int32 the row of the matrix at each place.
@@ -30,6 +37,10 @@ class Fronts(NamedTuple):
         lows: (groups,) what a group changes goes into the first later group whose number here is not above its `firsts`.
         starts: (groups + 1,).
         rows: int32, ascending in each group.
+        numbers: (groups + 1,) where L of each group begins among all numbers of L.
+        parts: (p, 2) the first group of each part, and the one after its last.
+        last: the last group of each part and the groups above all parts, ascending.
+        above: (n,) int32 the number of a row among those that are in no part, -1 of the others.
     """
 
     order: Ints
@@ -38,6 +49,10 @@ class Fronts(NamedTuple):
     lows: Longs
     starts: Longs
     rows: Ints
+    numbers: Longs
+    parts: Longs
+    last: Longs
+    above: Ints
 
     @classmethod
     def of(cls, matrix: sparse.csr_matrix) -> Fronts:
@@ -48,13 +63,47 @@ class Fronts(NamedTuple):
         places[order] = np.arange(len(order), dtype=np.int32)
         starts = np.zeros(len(firsts), dtype=np.int64)
         rows = _changed_rows(entries, order, places, firsts, lows, starts)
-        return cls(order, places, firsts, lows, starts, rows)
+        own, changed = np.diff(firsts), np.diff(starts)
+        numbers = np.append(0, np.cumsum(own * (own + changed) - own * (own - 1) // 2))
+        parts, top = _parts(firsts, lows, numbers, PARTS if len(order) >= SERIAL_BELOW else 1)
+        rises = np.zeros(len(order), dtype=np.bool_)
+        for g in top:
+            rises[firsts[g] : firsts[g + 1]] = True
+        above = np.where(rises, np.cumsum(rises) - 1, -1).astype(np.int32)
+        last = np.sort(np.append(parts[:, 1] - 1, top))
+        return cls(order, places, firsts, lows, starts, rows, numbers, parts, last, above)
 
     def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
         """L, group by group its columns from the diagonal on, and D, (n,), of a matrix of this pattern or of a part of it."""
-        own, changed = np.diff(self.firsts), np.diff(self.starts)
-        values, pivots = np.empty(_all_numbers(self)), np.empty(len(self.order))
-        _factorise(self, _compressed(matrix), int((own + changed).max(initial=0)), _most_held(self), values, pivots)
+        values, pivots = np.empty(int(self.numbers[-1])), np.empty(len(self.order))
+        entries, firsts = _compressed(matrix), self.firsts
+        ends = self.parts[:, 1] - 1
+        begins = np.append(0, np.cumsum((self.starts[ends + 1] - self.starts[ends]) ** 2))
+        changes = np.empty(int(begins[-1]))
+        with threads_for(len(self.order)):
+            _factorise_parts(self, entries, begins, changes, values, pivots)
+        waiting: list[tuple[int, Floats]] = []  # groups whose changes have not been added to a front, and these
+        part, local = 0, np.empty(len(self.order), dtype=np.int32)
+        for g in self.last:
+            own, changed = firsts[g + 1] - firsts[g], self.starts[g + 1] - self.starts[g]
+            if part < len(ends) and g == ends[part]:
+                change = changes[begins[part] : begins[part + 1]].reshape(changed, changed)
+                part += 1
+            else:
+                front = np.empty((own + changed, own + changed))
+                rows = self.rows[self.starts[g] : self.starts[g + 1]]
+                _assemble(entries, self.order, self.places, firsts[g], own, rows, local, front)
+                while waiting and firsts[waiting[-1][0]] >= self.lows[g]:
+                    earlier, change = waiting.pop()
+                    _add(self.rows[self.starts[earlier] : self.starts[earlier + 1]], change, local, front)
+                for begin in range(0, own, _PANEL):
+                    end = min(begin + _PANEL, int(own))
+                    _eliminate_panel(front, begin, end)
+                    with threads_for(_WORK * len(front)):
+                        _subtract_panel_by_threads(front, begin, end)
+                _store(own, front, values[self.numbers[g] :], pivots[firsts[g] :])
+                change = front[own:, own:].copy()
+            waiting.append((g, change))
         return values, pivots
 
     def solve(self, values: Floats, b: Floats) -> Floats:
@@ -63,9 +112,12 @@ class Fronts(NamedTuple):
         right = np.asfortranarray(b) if is_fortran else np.ascontiguousarray(b)
         x = np.empty(b.shape, order="F" if is_fortran else "C")
         y = np.empty((-(-b.shape[1] // _TOGETHER), len(b), _TOGETHER))
-        widest = int((np.diff(self.firsts) + np.diff(self.starts)).max(initial=0))
+        aside = np.zeros((len(self.parts), len(y), int(self.above.max(initial=-1)) + 1, _TOGETHER))
         _put_in_order(self.order, right, y)
-        _solve(self, values, np.empty((widest, _TOGETHER)), y)
+        with threads_for(len(self.order)):
+            _forward_parts(self, values, y, aside)
+            _solve_above(self, values, y, aside)
+            _backward_parts(self, values, y)
         _put_back(self.order, y, x)
         return x
 
@@ -75,19 +127,30 @@ class Fronts(NamedTuple):
         return self._replace(order=same, places=same)
 
 
-@compiled
-def _numbers(own: int, changed: int) -> int:
-    """How many numbers L has in a group."""
-    return own * (own + changed) - own * (own - 1) // 2
+def _parts(firsts: Longs, lows: Longs, numbers: Longs, count: int) -> tuple[Longs, Longs]:
+    """About `count` disjoint subtrees of few numbers each: (p, 2) their groups, ascending, and the groups above them."""
 
+    def subtrees(low: int, high: int) -> list[tuple[int, int]]:
+        """The largest ones with rows from `low` to before `high`."""
+        found = []
+        while high > low:
+            g = int(np.searchsorted(firsts, high)) - 1
+            high = int(lows[g])
+            found.append((int(np.searchsorted(firsts, high)), g + 1))
+        return found
 
-@compiled
-def _all_numbers(fronts: Fronts) -> int:
-    """How many L has."""
-    count = 0
-    for g in range(fronts.lows.shape[0]):
-        count += _numbers(fronts.firsts[g + 1] - fronts.firsts[g], fronts.starts[g + 1] - fronts.starts[g])
-    return count
+    roots = sorted(subtrees(0, int(firsts[-1])))
+    bounds = np.arange(min(count, len(roots)) + 1) * len(roots) // max(1, min(count, len(roots)))
+    parts, top = [(roots[i][0], roots[j - 1][1]) for i, j in pairwise(bounds)], []
+    while 0 < len(parts) < count:
+        part = max(parts, key=lambda part: int(numbers[part[1]] - numbers[part[0]]))
+        below = subtrees(int(firsts[part[0]]), int(firsts[part[1] - 1]))
+        if not 0 < len(below) <= count:
+            break
+        parts.remove(part)
+        parts += below
+        top.append(part[1] - 1)
+    return np.array(sorted(parts), dtype=np.int64).reshape(-1, 2), np.array(sorted(top), dtype=np.int64)
 
 
 def _compressed(matrix: sparse.csr_matrix) -> CompressedRows:
@@ -130,78 +193,111 @@ def _changed_rows(matrix: CompressedRows, order: Ints, places: Ints, firsts: Lon
     return rows[:at].copy()
 
 
+@compiled(parallel=True)
+def _factorise_parts(
+    fronts: Fronts, matrix: CompressedRows, begins: Longs, changes: Floats, values: Floats, pivots: Floats
+) -> None:
+    """Fills the factors of the parts, and what each changes in later rows, from `begins` on."""
+    for part in prange(fronts.parts.shape[0]):
+        _factorise_part(fronts, matrix, part, changes[begins[part] : begins[part + 1]], values, pivots)
+
+
 @compiled
-def _most_held(fronts: Fronts) -> int:
-    """The most numbers that groups hold for later ones at a time."""
-    most, held, top = 0, 0, 0
-    waiting = np.empty(fronts.lows.shape[0], dtype=np.int32)
-    for g in range(fronts.lows.shape[0]):
-        while top > 0 and fronts.firsts[waiting[top - 1]] >= fronts.lows[g]:
-            top -= 1
-            held -= (fronts.starts[waiting[top] + 1] - fronts.starts[waiting[top]]) ** 2
-        waiting[top] = g
-        top += 1
-        held += (fronts.starts[g + 1] - fronts.starts[g]) ** 2
-        most = max(most, held)
-    return most
-
-
-@compiled(nogil=True, error_model="numpy")
-def _factorise(fronts: Fronts, matrix: CompressedRows, widest: int, most: int, values: Floats, pivots: Floats) -> None:
-    """Fills the factors, group by group: what the groups before it change is summed up in a dense matrix, its front."""
-    order, places, firsts, lows, starts, rows = fronts
+def _factorise_part(fronts: Fronts, matrix: CompressedRows, part: int, changes: Floats, values: Floats, pivots: Floats) -> None:
+    firsts, lows, starts, rows = fronts.firsts, fronts.lows, fronts.starts, fronts.rows
+    local = np.empty(fronts.order.shape[0], dtype=np.int32)
+    groups = np.arange(fronts.parts[part, 0], fronts.parts[part, 1])
+    widest, most = _room(fronts, groups)
     work, held = np.empty(widest * widest), np.empty(most)
-    local = np.empty(order.shape[0], dtype=np.int32)
-    waiting = np.empty(lows.shape[0], dtype=np.int32)
-    top, full, at = 0, 0, 0
-    for g in range(lows.shape[0]):
-        first, own, changed = firsts[g], firsts[g + 1] - firsts[g], starts[g + 1] - starts[g]
+    waiting = np.empty(groups.shape[0], dtype=np.int64)
+    top, full = 0, 0
+    for g in groups:
+        own, changed = firsts[g + 1] - firsts[g], starts[g + 1] - starts[g]
         size = own + changed
-        front = work[: size * size].reshape(size, size)  # column by column, on and below the diagonal
-        for k in range(own):
-            local[first + k] = k
-        for k in range(changed):
-            local[rows[starts[g] + k]] = own + k
-        for j in range(size):
-            front[j, j:] = 0.0
-        for k in range(own):
-            i = order[first + k]
-            for p in range(matrix.indptr[i], matrix.indptr[i + 1]):
-                r = places[matrix.indices[p]]
-                if r >= first + k:
-                    front[k, local[r]] += matrix.data[p]
+        front = work[: size * size].reshape(size, size)
+        _assemble(matrix, fronts.order, fronts.places, firsts[g], own, rows[starts[g] : starts[g + 1]], local, front)
         while top > 0 and firsts[waiting[top - 1]] >= lows[g]:
             top -= 1
-            begin, count = starts[waiting[top]], starts[waiting[top] + 1] - starts[waiting[top]]
+            count = starts[waiting[top] + 1] - starts[waiting[top]]
             full -= count * count
-            _add(held[full : full + count * count].reshape(count, count), local, rows[begin : begin + count], front)
-        _eliminate(front, own)
-        for k in range(own):
-            pivots[first + k] = front[k, k]
-            values[at : at + size - k] = front[k, k:]
-            at += size - k
+            begin = starts[waiting[top]]
+            _add(rows[begin : begin + count], held[full : full + count * count].reshape(count, count), local, front)
+        for begin in range(0, own, _PANEL):
+            end = min(begin + _PANEL, own)
+            _eliminate_panel(front, begin, end)
+            for left in range(end, size, _STRIP):
+                _subtract_panel(front, begin, end, left)
+        _store(own, front, values[fronts.numbers[g] :], pivots[firsts[g] :])
         for j in range(own, size):
             held[full + (j - own) : full + changed] = front[j, j:]
             full += changed
         waiting[top] = g
         top += 1
+    changes[:] = held[full - changes.shape[0] : full]
+
+
+@compiled
+def _room(fronts: Fronts, groups: Longs) -> tuple[int, int]:
+    """The rows of the widest front of some groups, and the most numbers that groups hold for later ones at a time."""
+    widest, most, held, top = 0, 0, 0, 0
+    waiting = np.empty(groups.shape[0], dtype=np.int64)
+    for g in groups:
+        changed = fronts.starts[g + 1] - fronts.starts[g]
+        widest = max(widest, fronts.firsts[g + 1] - fronts.firsts[g] + changed)
+        while top > 0 and fronts.firsts[waiting[top - 1]] >= fronts.lows[g]:
+            top -= 1
+            held -= (fronts.starts[waiting[top] + 1] - fronts.starts[waiting[top]]) ** 2
+        waiting[top] = g
+        top += 1
+        held += changed * changed
+        most = max(most, held)
+    return widest, most
 
 
 @compiled(nogil=True)
-def _add(part: Floats, local: Ints, rows: Ints, front: Floats) -> None:
-    """Adds what an earlier group changes."""
-    for j in range(np.uint64(part.shape[0])):
+def _assemble(
+    matrix: CompressedRows, order: Ints, places: Ints, first: int, own: int, rows: Ints, local: Ints, front: Floats
+) -> None:
+    """The front of a group before any change, by columns, on and below the diagonal; `local` becomes the place of rows in it."""
+    for k in range(own):
+        local[first + k] = k
+    for k in range(rows.shape[0]):
+        local[rows[k]] = own + k
+    for j in range(front.shape[0]):
+        front[j, j:] = 0.0
+    for k in range(own):
+        i = order[first + k]
+        for p in range(matrix.indptr[i], matrix.indptr[i + 1]):
+            r = places[matrix.indices[p]]
+            if r >= first + k:
+                front[k, local[r]] += matrix.data[p]
+
+
+@compiled(nogil=True)
+def _add(rows: Ints, change: Floats, local: Ints, front: Floats) -> None:
+    """Adds what an earlier group changes in these rows."""
+    for j in range(np.uint64(change.shape[0])):
         column = front[np.uint32(local[rows[j]])]
-        for i in range(np.uint64(j), np.uint64(part.shape[0])):
-            column[np.uint32(local[rows[i]])] += part[j, i]
+        for i in range(np.uint64(j), np.uint64(change.shape[0])):
+            column[np.uint32(local[rows[i]])] += change[j, i]
+
+
+@compiled(nogil=True)
+def _store(own: int, front: Floats, values: Floats, pivots: Floats) -> None:
+    """The columns of L and the pivots of a group."""
+    at = 0
+    for k in range(own):
+        pivots[k] = front[k, k]
+        values[at : at + front.shape[0] - k] = front[k, k:]
+        at += front.shape[0] - k
 
 
 @compiled(nogil=True, error_model="numpy")
-def _eliminate(front: Floats, own: int) -> None:
-    """L and D of the first columns, in their place; the other columns become what is left of them."""
+def _eliminate_panel(front: Floats, begin: int, end: int) -> None:
+    """L and D of some columns, in their place."""
     size = front.shape[0]
-    for first in range(0, own, _BLOCK):
-        last = min(first + _BLOCK, own)
+    for first in range(begin, end, _BLOCK):
+        last = min(first + _BLOCK, end)
         for j in range(first, last):
             column = front[j]
             for k in range(first, j):
@@ -211,22 +307,42 @@ def _eliminate(front: Floats, own: int) -> None:
             inverse = 1.0 / column[j]
             for i in range(j + 1, size):
                 column[i] *= inverse
-        _subtract(front, first, last)
+        _subtract(front, first, last, last, end)
+
+
+@compiled(parallel=True)
+def _subtract_panel_by_threads(front: Floats, begin: int, end: int) -> None:
+    """`_subtract_panel` for all strips; each thread takes long columns and short ones."""
+    count = -(-(front.shape[0] - end) // _STRIP)
+    for k in prange(count):
+        strip = k // 2 if k % 2 == 0 else count - 1 - k // 2
+        _subtract_panel(front, begin, end, end + strip * _STRIP)
+
+
+@compiled
+def _subtract_panel(front: Floats, begin: int, end: int, left: int) -> None:
+    """Subtracts L D L^T of a panel from a strip of the columns after it, which stays in the cache."""
+    for block in range(begin, end, _BLOCK):
+        _subtract(front, block, min(block + _BLOCK, end), left, min(left + _STRIP, front.shape[0]))
 
 
 @compiled(nogil=True)
-def _subtract(front: Floats, first: int, last: int) -> None:
-    """Subtracts L D L^T of a block of up to eight columns, named one by one for the compiler, from the columns after them."""
+def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> None:
+    """Subtracts L D L^T of a block of up to eight columns, named one by one for the compiler, from the columns left to right."""
     a, b, c, d = front[first], front[min(first + 1, last - 1)], front[min(first + 2, last - 1)], front[min(first + 3, last - 1)]
     e, f, g = front[min(first + 4, last - 1)], front[min(first + 5, last - 1)], front[min(first + 6, last - 1)]
     h = front[min(first + 7, last - 1)]
-    pivots = np.zeros(_BLOCK)
-    for k in range(first, last):
-        pivots[k - first] = front[k, k]
-    for j in range(last, front.shape[0]):
+    count = last - first
+    for j in range(left, right):
         column = front[j]
-        s, t, u, v = a[j] * pivots[0], b[j] * pivots[1], c[j] * pivots[2], d[j] * pivots[3]
-        w, x, y, z = e[j] * pivots[4], f[j] * pivots[5], g[j] * pivots[6], h[j] * pivots[7]
+        s = a[j] * a[first]
+        t = b[j] * b[first + 1] if count > 1 else 0.0
+        u = c[j] * c[first + 2] if count > 2 else 0.0
+        v = d[j] * d[first + 3] if count > 3 else 0.0
+        w = e[j] * e[first + 4] if count > 4 else 0.0
+        x = f[j] * f[first + 5] if count > 5 else 0.0
+        y = g[j] * g[first + 6] if count > 6 else 0.0
+        z = h[j] * h[first + 7] if count > 7 else 0.0
         for i in range(j, front.shape[0]):
             one = (a[i] * s + b[i] * t) + (c[i] * u + d[i] * v)
             column[i] -= one + ((e[i] * w + f[i] * x) + (g[i] * y + h[i] * z))
@@ -250,27 +366,70 @@ def _put_back(order: Ints, y: Floats, x: Floats) -> None:
                 x[order[i], h * _TOGETHER + c] = y[h, i, c]
 
 
+@compiled(parallel=True)
+def _forward_parts(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> None:
+    """L y = b in place on the parts; what they change above is summed up in `aside`."""
+    for p in prange(fronts.parts.shape[0]):
+        first, last = fronts.parts[p]
+        _forward(fronts, values, np.arange(first, last), fronts.firsts[last], y, aside[p])
+
+
+@compiled(parallel=True)
+def _backward_parts(fronts: Fronts, values: Floats, y: Floats) -> None:
+    """D L^T x = y in place on the parts."""
+    for p in prange(fronts.parts.shape[0]):
+        first, last = fronts.parts[p]
+        _backward(fronts, values, np.arange(first, last), y)
+
+
 @compiled(nogil=True)
-def _solve(fronts: Fronts, values: Floats, local: Floats, y: Floats) -> None:
-    """Solves in place for right-hand sides in the order of elimination; the groups of four take turns at every front."""
-    firsts, starts, rows = fronts.firsts, fronts.starts, fronts.rows
-    at = 0
+def _solve_above(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> None:
+    """L D L^T y = b in place on the rows that are in no part."""
+    for p in range(aside.shape[0]):
+        for h in range(y.shape[0]):
+            for i in range(fronts.order.shape[0]):
+                if fronts.above[i] >= 0:
+                    for c in range(_TOGETHER):
+                        y[h, i, c] += aside[p, h, fronts.above[i], c]
+    groups = fronts.last[fronts.above[fronts.firsts[fronts.last]] >= 0]
+    if groups.shape[0] > 0:
+        _forward(fronts, values, groups, fronts.order.shape[0], y, aside[0])
+        _backward(fronts, values, groups, y)
+
+
+@compiled
+def _rows_of_a_front(fronts: Fronts) -> Floats:
+    """Room for the values at the rows of any front."""
+    widest = 0
     for g in range(fronts.lows.shape[0]):
-        own, changed = firsts[g + 1] - firsts[g], rows[starts[g] : starts[g + 1]]
-        count = _numbers(own, changed.shape[0])
-        for h in range(y.shape[0]):
-            _forward(y[h], local, values[at : at + count], firsts[g], own, changed)
-        at += count
-    for g in range(fronts.lows.shape[0] - 1, -1, -1):
-        own, changed = firsts[g + 1] - firsts[g], rows[starts[g] : starts[g + 1]]
-        at -= _numbers(own, changed.shape[0])
-        for h in range(y.shape[0]):
-            _backward(y[h], local, values[at:], firsts[g], own, changed)
+        widest = max(widest, fronts.firsts[g + 1] - fronts.firsts[g] + fronts.starts[g + 1] - fronts.starts[g])
+    return np.empty((widest, _TOGETHER))
 
 
 @compiled(nogil=True)
-def _forward(x: Floats, local: Floats, values: Floats, first: int, own: int, rows: Ints) -> None:
-    size = own + rows.shape[0]
+def _forward(fronts: Fronts, values: Floats, groups: Longs, end: int, y: Floats, aside: Floats) -> None:
+    """L y = b on the rows of some groups; what they change is added to `y` before the row `end`, from there on to `aside`.
+
+    The groups of four columns take turns.
+    """
+    firsts, starts, rows, above = fronts.firsts, fronts.starts, fronts.rows, fronts.above
+    local = _rows_of_a_front(fronts)
+    for g in groups:
+        first, own, changed = firsts[g], firsts[g + 1] - firsts[g], rows[starts[g] : starts[g + 1]]
+        for h in range(y.shape[0]):
+            _forward_group(y[h], local, values[fronts.numbers[g] :], first, own, changed.shape[0])
+            for k in range(changed.shape[0]):
+                r = changed[k]
+                for c in range(_TOGETHER):
+                    if r < end:
+                        y[h, r, c] += local[own + k, c]
+                    else:
+                        aside[h, above[r], c] += local[own + k, c]
+
+
+@compiled(nogil=True)
+def _forward_group(x: Floats, local: Floats, values: Floats, first: int, own: int, changed: int) -> None:
+    size = own + changed
     for k in range(size):
         for c in range(_TOGETHER):
             local[k, c] = x[first + k, c] if k < own else 0.0
@@ -286,20 +445,27 @@ def _forward(x: Floats, local: Floats, values: Floats, first: int, own: int, row
             local[i, 3] -= value * v
         at += size - k
         x[first + k, 0], x[first + k, 1], x[first + k, 2], x[first + k, 3] = s / pivot, t / pivot, u / pivot, v / pivot
-    for k in range(own, size):
-        r = rows[k - own]
-        for c in range(_TOGETHER):
-            x[r, c] += local[k, c]
 
 
 @compiled(nogil=True)
-def _backward(x: Floats, local: Floats, values: Floats, first: int, own: int, rows: Ints) -> None:
+def _backward(fronts: Fronts, values: Floats, groups: Longs, y: Floats) -> None:
+    """D L^T x = y on the rows of some groups, the last first."""
+    firsts, starts, rows = fronts.firsts, fronts.starts, fronts.rows
+    local = _rows_of_a_front(fronts)
+    for g in groups[::-1]:
+        first, own, changed = firsts[g], firsts[g + 1] - firsts[g], rows[starts[g] : starts[g + 1]]
+        for h in range(y.shape[0]):
+            _backward_group(y[h], local, values[fronts.numbers[g] : fronts.numbers[g + 1]], first, own, changed)
+
+
+@compiled(nogil=True)
+def _backward_group(x: Floats, local: Floats, values: Floats, first: int, own: int, rows: Ints) -> None:
     size = own + rows.shape[0]
     for k in range(size):
         r = first + k if k < own else rows[k - own]
         for c in range(_TOGETHER):
             local[k, c] = x[r, c]
-    at = _numbers(own, rows.shape[0])
+    at = values.shape[0]
     for k in range(own - 1, -1, -1):
         at -= size - k
         s, t, u, v = local[k, 0], local[k, 1], local[k, 2], local[k, 3]

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from ..compilation import compiled
+from ..compilation import compiled, prange
+from ..execution import SERIAL_BELOW, threads_for
 from ..mesh import Ints, Longs
 from .conjugate_gradients import CompressedRows
 
@@ -14,6 +15,8 @@ from .conjugate_gradients import CompressedRows
 _LEAF = 16
 #: A separator that lies a share s of the part away from its middle counts as 1 + this times s of its size.
 _UNEVEN = 0.5
+#: Into so many parts a large graph is cut, which threads share.
+PARTS = 8
 #: Vertices with more neighbours than this times the root of the number of vertices come last: the levels around them are wide.
 _HUB = 10.0
 
@@ -41,7 +44,12 @@ def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
     firsts, lows = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.int64)
     if hub.any():
         firsts[-1] = n - int(hub.sum())
-    _dissect(matrix, order, np.where(hub, -1, 0), firsts, lows)
+    part, level, queue = np.where(hub, -1, 0), np.full(n, -1, dtype=np.int32), np.empty(n, dtype=np.int32)
+    ranges = np.array([[0, n - int(hub.sum())]])
+    if n >= SERIAL_BELOW:
+        ranges = _dissect(matrix, order, part, firsts, lows, level, queue, PARTS, ranges)
+    with threads_for(n):
+        _dissect_all(matrix, order, part, firsts, lows, level, queue, ranges)
     ends = firsts >= 0
     return order, np.append(firsts[ends], n), lows[ends]
 
@@ -67,14 +75,34 @@ def _levels(matrix: CompressedRows, part: Longs, name: int, first: int, level: I
     return end
 
 
+@compiled(parallel=True)
+def _dissect_all(
+    matrix: CompressedRows, order: Ints, part: Longs, firsts: Longs, lows: Longs, level: Ints, queue: Ints, ranges: Longs
+) -> None:
+    """Cuts ranges of `order` until nothing is left to cut."""
+    for k in prange(ranges.shape[0]):
+        _dissect(matrix, order, part, firsts, lows, level, queue, order.shape[0] + 1, ranges[k : k + 1])
+
+
 @compiled(nogil=True)
-def _dissect(matrix: CompressedRows, order: Ints, part: Longs, firsts: Longs, lows: Longs) -> None:
-    """Cuts ``order[low:high]`` for every part on the stack; `part` is the number of each vertex's part, its `low` plus 1."""
-    n = order.shape[0]
-    level, queue = np.full(n, -1, dtype=np.int32), np.empty(n, dtype=np.int32)
-    stack = [(0, n if n == 0 or firsts[n - 1] < 0 else firsts[n - 1])]
-    while len(stack) > 0:
-        low, high = stack.pop()
+def _dissect(
+    matrix: CompressedRows,
+    order: Ints,
+    part: Longs,
+    firsts: Longs,
+    lows: Longs,
+    level: Ints,
+    queue: Ints,
+    most: int,
+    ranges: Longs,
+) -> Longs:
+    """Cuts ranges of `order` until nothing is left to cut, or there are at least `most`; returns those that are left, (k, 2).
+
+    `part` is the number of each vertex's part, the beginning of its range plus 1.
+    """
+    stack = [(ranges[k, 0], ranges[k, 1]) for k in range(ranges.shape[0])]
+    while 0 < len(stack) < most:
+        low, high = stack.pop(0)
         if high - low <= _LEAF:
             if high > low:
                 firsts[high - 1], lows[high - 1] = low, low
@@ -105,6 +133,10 @@ def _dissect(matrix: CompressedRows, order: Ints, part: Longs, firsts: Longs, lo
         if back > low:
             stack.append((low, front))
             stack.append((front, back))
+    left = np.empty((len(stack), 2), dtype=np.int64)
+    for k, (low, high) in enumerate(stack):
+        left[k] = low, high
+    return left
 
 
 @compiled(nogil=True)

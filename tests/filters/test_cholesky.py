@@ -10,6 +10,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pymeshfair.filters.checks import ConvergenceError
+from pymeshfair.filters.compilation import single_thread
 from pymeshfair.filters.linear_solvers import Cholesky, Fronts, ShiftedFactors
 from pymeshfair.filters.operators import uniform_laplacian
 from tests.meshes import icosphere
@@ -47,6 +48,28 @@ def test_a_hundred_thousand_pieces_take_no_quadratic_time() -> None:
     """A diagonal matrix is solved at once."""
     matrix = sparse.csr_matrix(sparse.diags_array(np.arange(1.0, 100_001.0)))
     assert np.allclose(Cholesky(matrix).solve(np.ones((100_000, 1)))[:, 0], 1.0 / np.arange(1.0, 100_001.0))
+
+
+@pytest.mark.parametrize("pieces", [1, 3, 30])
+def test_threads_change_no_bit(pieces: int) -> None:
+    """Factors and solutions of large graphs, which threads share in parts, are those of one thread, and right."""
+    side = int(np.sqrt(25_000 / pieces))
+    numbers = np.arange(pieces * side * side).reshape(pieces, side, side)
+    across, along = (numbers[:, :, :-1], numbers[:, :, 1:]), (numbers[:, :-1], numbers[:, 1:])
+    matrix = of_graph(
+        numbers.size, np.array([np.concatenate([a.ravel(), b.ravel()]) for a, b in zip(across, along, strict=True)])
+    )
+    right = np.random.default_rng(1).normal(size=(numbers.size, 5))
+    fronts = Fronts.of(matrix)
+    values, pivots = fronts.factors(matrix)
+    x = fronts.solve(values, right)
+    assert len(fronts.parts) >= min(pieces, 8)
+    assert np.allclose(matrix @ x, right, rtol=0.0, atol=1e-12)
+    with single_thread():
+        alone = Fronts.of(matrix)
+        for one, two in zip((*alone, *alone.factors(matrix)), (*fronts, values, pivots), strict=True):
+            np.testing.assert_array_equal(one, two)
+        np.testing.assert_array_equal(alone.solve(values, right), x)
 
 
 def test_an_indefinite_matrix_is_refused() -> None:
