@@ -385,13 +385,13 @@ def _backward_parts(fronts: Fronts, values: Floats, y: Floats) -> None:
 @compiled(nogil=True)
 def _solve_above(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> None:
     """L D L^T y = b in place on the rows that are in no part."""
-    for p in range(aside.shape[0]):
-        for h in range(y.shape[0]):
-            for i in range(fronts.order.shape[0]):
-                if fronts.above[i] >= 0:
+    groups = fronts.last[fronts.above[fronts.firsts[fronts.last]] >= 0]
+    for g in groups:
+        for i in range(fronts.firsts[g], fronts.firsts[g + 1]):
+            for p in range(aside.shape[0]):
+                for h in range(y.shape[0]):
                     for c in range(_TOGETHER):
                         y[h, i, c] += aside[p, h, fronts.above[i], c]
-    groups = fronts.last[fronts.above[fronts.firsts[fronts.last]] >= 0]
     if groups.shape[0] > 0:
         _forward(fronts, values, groups, fronts.order.shape[0], y, aside[0])
         _backward(fronts, values, groups, y)
