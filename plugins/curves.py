@@ -25,7 +25,7 @@ from .moving_vertices import (
     no_amount,
     time_step_parameter,
 )
-from .smoothing.taubin import taubin_mu, taubin_pass_band, taubin_step
+from .smoothing import taubin_mu, taubin_pass_band, taubin_step
 
 
 @mesh_filter(
