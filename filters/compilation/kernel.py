@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import sys
+import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import CodeType, FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar, overload
@@ -18,7 +21,7 @@ import numpy as np
 from ..checks import PymeshfairError
 from . import machine_code, store
 from .compiler import COMPILER
-from .notices import compiling
+from .store import lasts
 from .threads import call_parallel, start_threads
 
 #: the type of an argument: ``"float64"``, ``"int64"``, ``"bool"``, ``"none"``; of an array with its number of axes and its
@@ -273,3 +276,47 @@ def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
             for name, value in list(vars(module).items()):
                 if isinstance(value, Kernel) and value.__module__ == module_name:
                     yield module_name, name, value
+
+
+@dataclass(frozen=True)
+class Compilation:
+    """What this process has compiled so far.
+
+    Attributes:
+        kernels: how many, one of which may be in work; those that they call are not counted.
+        seconds: how long that has taken.
+        is_going_on: whether one is in work.
+        lasts: whether later processes find it compiled.
+    """
+
+    kernels: int = 0
+    seconds: float = 0.0
+    is_going_on: bool = False
+    lasts: bool = True
+
+
+_listeners: list[Callable[[Compilation], None]] = []
+_so_far = [Compilation()]
+
+
+def on_compilation(tell: Callable[[Compilation], None]) -> None:
+    """Calls `tell` whenever this process begins to compile a kernel, and when it has done so."""
+    _listeners.append(tell)
+
+
+@contextmanager
+def compiling() -> Iterator[None]:
+    """A context in which a kernel is compiled."""
+    before = replace(_so_far[0], lasts=lasts())
+    _tell(replace(before, kernels=before.kernels + 1, is_going_on=True))
+    started = time.perf_counter()
+    try:
+        yield
+    finally:
+        _tell(replace(_so_far[0], seconds=before.seconds + time.perf_counter() - started, is_going_on=False))
+
+
+def _tell(so_far: Compilation) -> None:
+    _so_far[0] = so_far
+    for tell in _listeners:
+        tell(so_far)
