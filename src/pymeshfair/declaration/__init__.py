@@ -20,10 +20,24 @@ from .elements import Arity, FilterClass, MeshElement
 from .filter import Equivalent, Filter, mesh_filter
 from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
 from .length import Length, LengthUnit
-from .names import nearest
 from .parameter import AUTO, Parameter
-from .parameters import Bool, Enum, FileOpen, FileSave, Float, Int, Mesh, Percentage, Shot, String
-from .vectors import Color, Direction, Matrix, Point
+from .parameters import (
+    Bool,
+    Color,
+    Direction,
+    Enum,
+    FileOpen,
+    FileSave,
+    Float,
+    Int,
+    Matrix,
+    Mesh,
+    Percentage,
+    Point,
+    Shot,
+    String,
+)
+from .values import nearest
 
 __all__ = [
     "AUTO",

@@ -14,9 +14,9 @@ from typing import Any, Literal, TypeAlias, TypeGuard
 from ..errors import DeclarationError, ParameterError, UnknownNameError
 from .elements import Arity, FilterClass, MeshElement
 from .layer import Edit, Layer
-from .names import nearest
 from .parameter import Parameter
 from .parameters import Enum
+from .values import nearest
 
 
 def is_group(hint: Any) -> TypeGuard[type[Any]]:
