@@ -16,10 +16,8 @@ usual way to make one is the decorator `mesh_filter` on a function with an annot
 This module imports neither pymeshlab nor any plugin.
 """
 
-from .elements import Arity, FilterClass, MeshElement
-from .filter import Equivalent, Filter, mesh_filter
+from .filter import Arity, Equivalent, Filter, FilterClass, MeshElement, mesh_filter
 from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
-from .length import Length, LengthUnit
 from .parameter import AUTO, Parameter
 from .parameters import (
     Bool,
@@ -37,6 +35,7 @@ from .parameters import (
     Shot,
     String,
 )
+from .units import Length, LengthUnit
 from .values import nearest
 
 __all__ = [

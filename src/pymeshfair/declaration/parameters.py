@@ -11,8 +11,8 @@ import numpy as np
 
 from ..errors import ParameterError
 from .layer import Floats
-from .length import Length
 from .parameter import AUTO, Parameter
+from .units import Length
 from .values import as_float, nearest
 
 

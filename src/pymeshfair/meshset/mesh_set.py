@@ -10,18 +10,16 @@ from typing import TYPE_CHECKING, Any
 import pymeshlab
 
 from ..filters.libraries import ImportedWhenUsed
-from ..meshlab.base import BASE, MESHLAB
+from ..meshlab.base import BASE, MESHLAB, after_failure
 from .conveniences import Conveniences
 from .filter_methods import FilterMethods, LateMethods
 
 if TYPE_CHECKING:
-    from ..meshlab import aftermath
     from ..scripts.script import Step
     from . import exchange, filter_runner, layers, listing, script_log, taking
     from .pymeshlab_classes import _MeshSet as _Typed
 else:  # importing them takes longer than importing pymeshlab
     _Typed = BASE
-    aftermath = ImportedWhenUsed("pymeshfair.meshlab.aftermath")
     exchange, filter_runner, layers, listing, script_log, taking = (
         ImportedWhenUsed(f"pymeshfair.meshset.{name}")
         for name in ("exchange", "filter_runner", "layers", "listing", "script_log", "taking")
@@ -235,7 +233,7 @@ def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs
             return original(meshes, *args, **kwargs)
         except Exception:
             if meshes._layers.bench.verbose:
-                aftermath.after_failure(meshes, verbose=True)
+                after_failure(meshes, verbose=True)
             raise
 
 
