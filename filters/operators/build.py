@@ -22,6 +22,10 @@ SURFACE_OPERATORS: tuple[SurfaceOperatorName, ...] = get_args(SurfaceOperatorNam
 #: A mesh needs the robust operator if the doubled area of a triangle is a smaller share than this of its squared edges: its
 #: cotangents spread the spectrum so far that the lowest eigenvalues drown in the rounding of the highest.
 _SLIVER = 1e-5
+#: A triangle nearer to degenerate than this share of the mean edge has its edges lengthened intrinsically.
+_MOLLIFIED = 1e-5
+#: The neighbours from which the triangulation around a point of a cloud is made.
+_NEIGHBOURS = 30
 #: The operator of curves for each of surfaces. Inverse lengths on a polyline are linear finite elements, as cotangents are on
 #: triangles; the scale-dependent operator is the second derivative by arc length, which has the unit of Laplace-Beltrami.
 CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_dependent"]] = {
@@ -131,17 +135,11 @@ def curve_laplacian(vertices: Floats, edges: Ints, operator: OperatorName) -> La
     return scale_dependent_laplacian(vertices, edges)
 
 
-def robust_mesh_laplacian(vertices: Floats, faces: Ints, *, mollify_factor: float = 1e-5) -> Laplacian:
+def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
     """The Laplace-Beltrami operator with weights that are neither negative nor infinite [sharp2020].
 
     For slivers, obtuse triangles and non-manifold meshes. The mass is a third of the area around a vertex in the intrinsic
     triangulation. A mesh whose vertices all coincide has the operator 0.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        mollify_factor: how far, as a share of the mean edge, a triangle may be from degenerate before its edges are lengthened
-            intrinsically. Larger is safer and less exact.
 
     Raises:
         FilterInputError: the edges differ in length by too many orders of magnitude.
@@ -156,20 +154,15 @@ def robust_mesh_laplacian(vertices: Floats, faces: Ints, *, mollify_factor: floa
         return Laplacian(sparse.csr_matrix((n, n)), np.zeros(n))
     scaled, scale = _at_the_origin(points)
     index = np.cumsum(used) - 1
-    positive, masses = robust_laplacian.mesh_laplacian(scaled, index[proper], mollify_factor)
+    positive, masses = robust_laplacian.mesh_laplacian(scaled, index[proper], _MOLLIFIED)
     spread = sparse.csr_array((np.ones(len(points)), np.flatnonzero(used), np.arange(len(points) + 1)), shape=(len(points), n))
     return _spread(positive, masses, scale, spread)
 
 
-def robust_cloud_laplacian(points: Floats, *, n_neighbors: int = 30, mollify_factor: float = 1e-5) -> Laplacian:
+def robust_cloud_laplacian(points: Floats) -> Laplacian:
     """The operator of `robust_mesh_laplacian` on a point cloud, from a Delaunay triangulation around every point [sharp2020].
 
     Points in the same place count as one and share its mass, and so move together.
-
-    Args:
-        points: (n, 3) coordinates.
-        n_neighbors: how many neighbours the local triangulations use.
-        mollify_factor: as for meshes.
 
     Raises:
         FilterInputError: no more places than neighbours, or a point that no local triangulation reaches.
@@ -178,17 +171,17 @@ def robust_cloud_laplacian(points: Floats, *, n_neighbors: int = 30, mollify_fac
     if n == 0:
         return Laplacian(sparse.csr_matrix((0, 0)), np.zeros(0))
     places, place_of, together = np.unique(points, axis=0, return_inverse=True, return_counts=True)
-    if len(places) <= n_neighbors:
+    if len(places) <= _NEIGHBOURS:
         raise FilterInputError(
-            f"a point cloud of {len(places)} points in different places has no {n_neighbors} neighbours for each: it takes at "
-            f"least {n_neighbors + 1}"
+            f"a point cloud of {len(places)} points in different places has no {_NEIGHBOURS} neighbours for each: it takes at "
+            f"least {_NEIGHBOURS + 1}"
         )
     if len(places) == n:
         places, place_of = points, np.arange(n)
         together = np.ones(n, dtype=np.int64)
     scaled, scale = _at_the_origin(places)
     try:
-        positive, masses = robust_laplacian.point_cloud_laplacian(scaled, mollify_factor, n_neighbors)
+        positive, masses = robust_laplacian.point_cloud_laplacian(scaled, _MOLLIFIED, _NEIGHBOURS)
     except RuntimeError as error:
         raise FilterInputError(
             "the local triangulations leave a point of the cloud without a triangle, as happens where many points lie on a line "

@@ -28,10 +28,6 @@ def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
     The sign is that of ``igl.cotmatrix``. Symmetric to the bit, rows that sum to 0, negative semidefinite also where obtuse
     angles make a weight negative. An edge adds up the cotangents of all its faces, however many. The result does not depend
     on the size or place of the mesh.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
     """
     return _assembled(vertices, faces, np.empty(0))
 
@@ -43,10 +39,6 @@ def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
     dividing by the sum of the w_ij themselves, which stays positive but may get small, would then amplify some modes at any
     step. Divided by the sum of their sizes the eigenvalues lie in [-2, 0], a step of up to 1 is stable, no such step increases
     the area of a closed surface, and a flat mesh still keeps its interior vertices.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
     """
     stiffness = cotangent_stiffness(vertices, faces)
     sums = np.empty(len(vertices))
@@ -62,10 +54,6 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
     with an error of the order of the edge length at the worst vertices, of its 1.4th power in the mean square, and none at the
     vertices of valence 5, whose neighbours are symmetric. Barycentric areas would be 15 % off there on every level. Its unit is
     one over a squared length, so a step counts in squared mesh units.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
     """
     areas = np.empty(len(vertices))
     stiffness = _assembled(vertices, faces, areas)
@@ -231,10 +219,6 @@ def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
 
     In a triangle without an obtuse angle each corner owns the points nearest to it; otherwise the obtuse corner owns half of the
     triangle and the others a quarter each. A triangle without area contributes nothing.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
     """
     points, scale = scaled_to_unit(vertices)
     areas = np.empty(len(vertices))

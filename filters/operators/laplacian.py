@@ -144,10 +144,6 @@ def uniform_laplacian(faces_or_edges: Ints, n_vertices: int) -> Laplacian:
 
     The eigenvalues lie in [-2, 0] for any mesh, so a step of up to 1 is stable. It does not depend on coordinates: it also evens
     out the triangulation, and so moves the vertices of a flat but irregular mesh.
-
-    Args:
-        faces_or_edges: (m, 3) triangles, or (e, 2) edges.
-        n_vertices: n.
     """
     rings = one_rings(faces_or_edges, n_vertices)
     return Laplacian(assemble_stiffness(rings, np.ones(len(rings.neighbours))), np.diff(rings.offsets).astype(np.float64))
@@ -158,10 +154,6 @@ def inverse_length_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplacia
 
     A straight polyline keeps its vertices, however unevenly they lie. The eigenvalues lie in [-2, 0], so a step of up to 1 is
     stable. Edges shorter than 1e-6 of the mean edge get the weight of that length.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces_or_edges: (m, 3) triangles, or (e, 2) edges.
     """
     rings = one_rings(faces_or_edges, len(vertices))
     weights = 1.0 / floored_lengths(vertices, rings)
@@ -181,10 +173,6 @@ def scale_dependent_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplaci
     In the form M^-1 C: w_ij = 1 / e_ij, mass E_i / 2. Along a polyline it is the second derivative by arc length. Its unit is one
     over a squared length, so a step counts in squared mesh units and is stable up to half the square of the shortest edge or
     somewhat more. Edges shorter than 1e-6 of the mean edge count as that long.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces_or_edges: (m, 3) triangles, or (e, 2) edges.
     """
     rings = one_rings(faces_or_edges, len(vertices))
     lengths = floored_lengths(vertices, rings)
