@@ -89,13 +89,10 @@ def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName
         FilterInputError: an unknown operator.
     """
     check_choice("operator", operator, SURFACE_OPERATORS)
-    if operator == "robust" or (operator == "auto" and _needs_robust_operator(points, faces)):
+    bad = operator == "auto" and (len(non_manifold_edges(faces)) > 0 or _thinnest_triangle(points, faces) < _SLIVER)
+    if bad or operator == "robust":
         return ChosenLaplacian(robust_mesh_laplacian(points, faces), "robust")
     return ChosenLaplacian(laplace_beltrami(points, faces), "cotangent")
-
-
-def _needs_robust_operator(points: Floats, faces: Ints) -> bool:
-    return len(non_manifold_edges(faces)) > 0 or _thinnest_triangle(points, faces) < _SLIVER
 
 
 @compiled(nogil=True)

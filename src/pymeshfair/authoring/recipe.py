@@ -220,18 +220,7 @@ class Recipe(FilterMethods):
     ) -> RunResult:
         """Clean a mesh file in a process of its own, as ``pymeshfair run`` does: the output and its record appear whole or not.
 
-        Args:
-            input: the mesh file.
-            output: the file to write; its extension says the format.
-            others: mesh files for the layers 1, 2 ... that the recipe names.
-            overwrite: replace `output`, whatever it is.
-            timeout: seconds, or None.
-            measures: measure the mesh before and after. Without, the run is faster and keeps no limits.
-            unit: the unit of the scan, mm, cm, m or in; a limit such as ``0.05mm`` needs it.
-            on_event: called with each event of the run.
-
-        Raises:
-            PymeshfairError: the run failed; see `pymeshfair.running.supervise.run_job` for the kinds.
+        Arguments, result and errors are those of `pymeshfair.run`.
         """
         meaning = (str(change) for change in self._changes if not change.same_meaning)
         order = job.Job(
