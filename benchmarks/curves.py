@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pymeshfair.filters.curves.curve_smoothing import curve_smoothing
+from pymeshfair.filters.curves import curve_smoothing
 
 CASES: tuple[dict[str, Any], ...] = (
     {"method": "explicit", "weights": "uniform", "iterations": 10},

@@ -110,20 +110,19 @@ def check_positive(name: str, value: object, *, most: float | None = None, note:
     raise FilterInputError(f"{name} {_shown(value)} is not {allowed}{note}")
 
 
-def check_choice(name: str, value: object, allowed: Sequence[str], *, note: str = "") -> None:
+def check_choice(name: str, value: object, allowed: Sequence[str]) -> None:
     """Refuses a value that is not one of the allowed names.
 
     Args:
         name: the parameter's name, as in "border 'open' is not one of 'fixed', 'along', 'free'".
         value: the value.
         allowed: all names, in the order in which the message lists them.
-        note: as for `check_whole_number`.
 
     Raises:
         FilterInputError: another name, or no string.
     """
     if not (isinstance(value, str) and value in allowed):
-        raise FilterInputError(f"{name} {_shown(value)} is not one of {', '.join(map(repr, allowed))}{note}")
+        raise FilterInputError(f"{name} {_shown(value)} is not one of {', '.join(map(repr, allowed))}")
 
 
 def _real(value: object) -> float:

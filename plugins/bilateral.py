@@ -7,13 +7,7 @@ from typing import Annotated, Any
 
 from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Int, Layer, MeshElement, Percentage, mesh_filter
 from pymeshfair.filters.choosing import Projection, chosen_projection
-from pymeshfair.filters.denoising import (
-    JONES_BORDERS,
-    JonesBorder,
-    bilateral_fleishman,
-    bilateral_jones,
-    bilateral_projection,
-)
+from pymeshfair.filters.denoising import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones, bilateral_projection
 from pymeshfair.filters.evidence import Trial
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName

@@ -17,15 +17,8 @@ from pymeshfair.filters.curves import (
 )
 from pymeshfair.filters.execution import Progress, ignore_progress
 
-from .moving_vertices import (
-    MOVES_VERTICES,
-    Selected,
-    detail_size_parameter,
-    movable_vertices,
-    no_amount,
-    time_step_parameter,
-)
-from .smoothing.taubin import taubin_mu, taubin_pass_band, taubin_step
+from .moving_vertices import MOVES_VERTICES, Selected, detail_size_parameter, movable_vertices, no_amount, time_step_parameter
+from .smoothing import taubin_mu, taubin_pass_band, taubin_step
 
 
 @mesh_filter(

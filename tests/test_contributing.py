@@ -46,10 +46,10 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def with_lines(text: str, part: str) -> str:
-    """The text of a package's ``__init__.py`` with the imports and the public names of a part, each in its alphabetical place."""
+    """The text of a module with the imports and the public names of a part, each in its alphabetical place."""
     lines = text.splitlines()
     for line in part.splitlines():
-        for kind in ("from .", '    "'):
+        for kind in ("from .", "from pymeshfair.", '    "'):
             if line.startswith(kind):
                 lines.insert(next(i for i, other in enumerate(lines) if other.startswith(kind) and other > line), line)
     return "\n".join(lines) + "\n"
@@ -92,15 +92,14 @@ def test_the_new_files_pass_the_checks_of_code(project: Path) -> None:
     written = [
         "filters/diffusion/hc.py",
         "filters/diffusion/__init__.py",
-        "plugins/smoothing/hc.py",
-        "plugins/smoothing/__init__.py",
+        "plugins/smoothing.py",
         "tests/filters/test_hc.py",
     ]
     for command in (["check", "--fix"], ["format"], ["check"], ["format", "--check"]):
         run(project, "-m", "ruff", *command, "--no-cache", *written)
     if (PROJECT / ".mypy_cache").is_dir():  # files that have not changed need not be checked again
         shutil.copytree(PROJECT / ".mypy_cache", project / ".mypy_cache")
-    run(project, "-m", "mypy", "-m", "pymeshfair.filters.diffusion.hc", "-m", "pymeshfair.plugins.smoothing.hc")
+    run(project, "-m", "mypy", "-m", "pymeshfair.filters.diffusion.hc", "-m", "pymeshfair.plugins.smoothing")
 
 
 def test_the_new_filter_is_a_method_a_script_step_and_known_to_the_command(project: Path, tmp_path: Path) -> None:

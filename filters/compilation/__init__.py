@@ -1,9 +1,8 @@
 """Functions that run as machine code: compiled once by numba, in a process of its own, and loaded without numba."""
 
 from .ahead import compile_ahead, listed_signatures, signatures_of
-from .kernel import compiled, loaded_kernels, prange
+from .kernel import Compilation, compiled, loaded_kernels, on_compilation, prange
 from .machine_code import processor
-from .notices import Compilation, on_compilation
 from .store import Stored, stored
 from .threads import allowed_threads, most_threads, set_threads, single_thread
 

@@ -17,8 +17,8 @@ from queue import SimpleQueue
 from typing import Any, TypeAlias
 
 from . import store
-from .argument_types import Signature, from_json
 from .compiler import CompilationError, Compiler
+from .kernel import Signature, from_json
 
 LIST = Path(__file__).parent / "signatures.json"
 #: by module and kernel, the types of arguments

@@ -15,11 +15,13 @@ import subprocess
 import sys
 import threading
 from functools import cached_property
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from ..checks import PymeshfairError
-from .argument_types import ArgumentType, Signature
 from .machine_code import MachineCode, processor
+
+if TYPE_CHECKING:
+    from .kernel import ArgumentType, Signature
 
 #: what the process is told in place of numba's variables in the environment, which must not change the code
 _SETTINGS = {"NUMBA_DISABLE_INTEL_SVML": "1", "NUMBA_CPU_FEATURES": "", "PYTHONDONTWRITEBYTECODE": "1"}
@@ -83,7 +85,7 @@ class Compiler:
 
 
 def numba_type(written: ArgumentType) -> Any:
-    """The type that numba has for one of `pymeshfair.filters.compilation.argument_types`."""
+    """The type that numba has for one of `pymeshfair.filters.compilation.kernel.ArgumentType`."""
     types: Any = importlib.import_module("numba").types
     if isinstance(written, tuple):
         if len(written) == 2 and isinstance(written[0], str) and ":" in written[0]:

@@ -8,18 +8,83 @@ from __future__ import annotations
 
 import hashlib
 import sys
+import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import CodeType, FunctionType, ModuleType
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar, overload
 
 import numpy as np
 
+from ..checks import PymeshfairError
 from . import machine_code, store
-from .argument_types import Signature, UnknownTypeError, signature_of
 from .compiler import COMPILER
-from .notices import compiling
+from .store import lasts
 from .threads import call_parallel, start_threads
+
+#: the type of an argument: ``"float64"``, ``"int64"``, ``"bool"``, ``"none"``; of an array with its number of axes and its
+#: layout (C, F, or A for any) ``"float64 2 C"``, and ``"float64 2 C readonly"``; a tuple of types; and for a named tuple the
+#: module and the name of its class, then the tuple
+ArgumentType: TypeAlias = "str | tuple[Any, ...]"
+Signature: TypeAlias = "tuple[ArgumentType, ...]"
+
+_NAMES = {
+    dtype: np.dtype(dtype).name
+    for dtype in ("?", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8")
+}  # fmt: skip
+_DTYPES = {np.dtype(code): name for code, name in _NAMES.items()}
+_PLAIN: dict[type, str] = {bool: "bool", int: "int64", float: "float64", type(None): "none"}
+_PLAIN |= {dtype.type: name for dtype, name in _DTYPES.items()}
+#: by dtype, number of axes and flags of an array
+_ARRAYS: dict[tuple[Any, int, int], str] = {}
+
+
+class UnknownTypeError(PymeshfairError, TypeError):
+    """An argument is of a type that has no text here."""
+
+
+def signature_of(arguments: tuple[Any, ...]) -> Signature:
+    """The types of arguments.
+
+    Raises:
+        UnknownTypeError: one has another type than those of `ArgumentType`.
+    """
+    return tuple([_type_of(value) for value in arguments])
+
+
+def _type_of(value: Any) -> ArgumentType:
+    kind = type(value)
+    if kind is np.ndarray:
+        key = (value.dtype, value.ndim, value.flags.num)
+        name = _ARRAYS.get(key)
+        if name is None:
+            name = _ARRAYS[key] = _array_type(value)
+        return name
+    plain = _PLAIN.get(kind)
+    if plain is not None:
+        return plain
+    if isinstance(value, tuple):
+        parts = tuple([_type_of(part) for part in value])
+        return parts if kind is tuple else (f"{kind.__module__}:{kind.__qualname__}", parts)
+    if isinstance(value, np.ndarray):
+        return _type_of(value.view(np.ndarray))
+    raise UnknownTypeError(f"no machine code is made for {kind.__name__}")
+
+
+def _array_type(array: np.ndarray[Any, Any]) -> str:
+    name = _DTYPES.get(array.dtype)
+    if name is None or not array.flags.aligned:
+        raise UnknownTypeError(f"no machine code is made for arrays of {array.dtype}")
+    layout = "C" if array.flags.c_contiguous else "F" if array.flags.f_contiguous else "A"
+    return f"{name} {array.ndim} {layout}" + ("" if array.flags.writeable else " readonly")
+
+
+def from_json(document: Any) -> Any:
+    """The type, or signature, that was written as JSON: lists are tuples."""
+    return tuple(from_json(part) for part in document) if isinstance(document, list) else document
+
 
 if TYPE_CHECKING:
     from numba import prange as prange
@@ -211,3 +276,47 @@ def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
             for name, value in list(vars(module).items()):
                 if isinstance(value, Kernel) and value.__module__ == module_name:
                     yield module_name, name, value
+
+
+@dataclass(frozen=True)
+class Compilation:
+    """What this process has compiled so far.
+
+    Attributes:
+        kernels: how many, one of which may be in work; those that they call are not counted.
+        seconds: how long that has taken.
+        is_going_on: whether one is in work.
+        lasts: whether later processes find it compiled.
+    """
+
+    kernels: int = 0
+    seconds: float = 0.0
+    is_going_on: bool = False
+    lasts: bool = True
+
+
+_listeners: list[Callable[[Compilation], None]] = []
+_so_far = [Compilation()]
+
+
+def on_compilation(tell: Callable[[Compilation], None]) -> None:
+    """Calls `tell` whenever this process begins to compile a kernel, and when it has done so."""
+    _listeners.append(tell)
+
+
+@contextmanager
+def compiling() -> Iterator[None]:
+    """A context in which a kernel is compiled."""
+    before = replace(_so_far[0], lasts=lasts())
+    _tell(replace(before, kernels=before.kernels + 1, is_going_on=True))
+    started = time.perf_counter()
+    try:
+        yield
+    finally:
+        _tell(replace(_so_far[0], seconds=before.seconds + time.perf_counter() - started, is_going_on=False))
+
+
+def _tell(so_far: Compilation) -> None:
+    _so_far[0] = so_far
+    for tell in _listeners:
+        tell(so_far)

@@ -46,7 +46,7 @@ def weighted_normals(
     """One pass of n_i' = normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j).
 
     The Gaussian is exp(-x^2 / (2 sigma^2)) here as in the literature on bilateral filters, so its sigma is a standard deviation,
-    1 / sqrt 2 of that of `m_estimators`. All other kernels are as there.
+    1 / sqrt 2 of that of `robust`. All other kernels are as there.
 
     Args:
         normals: (m, 3) the normals n to average.

@@ -89,7 +89,6 @@ def meshlab_taubin_smooth(
     mu: float = -0.53,
     iterations: int = 10,
     whole: Whole | None = None,
-    progress: Progress = ignore_progress,
 ) -> Floats:
     """MeshLab's Taubin Smooth but for rounding, where no edge has more than two faces [taubin1995].
 
@@ -103,7 +102,6 @@ def meshlab_taubin_smooth(
         mu: the step back.
         iterations: number of pairs of steps.
         whole: see `taubin_fairing`.
-        progress: called after every pair of steps.
 
     Returns:
         (n, 3) float64.
@@ -124,7 +122,7 @@ def meshlab_taubin_smooth(
             now, free = free, now
         return now, free
 
-    return surface.iterated(back_and_forth, iterations, progress)
+    return surface.iterated(back_and_forth, iterations, ignore_progress)
 
 
 def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigenvalue: float) -> float:

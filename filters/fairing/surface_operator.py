@@ -30,12 +30,7 @@ class SurfaceOperator(NamedTuple):
 
 
 def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
-    """The operator of `surface_laplacian`, with a lower bound on the masses.
-
-    Args:
-        points: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-    """
+    """The operator of `surface_laplacian`, with a lower bound on the masses."""
     laplacian, _ = surface_laplacian(points, faces)
     return SurfaceOperator(sparse.csr_matrix(-laplacian.stiffness), _floored(laplacian.mass, faces))
 

@@ -65,12 +65,7 @@ def angles_between(first: Floats, second: Floats) -> Floats:
 
 
 def corner_angles(vertices: Floats, faces: Ints) -> Floats:
-    """(m, 3) the angle of every face at each of its vertices, in radians; 0 where two of them coincide.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-    """
+    """(m, 3) the angle of every face at each of its vertices, in radians; 0 where two of them coincide."""
     angles = np.empty(faces.shape)
     _fill_corner_angles(np.ascontiguousarray(vertices, dtype=np.float64), faces, angles)
     return angles
@@ -95,12 +90,7 @@ def side_lengths(loop: Floats) -> Floats:
 
 
 def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
-    """The mean length of the edges, each counted once, in mesh units; 0 if there are none.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces_or_edges: (m, 3) triangles, or (e, 2) edges.
-    """
+    """The mean length of the edges, each counted once, in mesh units; 0 if there are none."""
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     if len(pairs) == 0:
         return 0.0

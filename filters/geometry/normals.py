@@ -124,12 +124,7 @@ def vertex_normals_by_area(points: Floats, faces: Ints) -> Floats:
 
 
 def vertex_normals_by_angle(vertices: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit normals of the vertices: angle-weighted means of the face normals [thurmer1998]; 0 without a face.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-    """
+    """(n, 3) unit normals of the vertices: angle-weighted means of the face normals [thurmer1998]; 0 without a face."""
     normals = np.zeros((len(vertices), 3))
     _add_by_angle(vertices, faces, normals)
     return normals

@@ -53,10 +53,6 @@ class Rim(NamedTuple):
 def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
     """The boundary loops of a mesh, the largest first; border edges on no loop are left out.
 
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-
     Raises:
         FilterInputError: not a mesh.
     """

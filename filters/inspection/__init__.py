@@ -2,14 +2,15 @@
 
 from .alignment import Alignment, align
 from .color_maps import Limits, diverging_colors, robust_limits, sequential_colors, symmetric_limits
-from .corner_angles import angle_deficits, mesh_normals
 from .curvature import (
     CURVATURE_OPERATORS,
     GAUSSIAN_MEASURES,
     CurvatureOperator,
     GaussianMeasure,
+    angle_deficits,
     gaussian_curvature,
     mean_curvature,
+    mesh_normals,
 )
 from .displacement import CORRESPONDENCES, Correspondence, Displacement, displacement
 from .face_samples import sample_places

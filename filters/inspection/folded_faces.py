@@ -48,10 +48,6 @@ def triangle_shapes(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
     A right-angled isosceles triangle has 0.816. 0 where a face has no area.
 
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-
     Raises:
         FilterInputError: not a mesh.
     """

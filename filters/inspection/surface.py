@@ -21,7 +21,7 @@ from ..libraries import spatial
 from ..mesh import Floats, Ints, Longs, NormalisedMesh, check_mesh, normalised_mesh
 from ..neighbours import partition
 from ..topology import faces_across, proper_faces
-from .corner_angles import vertex_normals
+from .curvature import vertex_normals
 
 #: Triangles in a leaf, compiled into the kernels: 2 and 8 are no faster.
 _LEAF = 4

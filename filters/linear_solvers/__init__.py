@@ -1,12 +1,11 @@
 """Sparse linear systems: direct and iterative solvers, factors of shifted matrices, residuals in twice the precision."""
 
 from .conjugate_gradients import CompressedRows, conjugate_gradients, preconditioned_norm
-from .direct import Cholesky
 from .fronts import Fronts
 from .refined_solution import RefinedSolution, laplacian_power, refined_solution
 from .shifted_factors import ShiftedFactors
 from .smoothed_aggregation import SmoothedAggregation
-from .spd_solver import FINEST_TOLERANCE, SpdSolver
+from .spd_solver import FINEST_TOLERANCE, Cholesky, SpdSolver
 
 __all__ = [
     "FINEST_TOLERANCE",

@@ -14,8 +14,7 @@ from ..execution import Progress, ignore_progress, threads_for
 from ..libraries import sparse
 from ..mesh import Floats
 from .conjugate_gradients import CompressedRows
-from .direct import Cholesky
-from .spd_solver import SpdSystem
+from .spd_solver import Cholesky, SpdSystem
 
 #: Corrections are made until the next is predicted below this share of the extent, at most this many.
 _REFINED, _MOST_REFINEMENTS = 1e-11, 12

@@ -68,24 +68,14 @@ def order_by_place(points: Floats, faces: Ints) -> Ints:
 
 
 def faces_by_place(faces: Ints, n_vertices: int) -> Ints:
-    """(m, 3) the triangles sorted by about their lowest vertex, for vertices in an order such as that of `order_by_place`.
-
-    Args:
-        faces: (m, 3) triangles.
-        n_vertices: n.
-    """
+    """(m, 3) the triangles sorted by about their lowest vertex, for vertices in an order such as that of `order_by_place`."""
     ordered = np.empty_like(faces)
     _sort_faces(faces, np.zeros(n_vertices // _RUN + 2, dtype=np.int32), ordered)
     return ordered
 
 
 def order_of_faces(faces: Ints, n_vertices: int) -> Ints:
-    """(m,) a permutation: the triangles by their lowest vertex, for vertices in an order such as that of `order_by_place`.
-
-    Args:
-        faces: (m, 3) triangles.
-        n_vertices: n.
-    """
+    """(m,) a permutation: the triangles by their lowest vertex, for vertices in an order such as that of `order_by_place`."""
     order = np.empty(len(faces), dtype=np.int32)
     _order_faces(faces, np.zeros(n_vertices + 1, dtype=np.int32), order)
     return order

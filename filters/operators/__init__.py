@@ -11,10 +11,8 @@ from .build import (
     curve_laplacian,
     surface_laplacian,
 )
-from .cotangent import cotangent_laplacian, halved_cotangents, laplace_beltrami
-from .edge_weights import SHORTEST_EDGE, uniform_laplacian
-from .laplacian import Laplacian
-from .mass import mixed_share, mixed_voronoi_areas
+from .cotangent import cotangent_laplacian, halved_cotangents, laplace_beltrami, mixed_share, mixed_voronoi_areas
+from .laplacian import SHORTEST_EDGE, Laplacian, uniform_laplacian
 
 __all__ = [
     "CURVE_OPERATOR",

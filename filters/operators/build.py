@@ -1,18 +1,19 @@
-"""Laplace operators by name, of meshes, clouds and polylines."""
+"""Laplace operators by name, of meshes, clouds and polylines; the robust one, of the intrinsic Delaunay triangulation."""
+
+from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
 from ..compilation import compiled
-from ..mesh import Floats, Ints
+from ..libraries import robust_laplacian, sparse
+from ..mesh import Floats, Ints, scaled_to_unit
 from ..topology import non_manifold_edges
 from .cotangent import cotangent_laplacian, laplace_beltrami
-from .edge_weights import inverse_length_laplacian, scale_dependent_laplacian, uniform_laplacian
-from .laplacian import Laplacian
-from .robust import robust_cloud_laplacian, robust_mesh_laplacian
+from .laplacian import Laplacian, inverse_length_laplacian, scale_dependent_laplacian, uniform_laplacian
 
 OperatorName: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "laplace_beltrami", "robust"]
 OPERATOR_NAMES: tuple[OperatorName, ...] = get_args(OperatorName)
@@ -21,6 +22,10 @@ SURFACE_OPERATORS: tuple[SurfaceOperatorName, ...] = get_args(SurfaceOperatorNam
 #: A mesh needs the robust operator if the doubled area of a triangle is a smaller share than this of its squared edges: its
 #: cotangents spread the spectrum so far that the lowest eigenvalues drown in the rounding of the highest.
 _SLIVER = 1e-5
+#: A triangle nearer to degenerate than this share of the mean edge has its edges lengthened intrinsically.
+_MOLLIFIED = 1e-5
+#: The neighbours from which the triangulation around a point of a cloud is made.
+_NEIGHBOURS = 30
 #: The operator of curves for each of surfaces. Inverse lengths on a polyline are linear finite elements, as cotangents are on
 #: triangles; the scale-dependent operator is the second derivative by arc length, which has the unit of Laplace-Beltrami.
 CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_dependent"]] = {
@@ -84,13 +89,10 @@ def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName
         FilterInputError: an unknown operator.
     """
     check_choice("operator", operator, SURFACE_OPERATORS)
-    if operator == "robust" or (operator == "auto" and _needs_robust_operator(points, faces)):
+    bad = operator == "auto" and (len(non_manifold_edges(faces)) > 0 or _thinnest_triangle(points, faces) < _SLIVER)
+    if bad or operator == "robust":
         return ChosenLaplacian(robust_mesh_laplacian(points, faces), "robust")
     return ChosenLaplacian(laplace_beltrami(points, faces), "cotangent")
-
-
-def _needs_robust_operator(points: Floats, faces: Ints) -> bool:
-    return len(non_manifold_edges(faces)) > 0 or _thinnest_triangle(points, faces) < _SLIVER
 
 
 @compiled(nogil=True)
@@ -128,3 +130,76 @@ def curve_laplacian(vertices: Floats, edges: Ints, operator: OperatorName) -> La
     if curve == "inverse_length":
         return inverse_length_laplacian(vertices, edges)
     return scale_dependent_laplacian(vertices, edges)
+
+
+def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
+    """The Laplace-Beltrami operator with weights that are neither negative nor infinite [sharp2020].
+
+    For slivers, obtuse triangles and non-manifold meshes. The mass is a third of the area around a vertex in the intrinsic
+    triangulation. A mesh whose vertices all coincide has the operator 0.
+
+    Raises:
+        FilterInputError: the edges differ in length by too many orders of magnitude.
+    """
+    n = len(vertices)
+    used = np.zeros(n, dtype=np.bool_)
+    a, b, c = faces.T
+    proper = faces[(a != b) & (b != c) & (c != a)]
+    used[proper] = True
+    points = vertices[used]
+    if len(points) == 0 or not (points != points[0]).any():
+        return Laplacian(sparse.csr_matrix((n, n)), np.zeros(n))
+    scaled, scale = _at_the_origin(points)
+    index = np.cumsum(used) - 1
+    positive, masses = robust_laplacian.mesh_laplacian(scaled, index[proper], _MOLLIFIED)
+    spread = sparse.csr_array((np.ones(len(points)), np.flatnonzero(used), np.arange(len(points) + 1)), shape=(len(points), n))
+    return _spread(positive, masses, scale, spread)
+
+
+def robust_cloud_laplacian(points: Floats) -> Laplacian:
+    """The operator of `robust_mesh_laplacian` on a point cloud, from a Delaunay triangulation around every point [sharp2020].
+
+    Points in the same place count as one and share its mass, and so move together.
+
+    Raises:
+        FilterInputError: no more places than neighbours, or a point that no local triangulation reaches.
+    """
+    n = len(points)
+    if n == 0:
+        return Laplacian(sparse.csr_matrix((0, 0)), np.zeros(0))
+    places, place_of, together = np.unique(points, axis=0, return_inverse=True, return_counts=True)
+    if len(places) <= _NEIGHBOURS:
+        raise FilterInputError(
+            f"a point cloud of {len(places)} points in different places has no {_NEIGHBOURS} neighbours for each: it takes at "
+            f"least {_NEIGHBOURS + 1}"
+        )
+    if len(places) == n:
+        places, place_of = points, np.arange(n)
+        together = np.ones(n, dtype=np.int64)
+    scaled, scale = _at_the_origin(places)
+    try:
+        positive, masses = robust_laplacian.point_cloud_laplacian(scaled, _MOLLIFIED, _NEIGHBOURS)
+    except RuntimeError as error:
+        raise FilterInputError(
+            "the local triangulations leave a point of the cloud without a triangle, as happens where many points lie on a line "
+            f"or nearly coincide: remove such points, for example by a Poisson-disk sampling first ({error})"
+        ) from error
+    place_of = place_of.ravel()
+    spread = sparse.csr_array((1.0 / together[place_of], (place_of, np.arange(n))), shape=(len(places), n))
+    return _spread(positive, masses, scale, spread)
+
+
+def _at_the_origin(points: Floats) -> tuple[Floats, float]:
+    return scaled_to_unit(np.ascontiguousarray(points - points.mean(axis=0)))
+
+
+def _spread(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) -> Laplacian:
+    """The library's operator on k points as one on n vertices, by the shares of the (k, n) matrix `spread`."""
+    stiffness = sparse.csr_matrix(-(spread.T @ sparse.csr_array(positive) @ spread))
+    stiffness.sort_indices()
+    if not np.isfinite(stiffness.data).all():
+        raise FilterInputError(
+            "edges of the mesh differ in length by so many orders of magnitude that no numbers are left for its operator: remove "
+            "spikes, or the smallest triangles, first"
+        )
+    return Laplacian(stiffness, np.asarray(spread.T @ masses.diagonal()) / scale / scale)

@@ -1,4 +1,4 @@
-"""The cotangent operators: linear finite elements on the triangles."""
+"""The cotangent operators, linear finite elements on the triangles, and the area that belongs to each vertex."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from ..libraries import sparse
 from ..mesh import Floats, Ints, Longs, scaled_to_unit
 from ..topology import position, ring_ends, sort_slice
 from .laplacian import Laplacian, csr_of_rows, row_starts
-from .mass import mixed_share
 
 #: A triangle whose doubled area is below this share of the sum of its squared edges is given that area in the cotangents, which
 #: keeps them below 1e10. A triangle of three coincident vertices contributes nothing.
@@ -29,10 +28,6 @@ def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
     The sign is that of ``igl.cotmatrix``. Symmetric to the bit, rows that sum to 0, negative semidefinite also where obtuse
     angles make a weight negative. An edge adds up the cotangents of all its faces, however many. The result does not depend
     on the size or place of the mesh.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
     """
     return _assembled(vertices, faces, np.empty(0))
 
@@ -44,10 +39,6 @@ def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
     dividing by the sum of the w_ij themselves, which stays positive but may get small, would then amplify some modes at any
     step. Divided by the sum of their sizes the eigenvalues lie in [-2, 0], a step of up to 1 is stable, no such step increases
     the area of a closed surface, and a flat mesh still keeps its interior vertices.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
     """
     stiffness = cotangent_stiffness(vertices, faces)
     sums = np.empty(len(vertices))
@@ -63,10 +54,6 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
     with an error of the order of the edge length at the worst vertices, of its 1.4th power in the mean square, and none at the
     vertices of valence 5, whose neighbours are symmetric. Barycentric areas would be 15 % off there on every level. Its unit is
     one over a squared length, so a step counts in squared mesh units.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
     """
     areas = np.empty(len(vertices))
     stiffness = _assembled(vertices, faces, areas)
@@ -225,3 +212,46 @@ def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
     squares = (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz) + (dx * dx + dy * dy + dz * dz)
     doubled: float = max(math.sqrt(cx * cx + cy * cy + cz * cz), SMALLEST_AREA * squares + NEVER_ZERO)
     return doubled
+
+
+def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
+    """(n,) the mixed Voronoi area of each vertex; they add up to the area of the mesh [meyer2003].
+
+    In a triangle without an obtuse angle each corner owns the points nearest to it; otherwise the obtuse corner owns half of the
+    triangle and the others a quarter each. A triangle without area contributes nothing.
+    """
+    points, scale = scaled_to_unit(vertices)
+    areas = np.empty(len(vertices))
+    with threads_for(len(vertices)):
+        _sum_areas(points, *ring_ends(faces, len(vertices)), areas)
+    return areas / scale / scale
+
+
+@compiled
+def mixed_share(ux: float, uy: float, uz: float, uu: float, vx: float, vy: float, vz: float, vv: float) -> float:
+    """The mixed Voronoi area at corner 0 of the triangle (0, u, v), given also the squared lengths of u and v."""
+    cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    doubled = math.sqrt(cx * cx + cy * cy + cz * cz)
+    if doubled == 0.0:
+        return 0.0
+    if ux * vx + uy * vy + uz * vz < 0.0:
+        return 0.25 * doubled
+    dx, dy, dz = vx - ux, vy - uy, vz - uz
+    at_u = -(ux * dx + uy * dy + uz * dz)
+    at_v = vx * dx + vy * dy + vz * dz
+    if at_u < 0.0 or at_v < 0.0:
+        return 0.125 * doubled
+    return (vv * (at_u / doubled) + uu * (at_v / doubled)) * 0.125
+
+
+@compiled(parallel=True)
+def _sum_areas(points: Floats, offsets: Longs, ends: Ints, areas: Floats) -> None:
+    for i in prange(offsets.shape[0] - 1):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        total = 0.0
+        for k in range(offsets[i], offsets[i + 1], 2):
+            a, b = ends[k], ends[k + 1]
+            ux, uy, uz = points[a, 0] - x, points[a, 1] - y, points[a, 2] - z
+            vx, vy, vz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
+            total += mixed_share(ux, uy, uz, ux * ux + uy * uy + uz * uz, vx, vy, vz, vx * vx + vy * vy + vz * vz)
+        areas[i] = total

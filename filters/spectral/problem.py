@@ -60,11 +60,6 @@ class SpectralProblem:
 def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: SpectralOperator = "auto") -> SpectralProblem:
     """The eigenproblem of a mesh.
 
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        operator: see `surface_laplacian`.
-
     Raises:
         FilterInputError: not a mesh, an unknown operator, or "cotangent" for a mesh with vertices all of whose triangles have no
             area.

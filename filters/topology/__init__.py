@@ -1,7 +1,6 @@
 """Connectivity from triangle lists: edges, one-rings, stars, faces at vertices and across edges, flips, boundary loops, parts."""
 
 from .boundary import Boundary, BoundaryLoop, BrokenBorder, boundary_loops, is_seam
-from .components import connected_components, root_of
 from .edge_lists import (
     BORDER_POLICIES,
     BorderPolicy,
@@ -18,8 +17,8 @@ from .edge_lists import (
     referenced_vertices,
 )
 from .flips import corner_at, diamond, fan_size, flip, relink
+from .parts import Submesh, connected_components, root_of, submesh_around
 from .rings import OneRings, VertexFaces, one_rings, position, ring_ends, sort_slice, vertex_faces
-from .submesh import Submesh, submesh_around
 from .vertex_stars import CLOSED, IRREGULAR, NO_STAR, OPEN, Stars, stars
 
 __all__ = [

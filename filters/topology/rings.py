@@ -114,12 +114,7 @@ class VertexFaces(NamedTuple):
 
 
 def vertex_faces(faces: Ints, n_vertices: int) -> VertexFaces:
-    """The faces at every vertex; a face that names a vertex twice is left out.
-
-    Args:
-        faces: (m, 3) triangles.
-        n_vertices: n.
-    """
+    """The faces at every vertex; a face that names a vertex twice is left out."""
     offsets, entries = _faces_by_vertex(faces, n_vertices, 3)
     return VertexFaces(offsets // 3, entries.reshape(-1, 3))
 

@@ -218,7 +218,9 @@ class Door:
             vertex["colors"] = np.rint(mesh.vertex_color_matrix() * 255.0).astype(np.uint8)
         if mesh.has_vertex_scalar():
             vertex["scalars"] = np.ascontiguousarray(mesh.vertex_scalar_array())
-        if mesh.has_vertex_tex_coord() and not (mesh.has_wedge_tex_coord() and (sent is None or _lacks_places(sent))):
+        if mesh.has_vertex_tex_coord() and not (
+            mesh.has_wedge_tex_coord() and (sent is None or "texture_coordinates" not in sent.vertex_attributes)
+        ):
             places = np.ascontiguousarray(mesh.vertex_tex_coord_matrix())
             vertex["texture_coordinates"] = _as_sent(
                 places, sent and sent.vertex_attributes.get("texture_coordinates"), of_vertices
@@ -399,11 +401,6 @@ def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count:
     if first is None:
         return None if len(second) == count and np.array_equal(second, np.arange(len(second))) else second
     return np.where(second >= 0, first[np.maximum(second, 0)], -1) if len(first) else np.full(len(second), -1)
-
-
-def _lacks_places(sent: MeshData) -> bool:
-    """Whether texture coordinates of vertices are MeshLab's own, which it computes with those of corners."""
-    return "texture_coordinates" not in sent.vertex_attributes
 
 
 def _unit(normals: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 from .declaration import nearest
 from .errors import ParameterError, UnknownNameError
 from .mlx_scripts import WITHDRAWN
-from .scripts.changes import Change
 from .scripts.fits import Condition, parse_fits
 from .scripts.head import paragraphs, read_head
 from .scripts.overrides import override
+from .scripts.problems import Change
 from .scripts.read import parse_script, read_bytes
 from .scripts.script import Script
 from .scripts.settings import Setting

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pymeshfair.filters.compilation import compiled
-from pymeshfair.filters.compilation.argument_types import UnknownTypeError, from_json, signature_of
 from pymeshfair.filters.compilation.compiler import numba_type
+from pymeshfair.filters.compilation.kernel import UnknownTypeError, from_json, signature_of
 
 
 class Pair(NamedTuple):

@@ -25,9 +25,8 @@ from pymeshfair.filters.compilation import (
     processor,
     store,
 )
-from pymeshfair.filters.compilation.argument_types import from_json
 from pymeshfair.filters.compilation.compiler import numba_type
-from pymeshfair.filters.compilation.kernel import fingerprint
+from pymeshfair.filters.compilation.kernel import fingerprint, from_json
 
 PROJECT = Path(__file__).parents[2]
 PACKAGES = ("filters", "src", "plugins", "mlx_scripts")

@@ -9,11 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from pymeshfair.filters.checks import FilterInputError, UnstableStepError
-from pymeshfair.filters.curves.curve_smoothing import CURVE_METHODS, CURVE_WEIGHTS, curve_smoothing
+from pymeshfair.filters.curves import CURVE_METHODS, CURVE_WEIGHTS, curve_smoothing
 from pymeshfair.filters.diffusion.implicit import time_step_of_detail_size
 from pymeshfair.filters.diffusion.taubin import mu_of_pass_band, transfer_function
 from pymeshfair.filters.operators import uniform_laplacian
-from pymeshfair.filters.operators.edge_weights import inverse_length_laplacian
+from pymeshfair.filters.operators.laplacian import inverse_length_laplacian
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]

@@ -26,7 +26,7 @@ from pymeshfair.filters.operators import (
     uniform_laplacian,
 )
 from pymeshfair.filters.operators.cotangent import cotangent_stiffness
-from pymeshfair.filters.operators.edge_weights import inverse_length_laplacian, scale_dependent_laplacian
+from pymeshfair.filters.operators.laplacian import inverse_length_laplacian, scale_dependent_laplacian
 from tests.meshes import (
     AWKWARD,
     Mesh,

@@ -14,10 +14,10 @@ from numpy.polynomial.chebyshev import chebval
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.compilation import allowed_threads, set_threads
-from pymeshfair.filters.spectral.chebyshev import chebyshev_series
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
 from pymeshfair.filters.spectral.eigenvector_free import Filtered, RouteName, filter_without_eigenvectors
 from pymeshfair.filters.spectral.polynomial import (
+    chebyshev_series,
     gershgorin_bound,
     lanczos_bound,
     polynomial_filter,

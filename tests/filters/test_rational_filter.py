@@ -7,9 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from pymeshfair.filters.spectral.eigenvector_free import filter_without_eigenvectors
+from pymeshfair.filters.spectral.eigenvector_free import filter_without_eigenvectors, rational_series
 from pymeshfair.filters.spectral.problem import spectral_problem
-from pymeshfair.filters.spectral.rational import rational_series
 from pymeshfair.filters.spectral.responses import Response, enhance, low_pass
 from tests.filters.test_polynomial_filter import (
     MESHES,

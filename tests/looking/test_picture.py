@@ -20,8 +20,7 @@ from pymeshfair.looking.camera import VIEWS, close_up, fitting_camera, view_angl
 from pymeshfair.looking.coloring import COLORINGS
 from pymeshfair.looking.coloring_names import NUMBERS
 from pymeshfair.looking.picture import Appearance, draw_meshes
-from pymeshfair.looking.rasterizer import DepthBuffer, draw_triangles
-from pymeshfair.looking.shading import Scene, render
+from pymeshfair.looking.shading import DepthBuffer, Scene, draw_triangles, render
 from pymeshfair.mesh_data import MeshData, Texture
 from tests.commands.command_line import document, invoke, run_process
 from tests.meshes import cube, grid, icosphere, sample, sample_path

@@ -1,6 +1,5 @@
 """Recipes in Python: built step by step, checked, run, saved and compared."""
 
-from .one_run import run
-from .recipe import Recipe
+from .recipe import Recipe, run
 
 __all__ = ["Recipe", "run"]

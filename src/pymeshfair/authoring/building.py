@@ -1,9 +1,11 @@
-"""Scripts with one more step, setting or tag."""
+"""Scripts with one more step, setting or tag; what another script does differently, and the table of a notebook."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from difflib import SequenceMatcher
+from html import escape
 from typing import Any
 
 from ..declaration import Filter, nearest
@@ -79,3 +81,55 @@ def check_name(name: str, of_what: str) -> None:
     """
     if not is_name(name):
         raise ParameterError(f"{of_what} takes letters, digits and underscores, got {name!r}")
+
+
+def differences(first: Script, second: Script) -> list[str]:
+    """One sentence for each step that only one of them has and for each value that differs; values that are not said count as
+    their defaults, so that scripts which do the same have no difference.
+    """
+    ours, theirs = first.with_defaults().steps, second.with_defaults().steps
+    names, other_names = ([step.filter.python_name for step in steps] for steps in (ours, theirs))
+    found: list[str] = []
+    for kind, i, i_end, j, j_end in SequenceMatcher(None, names, other_names, autojunk=False).get_opcodes():
+        if kind == "equal":
+            for k in range(i_end - i):
+                found += _changed(ours[i + k], theirs[j + k], j + k + 1)
+            continue
+        found += [f"step {k + 1}, {ours[k].filter.name}, is left out" for k in range(i, i_end)]
+        found += [f"step {k + 1}, {theirs[k].filter.name}, is new" for k in range(j, j_end)]
+    if first.guards != second.guards:
+        found.append(f"limits are {second.guards.texts() or 'none'}, not {first.guards.texts() or 'none'}")
+    if first.unit != second.unit:
+        found.append(f"the unit of scans is {second.unit or 'none'}, not {first.unit or 'none'}")
+    return found
+
+
+def _changed(ours: Step, theirs: Step, number: int) -> Iterator[str]:
+    for parameter in theirs.filter.parameters:
+        before, after = (step.values.get(parameter.name) for step in (ours, theirs))
+        if before != after:
+            said = ["what suits the mesh" if value is None else value for value in (after, before)]
+            yield f"step {number}, {theirs.filter.name}: {parameter.name} is {said[0]}, not {said[1]}"
+
+
+def recipe_table(name: str, script: Script) -> str:
+    """HTML: the title, the settings, and one row a step with the values that are not the defaults."""
+    title = script.comment.partition("\n")[0].strip() or name
+    parts = [f"<p><b>{escape(title)}</b></p>"]
+    if script.settings:
+        rows = ((s.name, s.default, s.unit, s.description) for s in script.settings)
+        parts.append(_table(("setting", "value", "unit", "meaning"), rows))
+    steps = ((str(n), step.filter.name, _values(step), step.tag) for n, step in enumerate(script.steps, 1))
+    parts.append(_table(("step", "filter", "values", "tag"), steps))
+    return "\n".join(parts)
+
+
+def _values(step: Step) -> str:
+    said = {name: value for name, value in step.values.items() if value != step.filter.defaults[name] or name in step.settings}
+    return ", ".join(f"{name} = {step.settings.get(name, value)}" for name, value in said.items())
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    lines = ["<table>", f"<tr>{''.join(f'<th>{escape(word)}</th>' for word in head)}</tr>"]
+    lines += [f"<tr>{''.join(f'<td>{escape(word)}</td>' for word in row)}</tr>" for row in rows]
+    return "\n".join([*lines, "</table>"])

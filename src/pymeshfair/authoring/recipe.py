@@ -1,9 +1,10 @@
-"""`Recipe`: a chain of filters as an object of Python."""
+"""`Recipe`: a chain of filters as an object of Python; and a run in one call."""
 
 from __future__ import annotations
 
+import copy
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from ..running import job, read, supervise
     from ..running.job import Event, RunResult
     from ..scripts import Change, Step, overrides, warnings
-    from . import building, words
+    from . import building
 else:  # importing them takes longer than importing pymeshlab, and a program may only ask for this class
     building = ImportedWhenUsed("pymeshfair.authoring.building")
     job = ImportedWhenUsed("pymeshfair.running.job")
@@ -28,7 +29,7 @@ else:  # importing them takes longer than importing pymeshlab, and a program may
     registry = ImportedWhenUsed("pymeshfair.registry")
     scripts = ImportedWhenUsed("pymeshfair.scripts")
     supervise = ImportedWhenUsed("pymeshfair.running.supervise")
-    words = ImportedWhenUsed("pymeshfair.authoring.words")
+    words = ImportedWhenUsed("pymeshfair.authoring.building")
     warnings = ImportedWhenUsed("pymeshfair.scripts.warnings")
 
 
@@ -171,11 +172,11 @@ class Recipe(FilterMethods):
         return f"<Recipe {self.name!r}: {', '.join(step.filter.python_name for step in self) or 'no steps'}>"
 
     def _repr_html_(self) -> str:
-        return words.recipe_table(self.name, self._script)
+        return building.recipe_table(self.name, self._script)
 
     def differences(self, other: Recipe) -> list[str]:
         """What `other` does that this recipe does not, or with other values, one sentence each; empty if they do the same."""
-        return words.differences(self._script, other._script)
+        return building.differences(self._script, other._script)
 
     def check(self, mesh: MeshSet | str | os.PathLike[str] | None = None, *, layers: int = 1) -> list[str]:
         """What the recipe may surprise with, one sentence each; its steps and values are valid in any case.
@@ -219,18 +220,7 @@ class Recipe(FilterMethods):
     ) -> RunResult:
         """Clean a mesh file in a process of its own, as ``pymeshfair run`` does: the output and its record appear whole or not.
 
-        Args:
-            input: the mesh file.
-            output: the file to write; its extension says the format.
-            others: mesh files for the layers 1, 2 ... that the recipe names.
-            overwrite: replace `output`, whatever it is.
-            timeout: seconds, or None.
-            measures: measure the mesh before and after. Without, the run is faster and keeps no limits.
-            unit: the unit of the scan, mm, cm, m or in; a limit such as ``0.05mm`` needs it.
-            on_event: called with each event of the run.
-
-        Raises:
-            PymeshfairError: the run failed; see `pymeshfair.running.supervise.run_job` for the kinds.
+        Arguments, result and errors are those of `pymeshfair.run`.
         """
         meaning = (str(change) for change in self._changes if not change.same_meaning)
         order = job.Job(
@@ -253,3 +243,51 @@ class Recipe(FilterMethods):
             PymeshfairError: it cannot be written, or there is something else than a file whose name ends with .mlx.
         """
         scripts.write_script(self._script, Path(path), overwrite=True)
+
+
+def run(
+    recipe: str | os.PathLike[str] | Recipe,
+    input: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    *,
+    settings: Mapping[str, object] | None = None,
+    set: Sequence[str] = (),
+    others: Sequence[str | os.PathLike[str]] = (),
+    overwrite: bool = False,
+    timeout: float | None = None,
+    measures: bool = True,
+    unit: str | None = None,
+    on_event: Callable[[Event], None] = lambda event: None,
+) -> RunResult:
+    """Clean a mesh file with a recipe, as ``pymeshfair run`` does, in a process of its own::
+
+        result = pymeshfair.run("clean_range_map", "scan.ply", "clean.ply", settings={"detail_size": "4edge"})
+        print(result.after["volume"], result.warnings, result.record["versions"])
+
+    Args:
+        recipe: a shipped name, the path of an .mlx script, or a `Recipe`, which stays as it is.
+        input: the mesh file.
+        output: the file to write; its extension says the format. Beside it ``OUTPUT.provenance.json`` says how it came about.
+        settings: values over the recipe's own, by the names of its settings.
+        set: the same as texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE``, as of the command line.
+        others: mesh files for the layers 1, 2 ... that the recipe names.
+        overwrite: replace `output`, whatever it is. Without, an existing file is replaced only if it is, to the byte, what a
+            former run wrote there from the same input.
+        timeout: seconds, or None.
+        measures: measure the mesh before and after. Without, the run is faster, keeps no limits, and has nothing to compare.
+        unit: the unit of the scan, mm, cm, m or in; a limit such as ``0.05mm`` needs it.
+        on_event: called with each event of the run.
+
+    Returns:
+        What the run did: measures before and after, warnings, the paths of what was written, and its `record`.
+
+    Raises:
+        PymeshfairError: the run failed; see `pymeshfair.running.supervise.run_job` for the kinds.
+    """
+    chosen = recipe if isinstance(recipe, Recipe) else Recipe.load(recipe)
+    if settings or set:
+        chosen = copy.copy(chosen)
+        chosen.set(*set, **(settings or {}))
+    return chosen.run(
+        input, output, others=others, overwrite=overwrite, timeout=timeout, measures=measures, unit=unit, on_event=on_event
+    )

@@ -85,7 +85,7 @@ def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
     from ..report.comparison_page import Compared, RunPart, comparison_page, verdict_of
     from ..report.page import figure_of
     from ..running.read import read_mesh
-    from ..running.record import steps_of
+    from ..running.report import steps_of
 
     meshes = [read_mesh(path, allow_outside=True, unchecked=True) for path in (input, output)]
     before, after = map(state_of, meshes)

@@ -66,11 +66,6 @@ class Summary:
             "left": self.planned - len(self.outcomes),
         }
 
-    @property
-    def all_is_well(self) -> bool:
-        """Whether every scan was done."""
-        return self.counts["done"] == self.planned
-
     def document(self) -> dict[str, Any]:
         """The summary in the types of JSON."""
         recipe = self.template.recipe

@@ -46,7 +46,7 @@ def sample(scans: Sequence[Scan], count: int, *, on_opened: Callable[[int, int],
     """
     if count >= len(scans):
         return list(scans)
-    by_size = sorted(scans, key=lambda scan: (_size(scan.input), scan.number))
+    by_size = sorted(scans, key=lambda scan: (scan.input.stat().st_size if scan.input.is_file() else 0, scan.number))
     opened = [by_size[i] for i in _spread(len(by_size), min(len(by_size), _OPENED * count))]
     noise = []
     for number, scan in enumerate(opened, 1):
@@ -64,10 +64,6 @@ def sample(scans: Sequence[Scan], count: int, *, on_opened: Callable[[int, int],
 def _spread(total: int, count: int) -> list[int]:
     """So many different numbers from 0 to `total` - 1, both among them."""
     return sorted({round(i * (total - 1) / max(1, count - 1)) for i in range(count)})
-
-
-def _size(path: Path) -> int:
-    return path.stat().st_size if path.is_file() else 0
 
 
 def _noise(path: Path) -> float:

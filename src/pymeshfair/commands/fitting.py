@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 #: characters of a line
 WIDTH = 80
 _INDENT = " " * 6
+_MOST_RIMS = 12
 
 
 def fitting_lines(found: Sequence[Suitability]) -> Iterator[str]:
@@ -34,12 +35,12 @@ def fitting_lines(found: Sequence[Suitability]) -> Iterator[str]:
         yield textwrap.fill(text, WIDTH, initial_indent=_INDENT, subsequent_indent=_INDENT + "  ")
 
 
-def rim_lines(rims: Sequence[Mapping[str, Any]], most: int = 12) -> Iterator[str]:
+def rim_lines(rims: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """The holes and outer borders of a mesh, the largest first."""
-    for rim in rims[:most]:
+    for rim in rims[:_MOST_RIMS]:
         kind = "outer border" if rim["outer"] else "hole"
         x, y, z = rim["middle"]
         yield f"  {kind} of {rim['edges']:,} edges, {rim['length']:.4g} long, around {x:.4g}, {y:.4g}, {z:.4g}"
-    if len(rims) > most:
-        least = rims[most]["edges"]
-        yield f"  and {len(rims) - most:,} more of at most {least:,} edges"
+    if len(rims) > _MOST_RIMS:
+        least = rims[_MOST_RIMS]["edges"]
+        yield f"  and {len(rims) - _MOST_RIMS:,} more of at most {least:,} edges"

@@ -16,14 +16,27 @@ usual way to make one is the decorator `mesh_filter` on a function with an annot
 This module imports neither pymeshlab nor any plugin.
 """
 
-from .elements import Arity, FilterClass, MeshElement
-from .filter import Equivalent, Filter, mesh_filter
+from .filter import Arity, Equivalent, Filter, FilterClass, MeshElement, mesh_filter
 from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
-from .length import Length, LengthUnit
-from .names import nearest
 from .parameter import AUTO, Parameter
-from .parameters import Bool, Enum, FileOpen, FileSave, Float, Int, Mesh, Percentage, Shot, String
-from .vectors import Color, Direction, Matrix, Point
+from .parameters import (
+    Bool,
+    Color,
+    Direction,
+    Enum,
+    FileOpen,
+    FileSave,
+    Float,
+    Int,
+    Matrix,
+    Mesh,
+    Percentage,
+    Point,
+    Shot,
+    String,
+)
+from .units import Length, LengthUnit
+from .values import nearest
 
 __all__ = [
     "AUTO",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import ParameterError
-from .length import Length
+from .units import Length
 from .values import as_float, shown
 
 #: the word for a value that the filter chooses for the mesh

@@ -1,9 +1,12 @@
-"""A value that someone gave, as a number and as words in a message."""
+"""A value as a number and as text in a message, and the name that was most likely meant."""
 
 from __future__ import annotations
 
+import difflib
 import math
 import numbers
+import re
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -23,3 +26,10 @@ def shown(value: Any) -> str:
     """The value as it would be written in Python, cut to a length that a message can hold."""
     text = repr(value)
     return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def nearest(name: str, names: Iterable[str]) -> str | None:
+    """The one of `names` that `name` was most likely meant to be, upper and lower case, spaces and underscores aside; or None."""
+    plain = {re.sub(r"[\s_-]+", "", n.casefold()): n for n in names}
+    found = difflib.get_close_matches(re.sub(r"[\s_-]+", "", name.casefold()), plain, n=1, cutoff=0.6)
+    return plain[found[0]] if found else None

@@ -60,9 +60,9 @@ class Node:
         """The numbers of a field."""
         return numbers(self.fields.get(name, default), f"the {name} of a {self.type}", count)
 
-    def is_true(self, name: str, default: bool = True) -> bool:
-        """The truth of a field."""
-        return self.fields.get(name, str(default)).strip().upper() == "TRUE"
+    def is_true(self, name: str) -> bool:
+        """The truth of a field, which is true if it is not there."""
+        return self.fields.get(name, "TRUE").strip().upper() == "TRUE"
 
 
 def check_type(type: str) -> None:

@@ -4,20 +4,65 @@ It is removed with the run. One that was left behind, because the power failed o
 next run in the same folder: a process that works in it holds a lock, and a dead one holds none. On a system without such locks it
 stays until a user removes it. The folder of a run by tiles may hold hours of work: it stays until that run goes on, or a user
 removes it.
+
+The output is locked meanwhile: of two simultaneous runs one would silently replace the result of the other.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
+import os
 import shutil
 import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from ..operating_system import this_system
 from .errors import OutputBusyError, OutputError
-from .output_lock import output_lock
+
+#: prefix of the lock file's name; it lies beside the output during a run
+LOCK_PREFIX = ".pymeshfair-lock-"
+
+
+@contextlib.contextmanager
+def output_lock(output: Path) -> Iterator[None]:
+    """Lock an output for writing. If a process dies, its lock is released; the next run reuses and removes its lock file.
+
+    On file systems without locks nothing is locked.
+
+    Raises:
+        OutputBusyError: another run has locked it.
+        OutputError: the lock file cannot be made.
+    """
+    path = output.with_name(LOCK_PREFIX + hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16])
+    with _locked(path, output):
+        try:
+            yield
+        finally:
+            # Before the lock is released, so that the lock file of another run is not removed.
+            with contextlib.suppress(OSError):
+                path.unlink()
+
+
+def _locked(path: Path, output: Path) -> BinaryIO:
+    """The open and locked file."""
+    while True:
+        try:
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
+        except OSError as error:
+            raise OutputError(output, f"cannot make a file beside it: {error.strerror or error}") from error
+        file = os.fdopen(descriptor, "r+b")
+        if this_system().claim(file) is False:
+            file.close()
+            raise OutputBusyError(output, "another run is writing it at this moment; wait for that, or name another output")
+        with contextlib.suppress(OSError):
+            if os.path.samestat(os.fstat(descriptor), path.lstat()):
+                return file
+        file.close()  # the former run has removed the file between our opening and locking it
+
 
 #: what the name of the folder begins with
 STAGE_PREFIX = ".pymeshfair-run-"

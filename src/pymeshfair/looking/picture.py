@@ -18,8 +18,7 @@ from .annotation import BAR_STRIP, TITLE_STRIP, draw_color_bar, draw_scale_bar, 
 from .camera import Camera, close_up, fitting_camera, view_rows
 from .coloring import COLORINGS, Numbers, in_unit, numbers_of
 from .coloring_names import OTHERS, check_coloring
-from .shading import CLAY, Scene, render
-from .texturing import texture_of
+from .shading import CLAY, Scene, render, texture_of
 
 #: the share of a panel's width that a scale bar takes at most
 _SCALE_BAR = 0.25

@@ -1,21 +1,25 @@
-"""Light on a surface: from colours and a depth buffer to the pixels of one panel."""
+"""Light on a surface: from colours and images by way of a depth buffer to the pixels of one panel."""
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
 
 from ..declaration import Bools, Floats, Ints
+from ..errors import MeshError
+from ..filters.compilation import compiled
 from ..filters.geometry import face_normals
 from ..filters.inspection import mesh_normals
+from ..mesh_data import MeshData
 from .camera import Camera
-from .rasterizer import DepthBuffer, draw_dots, draw_triangles
-from .texturing import Sampler
 
 #: each pixel is the mean of so many by so many
 SUPERSAMPLING = 2
@@ -180,3 +184,134 @@ def _dots(scene: Scene, screen: Floats) -> tuple[Floats, Ints]:
     t = (np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)) / np.maximum(counts - 1, 1)[edge]
     owners = np.where(t < 0.5, scene.edges[edge, 0], scene.edges[edge, 1]).astype(np.int32)
     return start[edge] + t[:, None] * (end - start)[edge], owners
+
+
+class DepthBuffer(NamedTuple):
+    """What is in front at each of h x w pixels, row 0 on top.
+
+    Attributes:
+        elements: (h, w) the number of the face or dot; -1 where nothing is.
+        depths: (h, w) how near it is; -inf where nothing is.
+    """
+
+    elements: Ints
+    depths: NDArray[np.float64]
+
+    @classmethod
+    def empty(cls, height: int, width: int) -> DepthBuffer:
+        """One in which nothing is drawn yet."""
+        return cls(np.full((height, width), -1, dtype=np.int32), np.full((height, width), -np.inf))
+
+
+def draw_triangles(buffer: DepthBuffer, screen: Floats, faces: Ints) -> None:
+    """Draw triangles into the buffer; of two at the same depth the one with the lower number stays.
+
+    Args:
+        buffer: is changed.
+        screen: (n, 3) x in pixels from the left, y in pixels from the top, and nearness to the eye.
+        faces: (m, 3) triangles, facing either way.
+    """
+    _draw_triangles(screen, faces, buffer.elements, buffer.depths)
+
+
+def draw_dots(buffer: DepthBuffer, screen: Floats, radius: float, first: int = 0) -> None:
+    """Draw a disc for every point.
+
+    Args:
+        buffer: is changed.
+        screen: (n, 3) as for `draw_triangles`.
+        radius: in pixels.
+        first: the number of the first dot.
+    """
+    _draw_dots(screen, radius, first, buffer.elements, buffer.depths)
+
+
+@compiled
+def _draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats) -> None:
+    height, width = elements.shape
+    for f in range(faces.shape[0]):
+        ax, ay, az = screen[faces[f, 0]]
+        bx, by, bz = screen[faces[f, 1]]
+        cx, cy, cz = screen[faces[f, 2]]
+        doubled = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if not (doubled != 0.0 and math.isfinite(doubled)):
+            continue
+        left = max(math.ceil(max(min(ax, bx, cx), 0.0) - 0.5), 0)
+        right = min(math.floor(min(max(ax, bx, cx), float(width)) - 0.5), width - 1)
+        top = max(math.ceil(max(min(ay, by, cy), 0.0) - 0.5), 0)
+        bottom = min(math.floor(min(max(ay, by, cy), float(height)) - 0.5), height - 1)
+        for row in range(top, bottom + 1):
+            y = row + 0.5
+            for column in range(left, right + 1):
+                x = column + 0.5
+                u = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / doubled
+                v = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / doubled
+                w = ((ax - x) * (by - y) - (ay - y) * (bx - x)) / doubled
+                if u >= 0.0 and v >= 0.0 and w >= 0.0:
+                    depth = u * az + v * bz + w * cz
+                    if depth > depths[row, column]:
+                        depths[row, column] = depth
+                        elements[row, column] = f
+
+
+@compiled
+def _draw_dots(screen: Floats, radius: float, first: int, elements: Ints, depths: Floats) -> None:
+    height, width = elements.shape
+    for i in range(screen.shape[0]):
+        x, y, z = screen[i]
+        if not (x > -radius and x < width + radius and y > -radius and y < height + radius):
+            continue
+        for row in range(max(math.ceil(y - radius - 0.5), 0), min(math.floor(y + radius - 0.5), height - 1) + 1):
+            for column in range(max(math.ceil(x - radius - 0.5), 0), min(math.floor(x + radius - 0.5), width - 1) + 1):
+                dx, dy = column + 0.5 - x, row + 0.5 - y
+                if dx * dx + dy * dy <= radius * radius and z > depths[row, column]:
+                    depths[row, column] = z
+                    elements[row, column] = first + i
+
+
+#: gives (k, 3) colours from 0 to 1 of (k,) faces at (k, 3) barycentric coordinates
+Sampler = Callable[[Ints, Floats], Floats]
+
+
+def texture_of(mesh: MeshData, plain: Floats) -> Sampler | None:
+    """What the images show at each place; None of a mesh without texture coordinates or images.
+
+    The nearest texel is taken, and the image repeats itself beyond its edges.
+
+    Args:
+        mesh: the mesh.
+        plain: (3,) the colour of faces without an image.
+
+    Raises:
+        MeshError: an image is not there, or is none.
+    """
+    corners = mesh.face_attributes.get("wedge_texture_coordinates")
+    if corners is None and "texture_coordinates" in mesh.vertex_attributes:
+        corners = mesh.vertex_attributes["texture_coordinates"][mesh.faces]
+    if corners is None or not mesh.textures:
+        return None
+    of_faces = mesh.face_attributes.get("texture", np.zeros(len(mesh.faces), dtype=np.int32))
+    images = [_pixels(mesh, texture.name, texture.image) for texture in mesh.textures]
+
+    def sample(faces: Ints, weights: Floats) -> Floats:
+        places = np.einsum("ki,kij->kj", weights, corners[faces])
+        colors = np.broadcast_to(plain, (len(faces), 3)).copy()
+        for number, image in enumerate(images):
+            here = of_faces[faces] == number
+            rows, columns = image.shape[:2]
+            u, v = places[here].T % 1.0
+            column, row = (u * columns).astype(np.int64) % columns, ((1.0 - v) * rows).astype(np.int64) % rows
+            colors[here] = image[row, column] / 255.0
+        return colors
+
+    return sample
+
+
+def _pixels(mesh: MeshData, name: str, image: Path | bytes | None) -> Floats:
+    if image is None:
+        raise MeshError(f"the texture {name!r} of {mesh.label} cannot be drawn: there is no such file")
+    try:
+        with Image.open(io.BytesIO(image) if isinstance(image, bytes) else image) as opened:
+            return np.asarray(opened.convert("RGB"))
+    except (OSError, UnidentifiedImageError) as error:
+        raise MeshError(f"the texture {name!r} of {mesh.label} cannot be drawn: {error}") from error

@@ -83,7 +83,8 @@ def continued_vertex_colors(before: Floats, added_faces: Ints, of: NDArray[np.in
         added_faces: (b, 3) indices from 0 to n + a - 1.
         of: (a,) for each added vertex the old one that colours it if its faces touch no old vertex.
     """
-    return _continued(np.concatenate([before, before[of]]), added_faces, len(before))
+    values = np.concatenate([before, before[of]])
+    return _harmonic(values, added_faces, np.arange(len(values)) < len(before))
 
 
 def continued_face_colors(before: Floats, faces: Ints, added_faces: Ints, vertices: int, of: NDArray[np.intp]) -> Floats:
@@ -177,10 +178,6 @@ def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, known: Bools, other
     values[~held] = np.nan
     corners = _harmonic(values, added_faces, held)[added_faces].mean(axis=1)
     return np.where(np.isfinite(corners), corners, otherwise)
-
-
-def _continued(values: Floats, added_faces: Ints, old: int) -> Floats:
-    return _harmonic(values, added_faces, np.arange(len(values)) < old)
 
 
 def _harmonic(values: Floats, added_faces: Ints, known: Bools) -> Floats:

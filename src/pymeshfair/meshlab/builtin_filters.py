@@ -9,8 +9,7 @@ import pymeshlab
 
 from ..declaration import Filter, Layer, Length, Percentage
 from ..errors import ParameterError, UnknownNameError
-from .aftermath import after_failure
-from .base import BASE, MESHLAB
+from .base import BASE, MESHLAB, after_failure
 from .errors import FilterParameterError, UnknownFilterError
 from .values import for_meshlab, from_meshlab
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 from ..filters.libraries import ImportedWhenUsed
@@ -11,12 +12,10 @@ from ..filters.libraries import ImportedWhenUsed
 if TYPE_CHECKING:
     from .. import recipe
     from ..scripts import Script, Step
-    from . import exchange, giving, script_log, showing
+    from . import exchange, script_log
 else:  # importing them takes longer than importing pymeshlab
     recipe = ImportedWhenUsed("pymeshfair.recipe")
-    exchange, giving, script_log, showing = (
-        ImportedWhenUsed(f"pymeshfair.meshset.{name}") for name in ("exchange", "giving", "script_log", "showing")
-    )
+    exchange, script_log = (ImportedWhenUsed(f"pymeshfair.meshset.{name}") for name in ("exchange", "script_log"))
 
 
 class Conveniences:
@@ -62,19 +61,19 @@ class Conveniences:
 
         What trimesh does not take is named by a warning of the logger ``pymeshfair``; so by the next three.
         """
-        return self._given(giving.to_trimesh)
+        return self._given(exchange.to_trimesh)
 
     def to_open3d(self) -> Any:
         """The current mesh as an `open3d.geometry.TriangleMesh`, or a `PointCloud`, with vertex normals and colours."""
-        return self._given(giving.to_open3d)
+        return self._given(exchange.to_open3d)
 
     def to_meshio(self) -> Any:
         """The current mesh as a `meshio.Mesh` of triangles and lines, with normals, colours and values of points and cells."""
-        return self._given(giving.to_meshio)
+        return self._given(exchange.to_meshio)
 
     def to_pyvista(self) -> Any:
         """The current mesh as a `pyvista.PolyData` with normals, colours, texture coordinates and values of points and cells."""
-        return self._given(giving.to_pyvista)
+        return self._given(exchange.to_pyvista)
 
     def _given(self, make: Callable[[exchange.Arrays], Any]) -> Any:
         meshes: Any = self
@@ -84,10 +83,47 @@ class Conveniences:
         return made
 
     def __str__(self) -> str:
-        return showing.layers_text(self)
+        return layers_text(self)
 
     def __repr__(self) -> str:
-        return showing.layers_line(self)
+        return layers_line(self)
 
     def _repr_html_(self) -> str:
-        return showing.layers_table(self)
+        return layers_table(self)
+
+
+def layer_rows(meshes: Any) -> list[tuple[str, str, str]]:
+    """(number, name, size) of every layer of a mesh set; the number of the current layer ends with ``*``."""
+    current = meshes.current_mesh_id() if meshes.mesh_number() else -1
+    rows = []
+    for mesh in meshes:
+        counts = ((mesh.vertex_number(), "vertices"), (mesh.face_number(), "faces"), (mesh.edge_number(), "edges"))
+        size = ", ".join(f"{count:,} {what}" for count, what in counts if count or what == "vertices")
+        rows.append((f"{mesh.id()}{'*' if mesh.id() == current else ''}", mesh.label(), size))
+    return rows
+
+
+def layers_text(meshes: Any) -> str:
+    """One line per layer."""
+    rows = layer_rows(meshes)
+    return "\n".join([f"MeshSet of {_layer_count(rows)}", *(f"  {number:<4} {name}: {size}" for number, name, size in rows)])
+
+
+def layers_line(meshes: Any) -> str:
+    """The number of layers and the current one, for ``repr``."""
+    rows = layer_rows(meshes)
+    current = [f", current {number.rstrip('*')} {name!r}: {size}" for number, name, size in rows if number.endswith("*")]
+    return f"<{type(meshes).__name__} of {_layer_count(rows)}{''.join(current)}>"
+
+
+def _layer_count(rows: Sequence[Any]) -> str:
+    return f"{len(rows)} {'layer' if len(rows) == 1 else 'layers'}"
+
+
+def layers_table(meshes: Any) -> str:
+    """The layers as a table of HTML; the current one is bold."""
+    lines = ["<table>", "<tr><th>layer</th><th>name</th><th>size</th></tr>"]
+    for row in layer_rows(meshes):
+        cells = (f"<b>{escape(cell)}</b>" if row[0].endswith("*") else escape(cell) for cell in row)
+        lines.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
+    return "\n".join([*lines, "</table>"])

@@ -10,21 +10,19 @@ from typing import TYPE_CHECKING, Any
 import pymeshlab
 
 from ..filters.libraries import ImportedWhenUsed
-from ..meshlab.base import BASE, MESHLAB
+from ..meshlab.base import BASE, MESHLAB, after_failure
 from .conveniences import Conveniences
 from .filter_methods import FilterMethods, LateMethods
 
 if TYPE_CHECKING:
-    from ..meshlab import aftermath
     from ..scripts.script import Step
-    from . import exchange, filter_runner, layers, listing, script_log, taking
+    from . import exchange, filter_runner, layers, listing, script_log
     from .pymeshlab_classes import _MeshSet as _Typed
 else:  # importing them takes longer than importing pymeshlab
     _Typed = BASE
-    aftermath = ImportedWhenUsed("pymeshfair.meshlab.aftermath")
-    exchange, filter_runner, layers, listing, script_log, taking = (
+    exchange, filter_runner, layers, listing, script_log = (
         ImportedWhenUsed(f"pymeshfair.meshset.{name}")
-        for name in ("exchange", "filter_runner", "layers", "listing", "script_log", "taking")
+        for name in ("exchange", "filter_runner", "layers", "listing", "script_log")
     )
 
 
@@ -194,7 +192,7 @@ class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
         """
         if isinstance(mesh, pymeshlab.Mesh):
             return _settled(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
-        arrays = taking.taken(mesh)
+        arrays = exchange.taken(mesh)
         result = _settled(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
         exchange.add_values(max(BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
         self._filters.plugins.tell_losses(arrays.lost)
@@ -235,7 +233,7 @@ def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs
             return original(meshes, *args, **kwargs)
         except Exception:
             if meshes._layers.bench.verbose:
-                aftermath.after_failure(meshes, verbose=True)
+                after_failure(meshes, verbose=True)
             raise
 
 

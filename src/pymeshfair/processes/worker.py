@@ -17,13 +17,12 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from queue import SimpleQueue
-from typing import Any, BinaryIO, TypeAlias
+from typing import Any, BinaryIO
 
 from ..garbage import collect_seldom
 from ..operating_system import this_system
 from .order import Order, answer
 
-Frame: TypeAlias = tuple[str, Any]
 #: the line on stderr that ends the talk of a task
 END_OF_TALK = b"\npymeshfair-end-of-talk\n"
 

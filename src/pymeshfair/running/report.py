@@ -1,12 +1,130 @@
-"""What the work of a run came to, on its way from the processes that did it to the files in their places."""
+"""What the work of a run came to; the provenance document and the result that are made of it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
 from typing import Any
 
+from ..files.provenance import SCHEMA, described_file, provenance_path
 from ..files.writing import StagedFile
+from ..processes.environment import worker_environment
+from ..processes.versions import thread_settings, versions
+from .job import Job, RunResult, StepReport
+
+
+def record_of(job: Job, report: Report, *, started: datetime, seconds: float) -> dict[str, Any]:
+    """The provenance document of a finished run.
+
+    Args:
+        job: what was asked for.
+        report: what the work came to.
+        started: when.
+        seconds: how long it took.
+    """
+    script = job.recipe.script
+    assert report.output is not None
+    return {
+        "schema": SCHEMA,
+        "recipe": {
+            "name": job.recipe.name,
+            "file": None if script.path is None else str(script.path.absolute()),
+            "overrides": list(job.overrides),
+            "sha256": job.recipe.digest,
+            "text": job.recipe.text,
+        },
+        **_options(job, report.output["side_files"]),
+        "input": report.input,
+        "output": report.output,
+        "steps": [
+            {
+                "number": number,
+                "filter": step.filter.name,
+                "python_name": step.filter.python_name,
+                "origin": step.filter.origin,
+                "parameters": done.parameters,
+                "values": done.values,
+                "messages": list(done.messages),
+            }
+            for number, (step, done) in enumerate(zip(script.steps, report.steps, strict=True), 1)
+        ],
+        "measures": {
+            "unit": job.unit_of(report.input.get("unit")),
+            "before": report.before,
+            "after": report.after,
+            "change": report.change,
+            "traits": report.traits,
+        },
+        "warnings": [*job.warnings, *report.warnings],
+        **_guarded(job, report),
+        **({} if report.tiles is None else {"tiles": report.tiles}),
+        "versions": versions(),
+        "threads": thread_settings(worker_environment(job.threads)),
+        "run": {
+            "started": started.isoformat(timespec="seconds").replace("+00:00", "Z"),
+            "seconds": round(seconds, 3),
+            "step_seconds": [round(done.seconds, 3) for done in report.steps],
+            "peak_memory_bytes": report.peak_memory,
+            "command": list(job.command),
+        },
+    }
+
+
+def _options(job: Job, side_files: Sequence[Any]) -> dict[str, Any]:
+    """The entry about what the input was allowed, its unit, measures and names of textures, where that was not as usual."""
+    options: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
+    options |= {} if job.measures else {"no_measures": True}
+    options |= {} if job.unit is None else {"unit": job.unit}
+    options |= {"own_texture_names": True} if job.own_texture_names and side_files else {}
+    return {"options": options} if options else {}
+
+
+def _guarded(job: Job, report: Report) -> dict[str, Any]:
+    """The entry about guards and the intervention map, of a run that had any."""
+    if not job.is_watched:
+        return {}
+    maps = [described_file(file.staged, named=file.target) for file in report.maps]
+    limits, tolerance = job.lengths_in(job.unit_of(report.input.get("unit")))
+    told = {"limits": limits.texts(), "breaches": list(report.breaches), "maps": maps}
+    return {"guards": told | ({"map_tolerance": str(tolerance)} if job.map_tolerance else {})}
+
+
+def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:
+    """What `run_job` gives back, from the document that it has written."""
+    run = record["run"]
+    return RunResult(
+        output=job.output,
+        provenance=provenance_path(job.output),
+        side_files=tuple(side_files),
+        before=record["measures"]["before"] or {},
+        after=record["measures"]["after"] or {},
+        change=record["measures"]["change"] or {},
+        steps=steps_of(record),
+        warnings=tuple(record["warnings"]),
+        seconds=run["seconds"],
+        peak_memory=run["peak_memory_bytes"],
+        breaches=tuple(record.get("guards", {}).get("breaches", ())),
+        maps=tuple(maps),
+        unit=record["measures"]["unit"],
+    )
+
+
+def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
+    """What every step did, from a provenance document."""
+    return tuple(
+        StepReport(
+            step["number"],
+            step["filter"],
+            step["python_name"],
+            seconds,
+            parameters=step["parameters"],
+            values=step["values"],
+            messages=tuple(step["messages"]),
+        )
+        for step, seconds in zip(record["steps"], record["run"]["step_seconds"], strict=True)
+    )
 
 
 @dataclass(frozen=True)

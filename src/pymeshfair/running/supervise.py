@@ -22,10 +22,9 @@ from typing import TypeAlias
 from ..errors import Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError
 from ..files.inputs import check_input
-from ..files.output_lock import output_lock
 from ..files.outputs import check_maps, check_output
 from ..files.provenance import formatted, provenance_path
-from ..files.staging import clear_up, remove_folder, staging_folder
+from ..files.staging import clear_up, output_lock, remove_folder, staging_folder
 from ..files.writing import StagedFile, place, stage_file
 from ..processes.order import Answer, DefectError, Order
 from ..processes.pool import Lender, Pool
@@ -38,8 +37,7 @@ from .interrupts import Interrupted, Interrupts
 from .intervention import removed_path
 from .job import Compiling, Event, Job, Message, PhaseStarted, RunResult, StepProgress, StepStarted
 from .memory import default_memory
-from .record import record_of, result_of
-from .report import Report
+from .report import Report, record_of, result_of
 from .talk import parse_talk
 
 #: seconds between two looks at a silent worker

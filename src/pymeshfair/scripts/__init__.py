@@ -1,7 +1,6 @@
 """Filter scripts (.mlx): read, check, upgrade and write."""
 
-from .changes import Change
-from .problems import Problem, ScriptError
+from .problems import Change, Problem, ScriptError
 from .read import parse_script, read_script
 from .script import Script, Step
 from .settings import Setting

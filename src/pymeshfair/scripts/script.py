@@ -53,7 +53,11 @@ class Step:
         A built-in filter leaves some to the mesh, such as the number of triangles to decimate to; those stay absent.
         """
         said = {name: default for name, default in self.filter.defaults.items() if default is not None}
-        known = {name: default for name, default in said.items() if lengths or not _is_relative(default)}
+        known = {
+            name: default
+            for name, default in said.items()
+            if lengths or not (isinstance(default, Length) and default.unit != "absolute")
+        }
         return replace(self, values=self.filter.in_order({**known, **self.values}))
 
 
@@ -91,10 +95,6 @@ class Script:
     def with_defaults(self, *, lengths: bool = True) -> Script:
         """The script with every value said that is known without a mesh; `lengths` as in `Step.with_defaults`."""
         return replace(self, steps=tuple(step.with_defaults(lengths=lengths) for step in self.steps))
-
-
-def _is_relative(value: Any) -> bool:
-    return isinstance(value, Length) and value.unit != "absolute"
 
 
 def clean_comment(text: str) -> str:

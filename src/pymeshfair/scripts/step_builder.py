@@ -33,7 +33,7 @@ def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str
     """The value that the attributes of a ``<Param>`` give to the parameter, and everything that is wrong with them."""
     complaints = list(type_complaints(parameter, attributes))
     try:
-        value = _reader(parameter)(parameter, attributes)
+        value = _READERS.get(type(parameter), _read_nothing)(parameter, attributes)
         if (
             isinstance(parameter, String)
             and is_expression(filter_name, parameter.xml_name)
@@ -170,10 +170,6 @@ _READERS: Mapping[type[Parameter], Callable[[Parameter, Attributes], Any]] = {
     declaration.FileOpen: _read_text,
     declaration.FileSave: _read_text,
 }
-
-
-def _reader(parameter: Parameter) -> Callable[[Parameter, Attributes], Any]:
-    return _READERS.get(type(parameter), _read_nothing)
 
 
 class _EnoughError(Exception):

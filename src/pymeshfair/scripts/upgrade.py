@@ -15,9 +15,9 @@ from ..declaration import Bool, Enum, FileOpen, Filter, Float, Length, Parameter
 from ..errors import UnknownNameError
 from ..meshlab.former import Former, former_filter, former_parameters
 from ..registry import find_filter
-from .changes import Change
 from .elements import FilterElement, ParamElement
 from .param_types import OLD_TYPES, WHOLE, parsed, type_complaints
+from .problems import Change
 from .read import SECOND_DOCUMENT_TYPE, parse_document, read_bytes
 from .script import Script, Step
 from .step_builder import build_script

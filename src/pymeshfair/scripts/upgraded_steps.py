@@ -9,8 +9,8 @@ from ..declaration import Arity
 from ..errors import UnknownNameError
 from ..meshlab.former import former_parameters
 from ..registry import find_filter
-from .changes import Change
 from .elements import FilterElement
+from .problems import Change
 from .script import Script, Step
 
 _DELETE = "delete_current_mesh"

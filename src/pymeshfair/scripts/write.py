@@ -146,23 +146,16 @@ def write_script(
     *,
     diagonal: float = NOMINAL_DIAGONAL,
     mean_edge: float = NOMINAL_EDGE,
-    known_mesh: bool = True,
     overwrite: bool = False,
 ) -> None:
     """Write the script as `format_script` does; the file appears whole or not at all.
 
-    Args:
-        script: see `format_script`.
-        path: the file.
-        diagonal: see there.
-        mean_edge: see there.
-        known_mesh: see there.
-        overwrite: whether an existing file may be replaced, if its name ends with .mlx.
+    With `overwrite` an existing file is replaced if its name ends with .mlx.
 
     Raises:
         OutputError: it cannot or must not be written; what was at `path` before is untouched.
         PymeshfairError: a text holds what XML cannot.
     """
     target = Path(path)
-    text = format_script(script, diagonal=diagonal, mean_edge=mean_edge, known_mesh=known_mesh)
+    text = format_script(script, diagonal=diagonal, mean_edge=mean_edge)
     write_file(target, text.encode("utf-8"), overwrite=overwrite and extension(target) == "mlx")

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..meshlab.aftermath import after_failure
-from ..meshlab.base import BASE, MESHLAB
+from ..meshlab.base import BASE, MESHLAB, after_failure
 
 
 class Workbench:

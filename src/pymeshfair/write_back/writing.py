@@ -5,23 +5,26 @@ A layer is put back as it was when adding elements to it fails or is interrupted
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pymeshlab
+from numpy.typing import NDArray
 
-from ..declaration import Edit, NewLayer
+from ..declaration import Bools, Edit, Floats, Ints, NewLayer
 from ..errors import MeshError
-from ..mesh_data import adds
+from ..mesh_data import Texture, adds
+from ..mesh_data.continuation import continued_face_colors, continued_texture, continued_vertex_colors, find_donors, read_pixels
 from ..meshlab.base import BASE
-from .addition import add_elements, write_vertex_uv, write_wedge_uv
 from .arrays import EDITABLE, read_array
-from .attributes import ELEMENTS, explain
-from .growth import shrink
-from .values import verify, write_selection, write_values
+from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room, spare_names
+from .growth import check_growable, grow, shrink
+from .refill import move_points
 from .workbench import Workbench
 
 _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
@@ -193,3 +196,221 @@ def _add_layer(bench: Workbench, layer: NewLayer, *, current: bool) -> None:
     except (pymeshlab.PyMeshLabException, TypeError) as error:
         raise MeshError(f"the new layer {layer.label!r} is no mesh that MeshLab can hold: {error}") from error
     BASE.add_mesh(bench.meshset, mesh, layer.label, current)
+
+
+TRIANGULATED = "the mesh had polygons and no triangle; it has triangles alone now"
+
+
+def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[str, ...]]:
+    """Add the edit's vertices and faces to the current layer, which has faces and no matrix.
+
+    Returns:
+        An edit of the larger mesh that says all that remains to be written, coordinates and selection among it, and sentences
+        about what could not be kept.
+
+    Raises:
+        MeshError: the mesh has elements that MeshLab would not keep, or attributes that it cannot compute with.
+    """
+    check_growable(mesh)
+    check_names(bench, mesh)
+    vertices = read_array(mesh, "vertices") if edit.vertices is None else edit.vertices
+    faces = read_array(mesh, "faces")
+    added_vertices = np.empty((0, 3)) if edit.added_vertices is None else edit.added_vertices
+    added_faces = np.empty((0, 3), dtype=np.int32) if edit.added_faces is None else edit.added_faces
+    points = np.concatenate([vertices, added_vertices])
+    uv = mesh.vertex_tex_coord_matrix() if mesh.has_vertex_tex_coord() else None
+    wedges = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
+    selection = {element: read_array(mesh, f"{element}_selection") for element in ELEMENTS}
+    may_give = np.ones(len(faces), dtype=np.bool_) if wedges is None else _textured(bench, mesh, wedges, faces, added_faces)
+    donors = find_donors(points, faces, added_faces, len(vertices), may_give)
+
+    remaining: dict[str, Any] = {"vertices": points, "added_vertices": None, "added_faces": None}
+    for element, of in zip(ELEMENTS, (donors.vertices, donors.faces), strict=True):
+        chosen = np.append(selection[element], np.zeros(len(of), dtype=np.bool_))
+        remaining[f"{element}_selection"] = chosen if (given := getattr(edit, f"{element}_selection")) is None else given
+        if getattr(edit, f"{element}_scalars") is None and getattr(mesh, f"has_{element}_scalar")():
+            before = read_array(mesh, f"{element}_scalars")
+            remaining[f"{element}_scalars"] = np.concatenate([before, before[of]])
+    if edit.vertex_colors is None and mesh.has_vertex_color():
+        before = read_array(mesh, "vertex_colors")
+        remaining["vertex_colors"] = continued_vertex_colors(before, added_faces, donors.vertices)
+    if edit.face_colors is None and mesh.has_face_color():
+        before = read_array(mesh, "face_colors")
+        remaining["face_colors"] = continued_face_colors(before, faces, added_faces, len(vertices), donors.faces)
+    shown = None
+    if wedges is not None and len(added_faces):
+        # Which of several images an index means pymeshlab does not tell.
+        image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
+        shown = continued_texture(_pixels(image), wedges, faces, added_faces, may_give, donors.faces)
+
+    seed, triangulated = grow(bench, mesh, len(added_vertices), added_faces, may_give)
+    clear_beyond(bench, mesh, "vertex", len(vertices))
+    clear_beyond(bench, mesh, "face", len(faces))
+    if wedges is not None:
+        write_wedge_uv(bench, mesh, wedges, np.empty((0, 2)) if shown is None else shown, seed)
+        if uv is None:  # MeshLab has given it some on the way
+            uv = np.zeros((len(vertices), 2))
+            uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
+    if uv is not None:
+        write_vertex_uv(bench, mesh, np.concatenate([uv, uv[donors.vertices]]))
+    return replace(edit, **remaining), (TRIANGULATED,) if triangulated else ()
+
+
+def _textured(bench: Workbench, mesh: Any, wedges: Floats, faces: Ints, added_faces: Ints) -> Bools:
+    """(m,) the faces that have the texture which most vertices of the rim have, and finite texture coordinates."""
+    finite: Bools = np.all(np.isfinite(wedges), axis=(1, 2), out=np.empty(len(wedges), dtype=np.bool_))
+    candidates: list[Bools] = [finite]
+    if mesh.texture_number() > 1:
+        candidates = []
+        for index in range(mesh.texture_number()):
+            bench.apply("compute_selection_by_condition_per_face", condselect=f"ti=={index}")
+            candidates.append(np.logical_and(finite, read_array(mesh, "face_selection")))
+    used = np.unique(added_faces)
+    shares = [np.isin(used, faces[those]).sum() + those.any() for those in candidates]
+    best = candidates[int(np.argmax(shares))]
+    everywhere: Bools = np.ones(len(faces), dtype=np.bool_)
+    return best if best.any() else everywhere
+
+
+def _pixels(image: Any) -> NDArray[np.uint8] | None:
+    """(height, width, 3) the pixels of pymeshlab's image, from the top; None if it has none."""
+    if image is None or not (image.width() and image.height()):
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "texture.ppm"
+        image.save(str(file))
+        return read_pixels(Texture("", file)) if file.exists() else None
+
+
+def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
+    """Make the texture coordinates of the vertices these, (n, 2)."""
+    if np.array_equal(mesh.vertex_tex_coord_matrix(), uv, equal_nan=True):
+        return
+    u, v = bring_in(bench, mesh, "vertex", list(uv.T))
+    bench.apply("compute_texcoord_by_function_per_vertex", u=u, v=v, onselected=False)
+    if not np.array_equal(mesh.vertex_tex_coord_matrix(), uv, equal_nan=True):
+        raise MeshError(f"MeshLab did not take the texture coordinates of {mesh.label()!r} exactly; please report this mesh")
+
+
+def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed: int) -> None:
+    """Give added faces one place of the texture each, and the seed its own again."""
+    old = len(wedges)
+    columns = np.concatenate([np.zeros((old, 2)), uv])
+    bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={old}||fi=={seed}")
+    u, v = bring_in(bench, mesh, "face", list(columns.T))
+    own = np.where(np.isfinite(wedges[seed]), wedges[seed], 0.0)
+    expressions = {
+        f"{axis}{corner}": f"fi=={seed}?{float(own[corner, column])!r}:{name}"
+        for corner in range(3)
+        for column, (axis, name) in enumerate((("u", u), ("v", v)))
+    }
+    bench.apply("compute_texcoord_by_function_per_wedge", **expressions, onselected=True)
+    written = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
+    if not np.array_equal(written, np.concatenate([wedges, np.repeat(uv[:, None], 3, axis=1)]), equal_nan=True):
+        raise MeshError(f"MeshLab did not take the texture coordinates of {mesh.label()!r} exactly; please report this mesh")
+
+
+_SELECTED_BY = {"vertex": "compute_selection_by_condition_per_vertex", "face": "compute_selection_by_condition_per_face"}
+_SCALAR_BY = {"vertex": "compute_scalar_by_function_per_vertex", "face": "compute_scalar_by_function_per_face"}
+_NORMAL_BY = {"vertex": "compute_normal_by_function_per_vertex", "face": "compute_normal_by_function_per_face"}
+_COLOR_BY = {"vertex": "compute_color_by_function_per_vertex", "face": "compute_color_by_function_per_face"}
+_COLOR_CHANNELS = {"vertex": "xyza", "face": "rgba"}
+
+#: A morph is s + (t - s) in floating point; from what the first leaves over, the second reaches t exactly.
+_MOST_MORPHS = 3
+
+
+def write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:
+    """Write the edit's scalars, colours, selection, coordinates and normals to the current layer, in this order.
+
+    Raises:
+        MeshError: MeshLab did not take them exactly.
+    """
+    for element in ELEMENTS:
+        if (scalars := getattr(edit, f"{element}_scalars")) is not None:
+            _write_scalars(bench, mesh, element, scalars)
+        if (colors := getattr(edit, f"{element}_colors")) is not None:
+            _write_colors(bench, mesh, element, colors)
+        if (selection := getattr(edit, f"{element}_selection")) is not None:
+            write_selection(bench, mesh, element, selection)
+    if edit.vertices is not None:
+        _write_vertices(bench, mesh, edit.vertices)
+    for element in ELEMENTS:
+        if (normals := getattr(edit, f"{element}_normals")) is not None:
+            _write_normals(bench, mesh, element, normals)
+
+
+def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
+    if np.array_equal(read_array(mesh, "vertices"), vertices):
+        return
+    if mesh.face_number():
+        with bench.helper_layer(pymeshlab.Mesh(vertex_matrix=vertices)) as target:
+            for _ in range(_MOST_MORPHS):
+                bench.apply("compute_coord_linear_morphing", targetmesh=target, percentmorph=100)
+                if np.array_equal(read_array(mesh, "vertices"), vertices):
+                    return
+    elif not has_room(bench, "vertex", 6):
+        move_points(bench, mesh, spare_names(), vertices)
+    else:
+        normals = read_array(mesh, "vertex_normals")
+        x, y, z = bring_in(bench, mesh, "vertex", list(vertices.T))
+        bench.apply("compute_coord_by_function", x=x, y=y, z=z)
+        _write_normals(bench, mesh, "vertex", normals)  # MeshLab normalises them when it moves points
+    verify(mesh, "vertices", vertices)
+
+
+def _write_normals(bench: Workbench, mesh: Any, element: Element, normals: Floats) -> None:
+    if np.array_equal(read_array(mesh, f"{element}_normals"), normals):
+        return
+    x, y, z = bring_in(bench, mesh, element, list(normals.T))
+    bench.apply(_NORMAL_BY[element], x=x, y=y, z=z)
+    verify(mesh, f"{element}_normals", normals)
+
+
+def _write_scalars(bench: Workbench, mesh: Any, element: Element, scalars: Floats) -> None:
+    had = getattr(mesh, f"has_{element}_scalar")()
+    if had and np.array_equal(read_array(mesh, f"{element}_scalars"), scalars):
+        return
+    (name,) = bring_in(bench, mesh, element, [scalars])
+    bench.apply(_SCALAR_BY[element], q=name)
+    verify(mesh, f"{element}_scalars", scalars)
+
+
+def _write_colors(bench: Workbench, mesh: Any, element: Element, colors: Floats) -> None:
+    channels = np.rint(colors * 255.0)
+    had = getattr(mesh, f"has_{element}_color")()
+    if had and np.array_equal(_channels(mesh, element), channels):
+        return
+    # The four bytes travel in one number and are taken apart there; rint(x - 0.49...) is what muParser has for floor(x).
+    (name,) = bring_in(bench, mesh, element, [channels @ [1.0, 256.0, 65536.0, 16777216.0]])
+    below = [f"rint({name}/{256**k}-0.49999998509883881)" for k in (1, 2, 3)]
+    bytes_ = (f"{name}-256*{below[0]}", f"{below[0]}-256*{below[1]}", f"{below[1]}-256*{below[2]}", below[2])
+    bench.apply(_COLOR_BY[element], **dict(zip(_COLOR_CHANNELS[element], bytes_, strict=True)))
+    if not np.array_equal(_channels(mesh, element), channels):
+        raise MeshError(f"MeshLab did not take the new {element} colors; please report this")
+
+
+def _channels(mesh: Any, element: Element) -> Floats:
+    return np.rint(read_array(mesh, f"{element}_colors") * 255.0)
+
+
+def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bools) -> None:
+    """Make the selection of vertices (or faces) of the current layer this one."""
+    name = f"{element}_selection"
+    if np.array_equal(read_array(mesh, name), selection):
+        return
+    if selection.all() or not selection.any():
+        simply = "set_selection_all" if selection.any() else "set_selection_none"
+        bench.apply(simply, allverts=element == "vertex", allfaces=element == "face")
+    else:
+        (attribute,) = bring_in(bench, mesh, element, [selection.astype(np.float64)])
+        bench.apply(_SELECTED_BY[element], condselect=f"{attribute}>0.5")
+    verify(mesh, name, selection)
+
+
+def verify(mesh: Any, name: str, wanted: NDArray[Any]) -> None:
+    """Raise `MeshError` if the mesh does not have this array."""
+    if not np.array_equal(read_array(mesh, name), wanted):
+        raise MeshError(
+            f"MeshLab did not take the new {name.replace('_', ' ')} of {mesh.label()!r} exactly; please report this mesh"
+        )

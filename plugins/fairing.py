@@ -1,0 +1,442 @@
+"""Fairing: of a whole mesh, tangential, of a selected region, between two rims."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from pymeshfair.declaration import (
+    Bool,
+    Bools,
+    Edit,
+    Enum,
+    FilterClass,
+    Float,
+    Floats,
+    Int,
+    Ints,
+    Layer,
+    MeshElement,
+    Percentage,
+    mesh_filter,
+)
+from pymeshfair.errors import MeshError
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.execution import Progress, ignore_progress, part_of
+from pymeshfair.filters.fairing import (
+    ENERGIES,
+    Energy,
+    bilaplacian_smoothing,
+    blend_parts,
+    fair_region,
+    feature_weights,
+    improve_triangles,
+    scalar_feature_weights,
+    tangential_smoothing,
+    weight_of_detail_size,
+)
+from pymeshfair.filters.holes import remesh_region
+from pymeshfair.filters.inspection import surface_measures
+
+from .moving_vertices import (
+    MOVES_VERTICES,
+    Border,
+    Selected,
+    detail_size_parameter,
+    displacement,
+    irregular_note,
+    movable_vertices,
+    no_amount,
+    smoothed_by_size,
+)
+
+Features: TypeAlias = Literal["none", "curvature", "scalar"]
+FEATURES: tuple[Features, ...] = get_args(Features)
+
+
+@mesh_filter(
+    name="Bi-Laplacian Smoothing",
+    classes=FilterClass.SMOOTHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES,
+    references=("nealen2006", "zheng2011"),
+)
+def apply_coord_bilaplacian_smoothing(
+    layer: Layer,
+    *,
+    detail_size: Annotated[float, detail_size_parameter("Not used when a weight is given.")],
+    weight: Annotated[
+        float,
+        Float(
+            label="Weight",
+            minimum=0,
+            advanced=True,
+            help="How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays "
+            "closer to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides.",
+        ),
+    ] = 0.0,
+    features: Annotated[
+        Features,
+        Enum(
+            label="Features",
+            choices=FEATURES,
+            help="What is spared. 'none': every place is smoothed alike; 'curvature': ridges, found where the surface bends by "
+            "more than an angle, may stay sharp; 'scalar': places of a high vertex scalar are spared.",
+        ),
+    ] = "none",
+    feature_angle: Annotated[
+        float,
+        Float(
+            label="Feature angle",
+            minimum=1,
+            maximum=179,
+            help="For 'curvature', the angle between neighbouring triangles, in degrees, at which a ridge counts half; noise is "
+            "filtered out before. Larger spares sharper ridges alone.",
+        ),
+    ] = 30.0,
+    feature_scalar: Annotated[
+        float,
+        Float(
+            label="Feature scalar",
+            minimum=1e-30,
+            maximum=1e30,
+            help="For 'scalar', the size of the vertex scalar at which smoothing counts half, as 1 / (1 + (q / this)^2). Larger "
+            "spares higher values alone.",
+        ),
+    ] = 1.0,
+    border: Border = "along",
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Smooths by trading the bending of the surface for the distance that its vertices move: (C M^-1 W C + w M) p' = w M p.
+
+    W is 1, or nearly 0 at features, where the surface may bend. Against implicit fairing at the same detail size, shorter waves
+    are damped more and longer ones kept better, so that shapes shrink far less. Returns w in one over the fourth power of mesh
+    units (0 or infinite where no number is so small or large), how many vertices moved and how far the furthest went.
+    """
+    if weight == 0.0 and detail_size == 0.0:
+        raise no_amount("weight")
+    before = 0.3 if features == "curvature" else 0.0
+    weights = _feature_weights(layer, features, feature_angle, feature_scalar, lambda done: progress(before * done))
+    if weight:  # as a length, whose fourth power may leave the range of numbers
+        detail_size = 2.0 * math.pi * layer.mean_edge / weight**0.25
+    if detail_size == 0.0:
+        raise FilterInputError("the mean edge has no length, so that a weight in mean edges has no meaning; give a detail size")
+    if detail_size < 0.0 and weights is not None:
+        raise FilterInputError("detail_size 'auto' knows no features: give a size such as '6edge', or features='none'")
+    notes: set[str] = set()
+
+    def smooth(points: Floats, faces: Ints, size: float, movable: Bools | None, tell: Progress) -> Floats:
+        notes.clear()
+        return bilaplacian_smoothing(
+            points,
+            faces,
+            detail_size=size,
+            feature_weights=weights,
+            border=border,
+            movable=movable,
+            on_irregular=lambda count: notes.add(irregular_note(count)),
+            progress=tell,
+        )
+
+    done = smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=part_of(progress, before, 1.0))
+    held = weight_of_detail_size(done.amount) if done.amount else math.inf
+    moved = displacement(layer.vertices, done.vertices)
+    return Edit(
+        vertices=done.vertices,
+        values={"weight": held, **moved, **done.values},
+        notes=(*notes, *done.notes) if done.amount else done.notes,
+    )
+
+
+def _feature_weights(layer: Layer, features: Features, angle: float, scalar: float, progress: Progress) -> Floats | None:
+    if features == "none":
+        return None
+    if features == "curvature":
+        return feature_weights(layer.vertices, layer.faces, feature_angle=angle, progress=progress)
+    if not (layer.has_vertex_scalars and layer.vertex_scalars.any()):
+        raise FilterInputError(
+            "features='scalar' needs a vertex scalar, and that of the mesh is 0 everywhere: first compute one, such as a "
+            "curvature"
+        )
+    return scalar_feature_weights(layer.vertex_scalars, half=scalar)
+
+
+@mesh_filter(
+    name="Tangential Smoothing",
+    classes=FilterClass.SMOOTHING | FilterClass.REMESHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES | MeshElement.FACENUMBER,
+    references=("nealen2006", "lawson1977", "botsch2004remeshing"),
+)
+def apply_coord_tangential_smoothing(
+    layer: Layer,
+    *,
+    weight: Annotated[
+        float,
+        Float(
+            label="Weight",
+            minimum=1e-9,
+            maximum=1e9,
+            help="How strongly vertices are held to their places. Larger moves them less in each iteration.",
+        ),
+    ] = 0.1,
+    iterations: Annotated[
+        int,
+        Int(
+            label="Iterations",
+            minimum=0,
+            maximum=1000,
+            help="How many steps are taken. More give better triangles, up to a point, and take longer.",
+        ),
+    ] = 5,
+    max_deviation: Annotated[
+        float,
+        Percentage(
+            label="Largest deviation",
+            default="0.05edge",
+            help="How far the middles of triangles and edges may get from the surface as it was; vertices stay on it. Larger "
+            "allows better triangles where the surface is curved or has edges.",
+        ),
+    ],
+    flip_edges: Annotated[
+        bool,
+        Bool(
+            label="Flip edges",
+            help="Before each step, take the other diagonal of two neighbouring triangles where that makes them better: for "
+            "range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes.",
+        ),
+    ] = False,
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Makes triangles better shaped on the same surface: vertices move along it towards the middle of their neighbours.
+
+    Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Triangles whose
+    edges are flipped come last; they take colour and scalar from the old ones near them, and their custom attributes are 0.
+    Returns the mean quality of the triangles before and after, as Surface Measures has it (1 for equilateral ones, 0 for those
+    without area), how many triangles flips have changed, how many vertices moved and how far the furthest went.
+    """
+    textured = flip_edges and layer.has_wedge_tex_coords
+    movable, faces = movable_vertices(layer, selected), layer.faces
+    how: dict[str, Any] = {"weight": weight, "iterations": iterations, "max_deviation": max_deviation, "movable": movable}
+    if flip_edges and not textured:
+        vertices, faces = improve_triangles(layer.vertices, layer.faces, **how, progress=progress)
+    else:
+        vertices = tangential_smoothing(layer.vertices, layer.faces, **how, progress=progress)
+    replaced = (np.sort(faces, axis=1) != np.sort(layer.faces, axis=1)).any(axis=1)
+    return Edit(
+        vertices=vertices,
+        **_replacement(layer, faces, replaced),
+        values={
+            "triangle_quality_before": surface_measures(layer.vertices, layer.faces).triangle_quality,
+            "triangle_quality_after": surface_measures(vertices, faces).triangle_quality,
+            "changed_triangles": int(replaced.sum()),
+            **displacement(layer.vertices, vertices),
+        },
+        notes=("No edge was flipped: the triangles are textured, and flipped ones would lose their texture.",)
+        if textured
+        else (),
+    )
+
+
+def _replacement(layer: Layer, faces: Ints, replaced: Bools) -> dict[str, Any]:
+    """The fields of an `Edit` that replace triangles; new ones are selected if those in their rows were."""
+    new = int(replaced.sum())
+    if new == 0:
+        return {}
+    return {
+        "added_faces": faces[replaced],
+        "delete_faces": np.concatenate([replaced, np.zeros(new, dtype=np.bool_)]),
+        "face_selection": np.concatenate([layer.face_selection, layer.face_selection[replaced]]),
+    }
+
+
+# A note is given if the area of a region falls below this share.
+_SHRUNK = 1 / 3
+FairingEnergy: TypeAlias = Annotated[
+    Energy,
+    Enum(
+        label="Energy",
+        choices=ENERGIES,
+        help="'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and "
+        "continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays round.",
+    ),
+]
+
+
+@mesh_filter(
+    name="Region Fairing",
+    classes=FilterClass.SMOOTHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES
+    | MeshElement.VERTNUMBER
+    | MeshElement.FACENUMBER
+    | MeshElement.VERTFLAGSELECT
+    | MeshElement.FACEFLAGSELECT,
+    references=("botsch2004",),
+)
+def apply_coord_region_fairing(
+    layer: Layer,
+    *,
+    energy: FairingEnergy = "thin_plate",
+    iterations: Annotated[
+        int,
+        Int(
+            label="Iterations",
+            minimum=1,
+            maximum=100,
+            advanced=True,
+            help="How often, each time with the areas and angles that the one before has left. More forget the shape that was "
+            "there more fully, and come nearer to the surface of least area or bending; one is mostly enough. With remeshing it "
+            "is done three times at least.",
+        ),
+    ] = 1,
+    remesh: Annotated[
+        bool,
+        Bool(
+            label="Remesh",
+            help="Replace the triangles of the part, too, by regular ones as dense as those around: for rough damage, whose "
+            "needles and folds would remain. Colours go on from around; what the texture showed there is lost, and each new "
+            "triangle shows one place of it. Without, triangles, texture and all attributes stay.",
+        ),
+    ] = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Replaces the selected part of a surface by the smoothest one that continues its surroundings.
+
+    What the part looked like is forgotten: for dents, scars, bad fillings and seams. The selected vertices move, or, when no
+    vertex is selected, those all of whose triangles are; the others, and open borders, stay. One, two or three rings of vertices
+    around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved, the backward
+    error of the solution, and a bound of the error that solving leaves as a share of the region's diagonal. With `remesh` the
+    selected vertices and their triangles go, new ones come last and are selected, and their numbers are returned.
+    """
+    try:
+        chosen = layer.selected_vertices()
+    except MeshError:
+        raise FilterInputError(
+            f"nothing is selected in {layer.label!r}: select the vertices of the part that is to be faired, or triangles on all "
+            "sides of them"
+        ) from None
+    if chosen.all():
+        raise FilterInputError(
+            "all vertices are selected, so that no surroundings are left to continue: select the part that is to be "
+            "faired and leave its surroundings (to smooth a whole mesh take Bi-Laplacian Smoothing)"
+        )
+    if remesh:
+        return _remade(layer, chosen, energy, max(3, iterations), progress)
+    vertices = layer.vertices
+    area_share = 1.0
+    for i in range(iterations):
+
+        def part(done: float, before: int = i) -> None:
+            progress((before + done) / iterations)
+
+        faired = fair_region(vertices, layer.faces, chosen, energy=energy, progress=part)
+        vertices = faired.vertices
+        area_share *= faired.area_share
+    moved = int(faired.free.sum())
+    notes = []
+    if stayed := int(chosen.sum()) - moved:
+        notes.append(
+            f"{stayed:,} of the {int(chosen.sum()):,} selected vertices lie on an open border or have no triangle, and stay."
+        )
+    if faired.irregular:
+        notes.append(irregular_note(faired.irregular))
+    if area_share < _SHRUNK:
+        notes.append(
+            f"The region's area shrank to {area_share:.2g} of what it was: the vertices that stay around it span less than it "
+            "covered. Select less if it was to keep its size."
+        )
+    return Edit(
+        vertices=faired.vertices,
+        values={
+            "moved": moved,
+            "backward_error": faired.backward_error,
+            "last_correction": faired.last_correction,
+            "refinements": faired.refinements,
+        },
+        notes=tuple(notes),
+    )
+
+
+def _remade(layer: Layer, chosen: Bools, energy: Energy, rounds: int, progress: Progress) -> Edit:
+    """The selected vertices and their triangles replaced by a filling."""
+    region, filling = remesh_region(layer.vertices, layer.faces, chosen, energy=energy, rounds=rounds, progress=progress)
+    n, m = len(layer.vertices), len(layer.faces)
+    a, b = len(filling.new_vertices), len(filling.new_faces)
+    lower = sum(used != energy for used in filling.energies)
+    notes = []
+    if stayed := int((chosen & ~region).sum()):
+        notes.append(
+            f"{stayed:,} of the {int(chosen.sum()):,} selected vertices are at an open border or have no triangle, and stay."
+        )
+    if lower:
+        notes.append(f"{lower} of {len(filling.closed)} parts were placed with a lower energy than {energy!r}.")
+    return Edit(
+        added_vertices=filling.new_vertices,
+        added_faces=filling.new_faces,
+        delete_vertices=np.concatenate([region, np.zeros(a, dtype=np.bool_)]),
+        vertex_selection=np.arange(n + a) >= n,
+        face_selection=np.arange(m + b) >= m,
+        values={
+            "deleted_vertices": int(region.sum()),
+            "deleted_faces": int(region[layer.faces].any(axis=1).sum()),
+            "new_vertices": a,
+            "new_faces": b,
+            "parts": len(filling.closed),
+        },
+        notes=tuple(notes),
+    )
+
+
+@mesh_filter(
+    name="Bridge Rims by Fairing",
+    classes=FilterClass.REMESHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MeshElement.VERTNUMBER | MeshElement.FACENUMBER | MeshElement.VERTFLAGSELECT | MeshElement.FACEFLAGSELECT,
+    references=("fuchs1977", "botsch2004"),
+)
+def meshing_bridge_rims_by_fairing(
+    layer: Layer,
+    *,
+    energy: FairingEnergy = "thin_plate",
+    selected: Annotated[
+        bool,
+        Bool(
+            label="Selected rims only",
+            help="Join the two selected rims that lie nearest each other, which may belong to one part; a rim is selected when "
+            "all of its vertices are. Otherwise the two nearest rims of different parts are joined.",
+        ),
+    ] = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Joins two parts of a mesh by a smooth neck between the two rims that face each other.
+
+    A rim is a loop of border edges. The two rims nearest each other get a band of triangles between them, as dense as they are,
+    whose inside is then faired; the parts themselves stay as they are. The new vertices and triangles are selected. Parts in
+    several layers are merged into one first (Flatten Visible Layers). Returns how many vertices and triangles are new, and how
+    many edges each rim has.
+    """
+    among = layer.selected_vertices() if selected else None
+    blend = blend_parts(layer.vertices, layer.faces, energy=energy, among=among, progress=progress)
+    new_vertices, new_faces = len(blend.vertices), len(blend.faces)
+    doubt = (
+        "The two rims do not face each other clearly enough to tell whether both parts are the right way out; if the neck is "
+        "twisted, turn the faces of one part over (invert faces orientation) and join them again."
+    )
+    return Edit(
+        added_vertices=blend.vertices,
+        added_faces=blend.faces,
+        vertex_selection=np.arange(len(layer.vertices) + new_vertices) >= len(layer.vertices),
+        face_selection=np.arange(len(layer.faces) + new_faces) >= len(layer.faces),
+        values={
+            "new_vertices": new_vertices,
+            "new_faces": new_faces,
+            "first_rim_edges": len(blend.rims[0]),
+            "second_rim_edges": len(blend.rims[1]),
+        },
+        notes=(doubt,) if blend.doubtful else (),
+    )

@@ -1,0 +1,487 @@
+"""Smoothing by diffusion: of vertices, explicit, implicit and Taubin's; of scalars and colours that stops at edges."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeAlias
+
+import numpy as np
+
+from pymeshfair.declaration import (
+    Bool,
+    Bools,
+    Edit,
+    Enum,
+    Equivalent,
+    FilterClass,
+    Float,
+    Floats,
+    Int,
+    Ints,
+    Layer,
+    MeshElement,
+    mesh_filter,
+)
+from pymeshfair.filters.checks import FilterInputError, UnstableStepError
+from pymeshfair.filters.choosing import PASSES
+from pymeshfair.filters.diffusion import (
+    EDGE_STOPS,
+    FLOWS,
+    IMPLICIT_OPERATORS,
+    TAUBIN_OPERATORS,
+    UPDATE_RULES,
+    EdgeStop,
+    Flow,
+    ImplicitOperator,
+    TaubinOperator,
+    UpdateRule,
+    explicit_smoothing,
+    implicit_fairing,
+    longest_step,
+    perona_malik,
+    remove_spikes,
+    taubin_fairing,
+    time_step_of_detail_size,
+)
+from pymeshfair.filters.execution import Progress, ignore_progress
+from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName
+
+from .moving_vertices import (
+    MOVES_VERTICES,
+    Border,
+    Iterations,
+    Selected,
+    detail_size_parameter,
+    movable_vertices,
+    no_amount,
+    smoothed_by_amount,
+    smoothed_by_size,
+    squared_mean_edge,
+    time_step_parameter,
+)
+
+#: operators that approximate the Laplace-Beltrami operator, for which a wavelength has a meaning
+GEOMETRIC_OPERATORS = ("cotangent", "robust")
+
+
+@mesh_filter(
+    name="Implicit Fairing",
+    classes=FilterClass.SMOOTHING,
+    changes=MOVES_VERTICES,
+    references=("desbrun1999", "kazhdan2012", "sharp2020", "tukey1977"),
+)
+def apply_coord_implicit_fairing(
+    layer: Layer,
+    *,
+    operator: Annotated[
+        ImplicitOperator,
+        Enum(
+            label="Operator",
+            choices=IMPLICIT_OPERATORS,
+            help="'cotangent' is the Laplace-Beltrami operator: it does not depend on how the surface is triangulated; 'robust' "
+            "is the same for slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and "
+            "'scale_dependent' see the triangulation and need a time step.",
+        ),
+    ] = "cotangent",
+    detail_size: Annotated[
+        float, detail_size_parameter("For the operators 'cotangent' and 'robust'; not used when a time step is given.")
+    ],
+    time_step: Annotated[
+        float,
+        time_step_parameter(
+            "The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and 'inverse_length')."
+        ),
+    ] = 0.0,
+    iterations: Annotated[
+        int,
+        Int(
+            label="Iterations",
+            minimum=1,
+            maximum=10_000,
+            help="How many steps. At the same detail size more steps cut off more sharply; with a time step each one smooths "
+            "further.",
+        ),
+    ] = 1,
+    flow: Annotated[
+        Flow,
+        Enum(
+            label="Flow",
+            choices=FLOWS,
+            help="For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step; "
+            "'conformalized' updates the areas alone, so that thin parts do not pinch off under strong smoothing.",
+        ),
+    ] = "linear",
+    preserve_volume: Annotated[
+        bool,
+        Bool(
+            label="Preserve volume",
+            help="Rescale every closed component about its centroid so that it keeps its volume. Open ones are left as they come "
+            "out.",
+        ),
+    ] = False,
+    keep_dimensions: Annotated[
+        bool,
+        Bool(
+            label="Keep dimensions",
+            help="Give back along the normals what whole parts of the shape have lost: limbs keep their thickness and the shape "
+            "its size, open or closed. Not for point clouds.",
+        ),
+    ] = False,
+    border: Border = "along",
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Smooths strongly in one stable step, by solving (M - t C) p' = M p: the surface after a diffusion time t.
+
+    The amount is given as the size of the details that are to vanish. Unlike explicit smoothing it does not depend on the
+    sampling, and no step is too long.
+    """
+
+    def smooth(points: Floats, faces: Ints, time: float, movable: Bools | None, tell: Progress) -> Floats:
+        return implicit_fairing(
+            points,
+            faces,
+            operator=operator,
+            time_step=time,
+            iterations=iterations,
+            flow=flow,
+            preserve_volume=preserve_volume,
+            keep_dimensions=keep_dimensions,
+            border=border,
+            movable=movable,
+            progress=tell,
+        )
+
+    def time_of(size: float) -> float:
+        return time_step_of_detail_size(size, iterations, keep_dimensions=keep_dimensions)
+
+    if time_step:
+        time = time_step if operator in ("uniform", "inverse_length") else time_step * squared_mean_edge(layer)
+        vertices = smooth(layer.vertices, layer.faces, time, movable_vertices(layer, selected), progress)
+        return Edit(vertices=vertices, values={"time_step": time})
+    if operator not in GEOMETRIC_OPERATORS:
+        raise FilterInputError(f"operator {operator!r} sees the triangulation, not lengths: give a time_step, for example 1.0")
+    if detail_size == 0.0:
+        raise no_amount("time_step")
+    done = smoothed_by_size(
+        layer,
+        detail_size,
+        lambda points, faces, size, movable, tell: smooth(points, faces, time_of(size), movable, tell),
+        selected=selected,
+        progress=progress,
+    )
+    time = time_of(done.amount) if done.amount else 0.0
+    return Edit(vertices=done.vertices, values={"time_step": time, **done.values}, notes=done.notes)
+
+
+#: operators whose L has the unit 1 / length^2, so that their step is a squared length
+DIMENSIONAL_OPERATORS = ("scale_dependent", "laplace_beltrami", "robust")
+
+
+def laplacian_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
+    """MeshLab's Laplacian Smooth where it does the same: not with cotangents, which MeshLab computes with 32 bits."""
+    if (values["update"], values["operator"]) != ("meshlab", "uniform") or values["border"] == "fixed" or values["selected"]:
+        return None
+    own = {"stepsmoothnum": values["iterations"], "boundary": values["border"] == "along", "cotangentweight": False}
+    return Equivalent("apply_coord_laplacian_smoothing", own | {"selected": False})
+
+
+@mesh_filter(
+    name="Explicit Smoothing",
+    classes=FilterClass.SMOOTHING,
+    changes=MOVES_VERTICES,
+    references=("taubin1995", "fujiwara1995", "desbrun1999", "sharp2020"),
+    equivalent=laplacian_smooth_of_meshlab,
+)
+def apply_coord_explicit_smoothing(
+    layer: Layer,
+    *,
+    operator: Annotated[
+        OperatorName,
+        Enum(
+            label="Operator",
+            choices=OPERATOR_NAMES,
+            help="How neighbours are weighted. 'uniform' evens out triangle sizes and drifts along the surface; 'inverse_length' "
+            "keeps uneven sampling; 'scale_dependent' does so in true lengths; 'cotangent' moves vertices along the normal "
+            "and leaves flat parts alone; 'laplace_beltrami' is the same in true units, the mean curvature flow; 'robust' "
+            "works on slivers, non-manifold meshes and point clouds too.",
+        ),
+    ] = "uniform",
+    step: Annotated[
+        float,
+        Float(
+            label="Step",
+            minimum=0,
+            help="The share of the way towards the neighbours' mean that a vertex goes in one iteration, from 0 to 1; for "
+            "'scale_dependent', 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by "
+            "stability. Larger is smoother.",
+        ),
+    ] = 0.5,
+    iterations: Iterations = 10,
+    update: Annotated[
+        UpdateRule,
+        Enum(
+            label="Update rule",
+            choices=UPDATE_RULES,
+            help="'euler' takes the step above. 'meshlab' repeats the rule of MeshLab's own Laplacian Smooth, where the vertex "
+            "itself is averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.",
+        ),
+    ] = "euler",
+    border: Border = "along",
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Moves every vertex towards the weighted mean of its neighbours, all at once, again and again.
+
+    Simple and fast, but closed surfaces shrink: use Taubin Fairing to keep the volume, or Implicit Fairing for strong smoothing
+    in one step.
+    """
+    unit = squared_mean_edge(layer) if operator in DIMENSIONAL_OPERATORS else 1.0
+    try:
+        vertices = explicit_smoothing(
+            layer.vertices,
+            layer.faces,
+            operator=operator,
+            step=step * unit,
+            iterations=iterations,
+            update=update,
+            border=border,
+            movable=movable_vertices(layer, selected),
+            progress=progress,
+        )
+    except UnstableStepError as error:
+        largest = error.largest_stable / unit
+        raise UnstableStepError(
+            f"step={step} is unstable with operator {operator!r} on this mesh: take at most {largest:.4g} "
+            "(squared mean edges), or use Implicit Fairing, which has no limit",
+            largest_stable=largest,
+        ) from error
+    return Edit(vertices=vertices)
+
+
+def taubin_step(help: str) -> Float:
+    """The step lambda, which smooths."""
+    return Float(label="Step (lambda)", minimum=0, maximum=1, help=help)
+
+
+def taubin_mu(help: str) -> Float:
+    """The step mu, which goes back."""
+    return Float(label="Step back (mu)", minimum=-1.5, maximum=0, help=help)
+
+
+def taubin_pass_band(help: str) -> Float:
+    """The pass band, which gives mu for a lambda."""
+    return Float(label="Pass band", minimum=0, maximum=2, help=help)
+
+
+def taubin_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
+    """MeshLab's own filter, which is Taubin's on closed meshes: on a border its step goes two thirds of ours."""
+    if values["operator"] != "uniform" or values["pass_band"] or values["selected"] or values["iterations"] == "auto":
+        return None
+    own = {"lambda_": values["step"], "mu": values["mu"], "stepsmoothnum": values["iterations"], "selected": False}
+    return Equivalent("apply_coord_taubin_smoothing", own, closed_only=True)
+
+
+@mesh_filter(
+    name="Taubin Fairing",
+    classes=FilterClass.SMOOTHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES,
+    references=("taubin1995",),
+    equivalent=taubin_smooth_of_meshlab,
+)
+def apply_coord_taubin_fairing(
+    layer: Layer,
+    *,
+    operator: Annotated[
+        TaubinOperator,
+        Enum(
+            label="Operator",
+            choices=TAUBIN_OPERATORS,
+            help="How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling; 'cotangent' "
+            "moves vertices along the normal alone.",
+        ),
+    ] = "uniform",
+    step: Annotated[float, taubin_step("The step that smooths, above 0. Larger is smoother per iteration.")] = 0.5,
+    mu: Annotated[
+        float,
+        taubin_mu(
+            "The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is smoother; "
+            "not used when a pass band is given."
+        ),
+    ] = -0.53,
+    pass_band: Annotated[
+        float,
+        taubin_pass_band(
+            "Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1. "
+            "Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda)."
+        ),
+    ] = 0.0,
+    iterations: Annotated[
+        int,
+        Int(
+            label="Iterations",
+            minimum=0,
+            maximum=100_000,
+            automatic=-1,
+            help="How many pairs of steps are taken. More are smoother and slower. 'auto' takes the number whose slopes are "
+            "expected to be nearest to the true ones.",
+        ),
+    ] = 10,
+    border: Border = "along",
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Smooths without shrinking: each iteration is a smoothing step followed by a slightly longer step back.
+
+    With the uniform operator it is MeshLab's own Taubin Smooth, except on open borders, where a step of MeshLab's goes two thirds
+    of the way of ours.
+    """
+
+    def smooth(points: Floats, faces: Ints, passes: float, movable: Bools | None, tell: Progress) -> Floats:
+        return taubin_fairing(
+            points,
+            faces,
+            operator=operator,
+            step=step,
+            mu=mu,
+            pass_band=pass_band or None,
+            iterations=int(passes),
+            border=border,
+            movable=movable,
+            progress=tell,
+        )
+
+    done = smoothed_by_amount(layer, iterations, smooth, PASSES, selected=selected, progress=progress)
+    return Edit(vertices=done.vertices, values=done.values, notes=done.notes)
+
+
+@mesh_filter(
+    name="Remove Spikes",
+    classes=FilterClass.SMOOTHING | FilterClass.CLEANING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES,
+)
+def apply_coord_spike_removal(
+    layer: Layer,
+    *,
+    steepness: Annotated[
+        float,
+        Float(
+            label="Steepness",
+            minimum=0,
+            help="A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike. "
+            "Larger removes thinner spikes alone; below 1 the corners of boxes go.",
+        ),
+    ] = 1.5,
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Puts single vertices that stand up like needles among their neighbours; all others stay to the bit.
+
+    Vertices on open borders stay. Returns the number of spikes.
+    """
+    vertices, spikes = remove_spikes(
+        layer.vertices, layer.faces, steepness=steepness, movable=movable_vertices(layer, selected), progress=progress
+    )
+    return Edit(vertices=vertices, values={"spikes": int(np.count_nonzero(spikes))})
+
+
+EdgeStopping: TypeAlias = Annotated[
+    EdgeStop,
+    Enum(
+        label="Range kernel",
+        choices=EDGE_STOPS,
+        help="How the flow between neighbours falls with their difference. 'lorentzian' and 'gaussian' are the paper's, "
+        "1 / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it, 'l2' does not.",
+    ),
+]
+ShareOfStep: TypeAlias = Annotated[
+    float,
+    Float(
+        label="Step",
+        minimum=0,
+        maximum=1,
+        help="The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger is "
+        "smoother per iteration.",
+    ),
+]
+
+
+def _contrast(meaning: str) -> Float:
+    """The difference of neighbours that counts as an edge."""
+    sentences = f"{meaning} Larger smooths stronger noise and blurs more edges. 'auto' takes it from the median difference."
+    return Float(label="Range sigma (contrast)", minimum=0, automatic=0, help=sentences)
+
+
+@mesh_filter(
+    name="Anisotropic Diffusion of Vertex Scalars",
+    classes=FilterClass.SMOOTHING | FilterClass.QUALITY,
+    requires=MeshElement.FACENUMBER | MeshElement.VERTQUALITY,
+    changes=MeshElement.VERTQUALITY,
+    references=("perona1990", "black1998"),
+)
+def apply_scalar_anisotropic_diffusion_per_vertex(
+    layer: Layer,
+    *,
+    range_kernel: EdgeStopping = "lorentzian",
+    range_sigma: Annotated[float, _contrast("Differences between neighbours above it are edges, and stay.")] = 0.0,
+    step: ShareOfStep = 1.0,
+    iterations: Iterations = 10,
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move."""
+    values = _diffused(layer, layer.vertex_scalars, range_kernel, range_sigma, step, iterations, selected, progress)
+    return Edit(vertex_scalars=values)
+
+
+@mesh_filter(
+    name="Anisotropic Diffusion of Vertex Colors",
+    classes=FilterClass.SMOOTHING | FilterClass.VERTEX_COLORING,
+    requires=MeshElement.FACENUMBER | MeshElement.VERTCOLOR,
+    changes=MeshElement.VERTCOLOR,
+    references=("perona1990", "black1998"),
+)
+def apply_color_anisotropic_diffusion_per_vertex(
+    layer: Layer,
+    *,
+    range_kernel: EdgeStopping = "lorentzian",
+    range_sigma: Annotated[
+        float,
+        _contrast("Differences between neighbouring colours above it are edges, and stay; 1.73 is from black to white."),
+    ] = 0.0,
+    step: ShareOfStep = 1.0,
+    iterations: Iterations = 10,
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays."""
+    colors = np.array(layer.vertex_colors)
+    colors[:, :3] = _diffused(layer, colors[:, :3], range_kernel, range_sigma, step, iterations, selected, progress)
+    return Edit(vertex_colors=colors)
+
+
+def _diffused(
+    layer: Layer,
+    values: Floats,
+    range_kernel: EdgeStop,
+    range_sigma: float,
+    step: float,
+    iterations: int,
+    selected: bool,
+    progress: Progress,
+) -> Floats:
+    if step == 0.0:
+        raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
+
+    return perona_malik(
+        values,
+        layer.faces,
+        edge_stop=range_kernel,
+        contrast=range_sigma or None,
+        step=step * longest_step(layer.faces),
+        iterations=iterations,
+        movable=movable_vertices(layer, selected),
+        progress=progress,
+    )

@@ -1,0 +1,336 @@
+"""Spectral filters: by the wavelengths of a surface, with its modes or without them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from typing import Annotated
+
+import numpy as np
+
+from pymeshfair.declaration import (
+    Bools,
+    Edit,
+    Enum,
+    FilterClass,
+    Float,
+    Floats,
+    Int,
+    Ints,
+    Layer,
+    MeshElement,
+    Percentage,
+    mesh_filter,
+)
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.execution import Progress, ignore_progress
+from pymeshfair.filters.spectral import (
+    DEFAULT_ORDER,
+    ORDERS,
+    RESPONSE_NAMES,
+    SPECTRAL_METHODS,
+    SPECTRAL_OPERATORS,
+    ResponseName,
+    SpectralMethod,
+    SpectralOperator,
+    SpectralResult,
+    enhance_details,
+    one_harmonic,
+    spectral_filter,
+    spectrum,
+)
+
+from .moving_vertices import (
+    MOVES_VERTICES,
+    Selected,
+    detail_size_parameter,
+    largest_size_parameter,
+    movable_vertices,
+    no_amount,
+    smoothed_by_size,
+)
+
+OPERATOR = Enum(
+    label="Operator",
+    choices=SPECTRAL_OPERATORS,
+    advanced=True,
+    help="'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and non-manifold meshes; "
+    "'auto' takes the robust one where it is needed.",
+)
+
+
+@mesh_filter(
+    name="Spectral Filter",
+    classes=FilterClass.SMOOTHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES,
+    references=("taubin1995", "vallet2008"),
+)
+def apply_coord_spectral_filter(
+    layer: Layer,
+    *,
+    response: Annotated[
+        ResponseName,
+        Enum(
+            label="Response",
+            choices=RESPONSE_NAMES,
+            help="'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size to the "
+            "largest size by the gain and keeps all others; 'band_pass' keeps that band alone, about the centroid of each "
+            "component, to look at.",
+        ),
+    ] = "low_pass",
+    detail_size: Annotated[
+        float,
+        detail_size_parameter(
+            "Not used when a number of modes is given.",
+            of_band="With 'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise.",
+        ),
+    ],
+    largest_size: Annotated[float, largest_size_parameter("of the band of 'enhance' and 'band_pass'.")],
+    modes: Annotated[
+        int,
+        Int(
+            label="Modes",
+            minimum=0,
+            maximum=1_000_000,
+            help="In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids stay "
+            "and do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size decides.",
+        ),
+    ] = 0,
+    gain: Annotated[
+        float,
+        Float(
+            label="Gain",
+            minimum=0,
+            maximum=10,
+            help="By what 'enhance' multiplies the waves of the band. Larger makes these details stronger, below 1 weaker.",
+        ),
+    ] = 2.0,
+    order: Annotated[
+        int,
+        Int(
+            label="Order",
+            minimum=min(ORDERS),
+            maximum=max(ORDERS),
+            advanced=True,
+            help="How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves "
+            "ripples beside edges. Not used with a number of modes, where eigenvectors cut off at once.",
+        ),
+    ] = DEFAULT_ORDER,
+    method: Annotated[
+        SpectralMethod,
+        Enum(
+            label="Method",
+            choices=SPECTRAL_METHODS,
+            help="'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto' "
+            "computes modes only where their number is given and memory allows. The result says which ran.",
+        ),
+    ] = "auto",
+    operator: Annotated[SpectralOperator, OPERATOR] = "auto",
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Removes, keeps or exaggerates details by their size, as an equaliser does with sound.
+
+    A surface is a sum of waves, the modes of its Laplace-Beltrami operator, from its largest parts to the finest noise. The
+    filter multiplies each by a factor that depends on its wavelength alone, whatever the sampling. Components are filtered one by
+    one, and their centroids stay. Open borders are natural: their vertices are free, and they get as smooth as the surface.
+    Returns the route that was taken, the number of modes or the degree of the polynomial, the wavelength at the cutoff, and a
+    bound of the error in mesh units.
+    """
+    if modes == 0 and detail_size == 0.0:
+        raise no_amount("modes")
+    if detail_size < 0.0 and response != "low_pass" and not modes:
+        raise FilterInputError(
+            f"detail_size 'auto' is for the response 'low_pass', not {response!r}: give a size such as '6edge'"
+        )
+    filtered: SpectralResult | None = None
+
+    def smooth(points: Floats, faces: Ints, size: float, movable: Bools | None, tell: Progress) -> Floats:
+        nonlocal filtered
+        filtered = spectral_filter(
+            points,
+            faces,
+            response=response,
+            detail_size=None if modes else size,
+            largest_size=largest_size or None,
+            modes=modes or None,
+            gain=gain if response == "enhance" else None,
+            order=order,
+            method=method,
+            operator=operator,
+            movable=movable,
+            progress=tell,
+        )
+        return filtered.vertices
+
+    done = smoothed_by_size(layer, 0.0 if modes else detail_size, smooth, selected=selected, progress=progress)
+    if filtered is None or not (modes or done.amount):
+        return Edit(vertices=done.vertices, values=done.values, notes=done.notes)
+    report = {f.name: getattr(filtered, f.name) for f in fields(filtered) if f.name not in ("vertices", "explanation")}
+    return Edit(vertices=filtered.vertices, values={**report, **done.values}, notes=(_in_words(response, filtered),))
+
+
+def _in_words(response: ResponseName, filtered: SpectralResult) -> str:
+    """What was done to the shape; how it was computed is reported in numbers."""
+    if filtered.route == "none":
+        return filtered.explanation
+    did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} on were kept"}
+    return did.get(response, "waves from {} on were made stronger or weaker").format(f"{filtered.detail_size:.4g}")
+
+
+@mesh_filter(
+    name="Detail Enhancement",
+    classes=FilterClass.SMOOTHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES,
+    references=("vallet2008", "ma2012"),
+)
+def apply_coord_detail_enhancement(
+    layer: Layer,
+    *,
+    gain: Annotated[
+        float,
+        Float(
+            label="Gain",
+            minimum=0,
+            maximum=10,
+            help="How many times as high the relief becomes. Larger makes it stronger, below 1 flatter; 1 changes nothing.",
+        ),
+    ] = 2.0,
+    detail_size: Annotated[
+        float,
+        Percentage(
+            label="Detail size",
+            automatic=0,
+            default="auto",
+            help="The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details alone. "
+            "'auto': where the spectrum of the surface rises above its noise, at least five mean edges.",
+        ),
+    ],
+    largest_size: Annotated[float, largest_size_parameter("of the relief; what is larger is shape and stays.")],
+    most: Annotated[
+        float,
+        Float(
+            label="Most",
+            minimum=0.001,
+            maximum=0.5,
+            help="How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that "
+            "is less. Larger lets thin parts change more.",
+        ),
+    ] = 0.05,
+    operator: Annotated[SpectralOperator, OPERATOR] = "auto",
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Makes the relief of a surface higher, such as worn letters, and leaves its shape, its size and its borders.
+
+    Vertices move along the normals of the shape, by the waves of the relief: shorter ones, noise among them, and longer ones stay
+    as they are. Open borders stay, and what is near them changes less. Thin parts change less, too. Returns the two wavelengths,
+    the height of the relief as it was (root mean square), the largest displacement, and the share of the vertices that the
+    thickness has held back by half or more.
+    """
+    enhanced = enhance_details(
+        layer.vertices,
+        layer.faces,
+        gain=gain,
+        detail_size=detail_size or None,
+        largest_size=largest_size or None,
+        most=most,
+        operator=operator,
+        movable=movable_vertices(layer, selected),
+        progress=progress,
+    )
+    notes: tuple[str, ...] = ("nothing was enhanced: no triangle has an area",)
+    if enhanced.detail_size > 0.0:
+        edge = layer.mean_edge
+        notes = (
+            f"the relief is taken to be waves of {enhanced.detail_size / edge:.3g} to {enhanced.largest_size / edge:.3g} mean "
+            f"edges, {enhanced.height / edge:.2g} mean edges high; no vertex moved by more than "
+            f"{enhanced.largest_displacement / edge:.2g}",
+        )
+    report = {f.name: getattr(enhanced, f.name) for f in fields(enhanced) if f.name != "vertices"}
+    return Edit(vertices=enhanced.vertices, values=report, notes=notes)
+
+
+@mesh_filter(
+    name="Manifold Harmonic",
+    classes=FilterClass.QUALITY,
+    requires=MeshElement.FACENUMBER,
+    changes=MeshElement.VERTQUALITY,
+    references=("vallet2008",),
+)
+def compute_scalar_by_manifold_harmonic_per_vertex(
+    layer: Layer,
+    *,
+    mode: Annotated[
+        int,
+        Int(
+            label="Mode",
+            minimum=0,
+            maximum=1_000_000,
+            help="Which one, by rising frequency over all components. 0 is constant, 1 the longest wave, whatever the number of "
+            "components; larger has shorter waves and takes longer.",
+        ),
+    ] = 10,
+    operator: Annotated[SpectralOperator, OPERATOR] = "auto",
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Makes a mode of the surface, one of the waves that spectral filters keep or remove, the vertex scalar to look at.
+
+    Modes are for a surface what sines are for sound: eigenfunctions of the Laplace-Beltrami operator. Its mean square over the
+    surface is 1, its sign is arbitrary but always the same; it is 0 at vertices without a triangle and on other components.
+    Returns its frequency (radians per mesh unit), its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
+    """
+    harmonic = one_harmonic(layer.vertices, layer.faces, mode, operator=operator, progress=progress)
+    frequency = math.sqrt(max(harmonic.eigenvalue, 0.0))
+    notes: tuple[str, ...] = ()
+    if harmonic.share_of_area < 0.5:
+        notes = (
+            f"this mode lives on one of {harmonic.n_components} components, with {100.0 * harmonic.share_of_area:.2g} % of the "
+            "area: take another mode, or remove small components first",
+        )
+    return Edit(
+        vertex_scalars=harmonic.values,
+        values={
+            "frequency": frequency,
+            "wavelength": 2.0 * math.pi / frequency if frequency > 0.0 else math.inf,
+            "eigenvalue": harmonic.eigenvalue,
+        },
+        notes=notes,
+    )
+
+
+@mesh_filter(
+    name="Surface Spectrum",
+    classes=FilterClass.MEASURE,
+    requires=MeshElement.FACENUMBER,
+    references=("vallet2008", "golub1969"),
+)
+def get_surface_spectrum(
+    layer: Layer,
+    *,
+    modes: Annotated[
+        int,
+        Int(
+            label="Modes",
+            minimum=0,
+            maximum=100_000,
+            help="How many modes are listed, from the lowest. More reach higher frequencies and take longer; "
+            "the energies of bands do not need them.",
+        ),
+    ] = 50,
+    operator: Annotated[SpectralOperator, OPERATOR] = "auto",
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """How much of the shape lies at which frequency: where it ends and where noise begins.
+
+    The energy of a frequency is what its waves add to the mean squared distance of the surface from the centroids of its
+    components, in squared mesh units; a frequency is 2 pi over a wavelength, in radians per mesh unit. Returns the frequencies
+    and energies of the lowest modes, and the energies of bands of a third of an octave up to the finest waves of the mesh.
+    """
+    energies = spectrum(layer.vertices, layer.faces, modes=modes, operator=operator, progress=progress)
+    # Lists, not arrays: a run hands them over whole.
+    report = {f.name: getattr(energies, f.name) for f in fields(energies)}
+    values = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in report.items()}
+    return Edit(values={**values, "diagonal": layer.diagonal, "mean_edge": layer.mean_edge})
