@@ -208,7 +208,7 @@ def implicit_curve_steps(
 def _network(laplacian: Laplacian, time: float, free: Bools, labels: Ints, count: int) -> BackwardEulerStep | None:
     if not free.any():
         return None
-    return BackwardEulerStep(laplacian, time, fixed=~free, components=labels, steps=count)
+    return BackwardEulerStep(laplacian, time, fixed=~free, components=labels, solves=count)
 
 
 def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools:

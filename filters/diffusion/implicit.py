@@ -19,7 +19,7 @@ from ..linear_solvers import SpdSolver
 from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, bounding_box, check_mesh, normalised_mesh, worth_reordering
 from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian, mixed_voronoi_areas
 from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, stars
-from .restoration import dimensions_restored, enclosed_volumes, restore_volumes, share_with_dimensions
+from .restoration import SOLVES, dimensions_restored, enclosed_volumes, restore_volumes, share_with_dimensions
 
 #: "cotangent" is Laplace-Beltrami here: C the cotangent stiffness, M the mixed Voronoi areas.
 ImplicitOperator: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "robust"]
@@ -130,7 +130,8 @@ def implicit_fairing(
         mesh = mesh.by_place()
     t = time_step if operator in _WITHOUT_UNIT else time_step * mesh.scale * mesh.scale
     with threads_for(len(mesh)):
-        process = _Flow(mesh, "laplace_beltrami" if operator == "cotangent" else operator, t, steps, flow, border)
+        solves = (steps if flow == "linear" else 1) * (1 + SOLVES * keep_dimensions)
+        process = _Flow(mesh, "laplace_beltrami" if operator == "cotangent" else operator, t, solves, flow, border)
         volumes = enclosed_volumes(mesh.points, mesh.cells, process.components, mesh.movable) if preserve_volume else None
         now = mesh.points
         for done in range(steps):
@@ -157,10 +158,10 @@ class _Flow:
     """
 
     def __init__(
-        self, mesh: NormalisedMesh, operator: OperatorName, time_step: float, steps: int, flow: Flow, border: BorderPolicy
+        self, mesh: NormalisedMesh, operator: OperatorName, time_step: float, solves: int, flow: Flow, border: BorderPolicy
     ) -> None:
         points, self._faces = mesh.points, mesh.cells
-        self._operator, self._time_step, self._steps, self._flow = operator, time_step, steps, flow
+        self._operator, self._time_step, self._solves, self._flow = operator, time_step, solves, flow
         self._diagonal = float(np.linalg.norm(np.subtract(*bounding_box(points)))) if len(points) else 0.0
         self._border_edges = stars(self._faces, len(points)).border_edges()
         self._along = border == "along" and len(self._border_edges) > 0
@@ -210,8 +211,7 @@ class _Flow:
         return Laplacian(previous.stiffness, laplacian.mass)
 
     def _system(self, laplacian: Laplacian, fixed: Bools, components: Ints) -> BackwardEulerStep:
-        steps = self._steps if self._flow == "linear" else 1
-        return BackwardEulerStep(laplacian, self._time_step, fixed=fixed, components=components, steps=steps)
+        return BackwardEulerStep(laplacian, self._time_step, fixed=fixed, components=components, solves=self._solves)
 
 
 def _connected(laplacian: Laplacian) -> Ints:
@@ -230,7 +230,7 @@ class BackwardEulerStep:
     brings ||e||_A to `TOLERANCE` times the norm of a shift of everything by the diagonal, whose square is diagonal^2 sum_i M_i.
     """
 
-    def __init__(self, laplacian: Laplacian, time_step: float, *, fixed: Bools, components: Ints, steps: int = 1) -> None:
+    def __init__(self, laplacian: Laplacian, time_step: float, *, fixed: Bools, components: Ints, solves: int = 1) -> None:
         """Sets up the system; nothing is solved yet.
 
         Args:
@@ -239,7 +239,7 @@ class BackwardEulerStep:
             fixed: (n,) the vertices whose displacement is prescribed. Those without an edge of any weight stay too, and so do
                 components without mass, of which the equation determines nothing.
             components: (n,) a label from 0 for every vertex, at least one each component of C; -1 for vertices without any.
-            steps: how many steps with this system are to come.
+            solves: how many solves with this system are to come.
         """
         t = min(time_step, _LONGEST_STEP)
         self._stiffness, self._stiffness_share = laplacian.stiffness, t / (1.0 + t)
@@ -248,7 +248,7 @@ class BackwardEulerStep:
         masses = np.bincount(labels, weights=laplacian.mass * coupled, minlength=1)
         free = coupled & ~fixed & (masses[labels] > 0.0)
         self._free, self._all_free = np.flatnonzero(free), bool(free.all())
-        self._mass, self._steps = laplacian.mass[self._free] / (1.0 + t), steps
+        self._mass, self._solves = laplacian.mass[self._free] / (1.0 + t), solves
         self._floating = _Floating.among(labels[self._free], labels[coupled & ~free], self._mass)
         self._solver = self._assemble() if len(self._free) else None
 
@@ -293,7 +293,7 @@ class BackwardEulerStep:
         matrix = sparse.csr_matrix(entries, shape=stiffness.shape)
         # A little more on the diagonal, no more than rounding, outweighs the rounding errors of its row.
         matrix.setdiag(matrix.diagonal() * (1.0 + _ROUNDING) + self._mass)
-        return SpdSolver(matrix, solves=self._steps)
+        return SpdSolver(matrix, solves=self._solves)
 
     def _solve(
         self, solver: SpdSolver, start: Floats, prescribed: Floats, extent: float, diagonal: float, progress: Progress

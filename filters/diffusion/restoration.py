@@ -21,6 +21,8 @@ _LARGEST_GROWTH = 1e3
 _TIMES = 2
 # How often the loss is smoothed each time, so that hardly any noise is in it.
 _PASSES = 2
+#: how often that is in all
+SOLVES = _TIMES * _PASSES
 
 
 class Volumes(NamedTuple):
@@ -133,12 +135,11 @@ def dimensions_restored(
     Returns:
         (n, 3); vertices that the step has not moved and S leaves at 0 stay.
     """
-    solves = _TIMES * _PASSES
     for time in range(_TIMES):
         normals = vertex_normals_by_area(after, faces)
         loss = np.einsum("ij,ij->i", before - after, normals)[:, None]
         for solve in range(time * _PASSES, (time + 1) * _PASSES):
-            loss = smoothed(loss, part_of(progress, solve / solves, (solve + 1) / solves))
+            loss = smoothed(loss, part_of(progress, solve / SOLVES, (solve + 1) / SOLVES))
         after = after + loss * normals
     return after
 

@@ -1,11 +1,12 @@
 """Sparse symmetric positive definite systems by Jacobi, multigrid or Cholesky; docs/solvers.md has the times.
 
-The diagonal is the preconditioner where the matrix is close to it, multigrid elsewhere: its cost depends neither on the time step
-nor, per row, on the size. Cholesky's factors serve repeated solves of moderate size, and as the last resort.
+The diagonal is the preconditioner where the matrix is close to it. Elsewhere factors solve small systems, and multigrid large
+ones: its cost depends neither on the time step nor, per row, on the size. Factors are the last resort, too.
 """
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Literal, NamedTuple, TypeAlias
@@ -64,8 +65,10 @@ _SINGULAR = 1e-13
 #: Predicted steps up to which the diagonal is the better preconditioner, and the steps after which multigrid takes over.
 _FEW_STEPS, _JACOBI_STEPS = 100, 250
 _MULTIGRID_STEPS = 300
-#: Cholesky's factors pay from this many solves on, up to the size that they take a second for.
-_MANY_SOLVES, _QUICK_FACTORS = 4, 100_000
+#: Where the diagonal is no good preconditioner factors are quicker than multigrid up to so many rows, for one solve and for more.
+_FACTORS_FOR_ONE, _FACTORS_FOR_MORE = 50_000, 150_000
+#: Elsewhere they pay from this many solves on.
+_MANY_SOLVES = 4
 Method: TypeAlias = Literal["jacobi", "multigrid", "cholesky"]
 #: A direct solution must reach this backward error, which leaves room for ill-posed systems.
 _DIRECT_ROUNDING = 1e-12
@@ -88,7 +91,8 @@ class SpdSolver:
             FilterInputError: A is not square, not finite, or has a diagonal entry that is not positive.
         """
         self._system = SpdSystem.of(matrix)
-        self._many = solves >= _MANY_SOLVES and matrix.shape[0] <= _QUICK_FACTORS
+        self._many = solves >= _MANY_SOLVES and matrix.shape[0] <= _FACTORS_FOR_MORE
+        self._quick = matrix.shape[0] <= (_FACTORS_FOR_MORE if solves > 1 else _FACTORS_FOR_ONE)
         self._solved = False
         self._factors: Factorisation | None = None
         self._multigrid: SmoothedAggregation | None = None
@@ -137,7 +141,7 @@ class SpdSolver:
         if self._factors is not None:
             return self._factors.solve(b)
         if self._solved and self._many:
-            self._factors = Factorisation(self._system.matrix)
+            self._factors = Factorisation(self._system.matrix, progress)
             return self._factors.solve(b)
         before = 0
         # The error of the smoothest vector is larger than its residual by one over the least eigenvalue.
@@ -148,6 +152,12 @@ class SpdSolver:
                 self._solved = True
                 return attempt.solution("jacobi")
             x, before = attempt.values, attempt.iterations
+        if self._quick and self._system.smoothness >= _SINGULAR:
+            self._quick = False  # if factors fail multigrid is next
+            with suppress(ConvergenceError):
+                self._factors = Factorisation(self._system.matrix, progress)
+                return self._factors.solve(b)
+            self._factors = None
         if self._multigrid is None:
             self._multigrid = SmoothedAggregation(self._system.matrix, progress=lambda _: progress(0.0))
         attempt = self._descend(b, x, tolerance, reference, self._multigrid, 1.0, _MULTIGRID_STEPS, progress)
@@ -161,7 +171,7 @@ class SpdSolver:
             raise ConvergenceError(f"{stalled}: the matrix is not positive definite to rounding")
         progress(0.0)
         try:
-            self._factors = Factorisation(self._system.matrix)
+            self._factors = Factorisation(self._system.matrix, progress)
             return self._factors.solve(b)
         except ConvergenceError as error:
             raise ConvergenceError(f"{stalled}, and {error}") from error
@@ -294,11 +304,12 @@ class Solution:
 class Factorisation:
     """Cholesky's factors and one step of refinement, for many right-hand sides or as the last resort."""
 
-    def __init__(self, matrix: sparse.csr_matrix) -> None:
+    def __init__(self, matrix: sparse.csr_matrix, progress: Progress = ignore_progress) -> None:
         """Factorises; see `Cholesky` for how long that takes.
 
         Args:
             matrix: (n, n) symmetric positive definite.
+            progress: called about ten times a second with 0; may raise to stop.
 
         Raises:
             FilterInputError: not square, not finite.
@@ -307,7 +318,7 @@ class Factorisation:
         self._system = SpdSystem.of(matrix)
         if matrix.shape[0] > _LARGEST_FACTORS:
             raise ConvergenceError(f"{matrix.shape[0]} rows are more than the {_LARGEST_FACTORS} that can be factorised")
-        self._factors = Cholesky(self._system.matrix)
+        self._factors = Cholesky(self._system.matrix, progress=progress)
 
     def solve(self, right_side: Floats) -> Solution:
         """Solves for (n,) or (n, k) right-hand sides.

@@ -22,6 +22,14 @@ from pymeshfair.filters.operators import laplace_beltrami
 from tests.meshes import Floats, Mesh, icosphere, irregular_grid, noisy
 
 
+@pytest.fixture(autouse=True)
+def _as_if_large(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small systems are solved as large ones are, without factors, but in tests about sizes."""
+    if "sizes" not in request.node.name:
+        monkeypatch.setattr("pymeshfair.filters.linear_solvers.spd_solver._FACTORS_FOR_ONE", 0)
+        monkeypatch.setattr("pymeshfair.filters.linear_solvers.spd_solver._FACTORS_FOR_MORE", 100_000)
+
+
 def system(mesh: Mesh, edges: float) -> tuple[sparse.csr_matrix, Floats]:
     """M - t C with t = (edges mean edges)^2, divided by 1 + t, and three right-hand sides in its range."""
     vertices, faces = mesh
@@ -90,6 +98,16 @@ def test_factors_pay_for_many_solves() -> None:
     many = solver.solve(b)
     assert many.method == "cholesky"
     assert np.abs(many.values - solved(matrix, b, tolerance=1e-12).values).max() < 1e-10 * np.abs(many.values).max()
+
+
+@pytest.mark.parametrize(("edges", "method"), [(0.1, "jacobi"), (10.0, "cholesky"), (1e4, "cholesky")])
+def test_factors_solve_systems_of_small_sizes(edges: float, method: str) -> None:
+    """Where the diagonal is no good preconditioner, a small system is solved by factors at once, as SuperLU solves it."""
+    matrix, b = system(rough_sphere(), edges)
+    solution = solved(matrix, b, tolerance=1e-10)
+    assert solution.method == method
+    expected = spsolve(matrix.tocsc(), b)
+    assert energy(matrix, solution.values - expected) <= 1e-9 * energy(matrix, expected)
 
 
 @pytest.mark.parametrize("edges", [10.0, 1e3, 1e6])
@@ -245,9 +263,10 @@ from pymeshfair.filters.compilation import allowed_threads
 import numpy as np
 from pymeshfair.filters import execution
 from pymeshfair.filters.diffusion.implicit import implicit_fairing
+from pymeshfair.filters.linear_solvers import spd_solver
 from tests.meshes import irregular_grid
 
-execution.SERIAL_BELOW = 0
+execution.SERIAL_BELOW = spd_solver._FACTORS_FOR_ONE = 0
 vertices, faces = irregular_grid(150, 150)
 vertices[:, 2] = np.random.default_rng(0).normal(size=len(vertices))
 print(allowed_threads())
