@@ -3,7 +3,15 @@
 from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
 from .candidates import SettingsTried
-from .clouds import CloudKernels, bilateral_projection, estimated_range_sigma, normals_of, projections, unit_normals
+from .clouds import (
+    CloudKernels,
+    bilateral_projection,
+    estimated_range_sigma,
+    normals_of,
+    projections,
+    smoothed_directions,
+    unit_normals,
+)
 from .correlated_noise import neighbours_share_noise
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .impulses import OUTLIERS, Outliers, replace_outlying
@@ -70,6 +78,7 @@ __all__ = [
     "rings_of_round",
     "round_of_part",
     "settings",
+    "smoothed_directions",
     "surface_noise",
     "unit_normals",
 ]

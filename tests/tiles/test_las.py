@@ -12,7 +12,7 @@ import pytest
 
 from pymeshfair.files.errors import ContentsError
 from pymeshfair.filters.outliers import local_outlier_probability
-from pymeshfair.tiles.cloud import Cloud, do_selection, write_cloud
+from pymeshfair.tiles.cloud import Cloud, do_step, write_cloud
 from pymeshfair.tiles.ply_slices import PlySlices
 from pymeshfair.tiles.sources import LasCloud
 from pymeshfair.tiles.workers import Tasks
@@ -51,7 +51,7 @@ def test_every_dimension_is_kept(form: int, extension: str, tmp_path: Path) -> N
     points = np.stack([source.x, source.y, source.z], axis=1)
     expected = local_outlier_probability(points, neighbors=9, extent=2.0)
     cloud = Cloud(LasCloud(tmp_path / f"in.{extension}"), tmp_path)
-    cloud, values, _ = do_selection(
+    cloud, values, _ = do_step(
         cloud,
         loop(1, 9, 2.0, 0.7),
         cast("Tasks", Here()),

@@ -30,12 +30,12 @@ from ..running.plain_values import plain
 from ..running.report import Report, StepDone
 from ..running.supervise import run_job
 from ..scripts.problems import ScriptError
-from .cloud import Cloud, do_selection, write_cloud
+from .cloud import Cloud, do_step, write_cloud
 from .division import Shape
 from .memory import Budget, budget, cloud_room, slice_rows, surface_room
 from .mesh import MeshFile, MeshTiles, cut, do_move
 from .moves import NORMALS, cost_of
-from .plan import LOOP, STRAYS, Move, Plan, plan_of
+from .plan import LOOP, POINT_NORMALS, STRAYS, CloudStep, Move, Plan, plan_of
 from .ply_slices import PlySlices
 from .sources import CLOUD_FORMATS, E57Cloud, Source, file_cloud, open_cloud
 from .surface import Surface
@@ -168,32 +168,32 @@ class _Course:
 
     def run(self, plan: Plan) -> Report:
         """Do the steps and write the result; the report."""
-        return self._select(plan) if plan.selections else self._move(plan.moves)
+        return self._do_cloud(plan.cloud) if plan.cloud else self._move(plan.moves)
 
-    def _select(self, plan: Plan) -> Report:
-        source, notes = open_cloud(self._job.input), plan.notes
+    def _do_cloud(self, plan: tuple[CloudStep, ...]) -> Report:
+        source, notes = open_cloud(self._job.input), tuple[str, ...]()
         if isinstance(source, E57Cloud):
             rewritten = self._folder / ("input.ply" if extension(self._job.output) == "ply" else "input.las")
-            notes = (*self._tasks.run(source.rewrite, rewritten, slice_rows(self._share.tile, source.row)), *notes)
+            notes = self._tasks.run(source.rewrite, rewritten, slice_rows(self._share.tile, source.row))
             source = file_cloud(rewritten)
         cloud = Cloud(source, self._folder)
         tilings = []
-        for selection in plan.selections:
-            self._pass_to(selection.step)
+        for step in plan:
+            self._pass_to(step.step)
             values: dict[str, Any] = {}
-            with self._step(selection.step, values):
-                cloud, told, known = do_selection(
+            with self._step(step.step, values):
+                cloud, told, known = do_step(
                     cloud,
-                    selection,
+                    step,
                     self._tasks,
                     self._share.tile,
                     shape=self._tiling.shape,
-                    progress=self._progress(selection.step),
+                    progress=self._progress(step.step),
                     most=self._tiling.most,
                 )
                 values |= told
             tilings.append({name: known[name] for name in ("tiles", "points_per_tile")})
-            if selection is plan.selections[0]:
+            if step is plan[0]:
                 before = _measures(known["points"], 0, known["low"], known["high"])
         self._pass_to(len(self._job.recipe.script.steps) + 1)
         self._on_event(PhaseStarted("writing"))
@@ -205,7 +205,7 @@ class _Course:
         return replace(report, warnings=(*report.warnings, *notes))
 
     def _pass_to(self, number: int) -> None:
-        """Name the steps before one that were done with others, do nothing, or are left out."""
+        """Name the steps before one that were done with others, or do nothing."""
         for passed in range(len(self._steps) + 1, number):
             with self._step(passed, {}):
                 pass
@@ -286,17 +286,17 @@ def check(job: Job, plan: Plan) -> None:
         ParameterError: something is asked for that needs the whole mesh.
         InputError, OutputError: a file cannot be read or written by slices.
     """
-    if not (plan.selections or plan.moves):
+    if not (plan.cloud or plan.moves):
         raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
-    formats = CLOUD_FORMATS if plan.selections else ("ply",)
+    formats = CLOUD_FORMATS if plan.cloud else ("ply",)
     if job.all_guards or job.map is not None or job.others:
         raise ParameterError(
             "limits of the result, an intervention map and further layers need the whole mesh at once; leave them out, or --tiles"
         )
-    check_input(job.input, (*formats, "e57") if plan.selections else formats)
+    check_input(job.input, (*formats, "e57") if plan.cloud else formats)
     try:
         check_magic(job.input)
-        source = open_cloud(job.input) if plan.selections else MeshFile(PlySlices(job.input))
+        source = open_cloud(job.input) if plan.cloud else MeshFile(PlySlices(job.input))
         if isinstance(source, MeshFile):
             source.check()
     except ContentsError as error:
@@ -311,11 +311,8 @@ def check(job: Job, plan: Plan) -> None:
 def _check_room(job: Job, plan: Plan, source: Source | E57Cloud | MeshFile) -> None:
     folder = job.output.absolute().parent
     if not isinstance(source, MeshFile):
-        loop, strays = (
-            max((selection.neighbors for selection in plan.selections if selection.filter == name), default=0)
-            for name in (LOOP, STRAYS)
-        )
-        needed = cloud_room(len(source), source.row, loop, strays)
+        most = (max((s.neighbors for s in plan.cloud if s.filter == name), default=0) for name in (LOOP, STRAYS, POINT_NORMALS))
+        needed = cloud_room(len(source), source.row, *most)
     else:
         file = source.file
         vertices, faces = len(file), file.tables["face"].element.count
