@@ -21,7 +21,7 @@ from .normal_filtering import filter_face_normals, normal_filtering
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
 from .parts import distances_of_part, needs_distance, rings_of_round, round_of_part
 from .preparation import denoised
-from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for
+from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, RelaxedPart, direction_for, rings_of_relaxation, share_along
 from .repertoire import FIXED, REPERTOIRE, AutomaticParameters, Repertoire, Setting, settings
 from .rounding import ROUNDING_POLICIES, RoundingPolicy
 from .scan import Scan
@@ -50,6 +50,7 @@ __all__ = [
     "Outliers",
     "RangeMeasure",
     "RelaxationDirection",
+    "RelaxedPart",
     "Repertoire",
     "RoundingPolicy",
     "Scan",
@@ -75,9 +76,11 @@ __all__ = [
     "normals_of",
     "projections",
     "replace_outlying",
+    "rings_of_relaxation",
     "rings_of_round",
     "round_of_part",
     "settings",
+    "share_along",
     "smoothed_directions",
     "surface_noise",
     "unit_normals",

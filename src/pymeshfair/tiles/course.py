@@ -213,13 +213,17 @@ class _Course:
     def _move(self, plan: tuple[Move, ...]) -> Report:
         mesh, folder = MeshFile(PlySlices(self._job.input)), self._folder
         for move in plan:
-            with self._step(move.step, {}):
+            values: dict[str, Any] = {}
+            with self._step(move.step, values):
                 progress, start = self._progress(move.step), 0.0
                 if move is plan[0]:
                     start, cutting = 0.4, part_of(progress, 0.0, 0.4)
                     surface, known = self._cut(mesh, folder, plan, cutting)
                     tiles = surface.cells.tiles(known["points_per_tile"])
-                box = do_move(surface, move, tiles, self._tasks, part_of(progress, start, 1.0))
+                    box = known["low"], known["high"]
+                moved, told = do_move(surface, move, tiles, self._tasks, part_of(progress, start, 1.0))
+                box = moved or box
+                values |= told
         self._on_event(PhaseStarted("writing"))
         work = MeshTiles(surface)
         self._tasks.map(work.finish, tiles, lambda share: None)
