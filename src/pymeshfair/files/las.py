@@ -125,6 +125,12 @@ def read_las(path: Path, references: References) -> Reading:
     return Reading(mesh)
 
 
+def las_unit(path: Path) -> str | None:
+    """The unit of length of the coordinate reference system of a file; raises as `opened`."""
+    with opened(path) as reader:
+        return _unit([*reader.header.vlrs, *(reader.evlrs or ())])
+
+
 def _unit(records: list[Any]) -> str | None:
     """The unit of length of the coordinate reference system, where there is one and it has lengths."""
     for record in records:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 #: pieces that are shown one by one
 _SHOWN = 5
-#: measure, its words in the table, and whether it is shown even where it is 0 or unknown
+#: measure, its words in the table, and whether it is shown even where it is 0
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),
@@ -58,12 +58,13 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = No
     """
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
-    return [
-        [words + powers.get(name, ""), *(_shown(measures.get(name)) for measures in columns.values())]
-        for name, words, always in _MEASURES
+    rows = []
+    for name, words, always in _MEASURES:
         # The points of a cloud wait for no face.
-        if always or any(measures.get(name) for measures in (surfaces if name == "unreferenced_vertices" else columns.values()))
-    ]
+        known = [measures.get(name) for measures in (surfaces if name == "unreferenced_vertices" else columns.values())]
+        if any(known) or (always and any(value is not None for value in known)):
+            rows.append([words + powers.get(name, ""), *(_shown(measures.get(name)) for measures in columns.values())])
+    return rows
 
 
 def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:

@@ -121,6 +121,8 @@ def _by_tiles(
         opened.enter_context(as_failures_of_run(job))
         on_event(PhaseStarted("reading"))
         described = described_file(job.input) | {"side_files": [], "others": []}
+        unit = open_cloud(job.input).unit if plan.cloud else None
+        described |= {"unit": unit} if unit else {}
         key = {
             "the input": described["sha256"],
             "the recipe": job.recipe.digest,
@@ -138,7 +140,7 @@ def _by_tiles(
     return replace(
         report,
         input=described,
-        warnings=(*report.warnings, *filter(None, [work.note])),
+        warnings=(*job.doubts_of_unit(unit), *report.warnings, *filter(None, [work.note])),
         tiles={**(report.tiles or {}), **workers},
         peak_memory=(this_system().peak_memory() or 0) + sum(peaks) if peaks else None,
     )

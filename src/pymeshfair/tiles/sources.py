@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..files.e57 import doubts_of, e57_pieces, e57_survey
 from ..files.errors import ContentsError
 from ..files.formats import extension
-from ..files.las import NORMAL, chunks, header_of, opened, write_las_pieces
+from ..files.las import NORMAL, chunks, header_of, las_unit, opened, write_las_pieces
 from ..files.ply import SCALAR
 from ..files.ply_header import PlyElement, PlyProperty, header_bytes
 from ..files.ply_write import write_ply
@@ -48,6 +48,10 @@ class Source(Protocol):
     def __len__(self) -> int:
         """The number of points."""
 
+    @property
+    def unit(self) -> str | None:
+        """The unit of its coordinates, None if the file says none."""
+
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """(m, 3) coordinates, `size` points at a time."""
 
@@ -78,6 +82,11 @@ class LasCloud:
     def __len__(self) -> int:
         with opened(self.path) as reader:
             return int(reader.header.point_count)
+
+    @property
+    def unit(self) -> str | None:
+        """That of its coordinate reference system."""
+        return las_unit(self.path)
 
     def _chunks(self, size: int) -> Iterator[Any]:
         with opened(self.path) as reader:
@@ -115,6 +124,8 @@ class LasCloud:
 
 class PlyCloud(PlySlices):
     """The vertices of a binary PLY file without faces."""
+
+    unit = None
 
     @property
     def row(self) -> int:
@@ -161,6 +172,7 @@ class E57Cloud:
     """The points of an E57 file, which becomes a PLY or LAS file first, whichever the output is."""
 
     path: Path
+    unit = "m"
 
     @property
     def row(self) -> int:
