@@ -191,7 +191,13 @@ class Relaxation:
         share = share_along(*(total / max(1, number) for total, number in sums))
         found: list[tuple[Floats, Floats]] = tasks.map(self.keep, [(share, *tile) for tile in tiles], lambda _: None)
         tasks.run(self.surface.turn, self.surface.next_state, self.surface.cells.points)
+        tasks.run(self.forget)
         return found
+
+    def forget(self) -> None:
+        """Remove the files that nothing needs any more."""
+        for column in (self._across, self._outline):
+            column.path.unlink(missing_ok=True)
 
 
 #: vertices of the sample that settings are chosen on, and cells of each of its patches
