@@ -25,8 +25,8 @@ _CAN = (
 #: steps that need all of a cloud or a mesh: the reason, and what to take in their place
 _WHY = {
     _PROJECTION: "moves points with the bandwidth of the whole cloud; set 'iterations' to 0, which moves none",
-    "apply_coord_implicit_fairing": "solves equations for all vertices, and gives whole parts their volume back after every step; "
-    "take 'Taubin Fairing', or 'Normal Filtering' against noise",
+    "apply_coord_implicit_fairing": "solves equations for all vertices, and gives whole parts their volume back after every "
+    "step; take 'Taubin Fairing', or 'Normal Filtering' against noise",
     "apply_coord_laplacian_smoothing": "is MeshLab's own, which reads the whole mesh; take 'Explicit Smoothing' with update "
     "'meshlab', which does the same",
 }
