@@ -24,7 +24,7 @@ from ..operating_system import this_system
 from ..processes.cluster import LostSchedulerError, Scheduler
 from ..processes.process import Items
 from ..processes.versions import packages_here
-from ..running.job import Event, Job, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
+from ..running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
 from ..running.memory import default_memory
 from ..running.plain_values import plain
 from ..running.report import Report, StepDone
@@ -261,7 +261,7 @@ class _Course:
 
     @contextmanager
     def _step(self, number: int, values: dict[str, Any]) -> Iterator[None]:
-        """One step of the recipe, told as it begins and ends; `values` takes what the filter reports."""
+        """One step of the recipe, told as it begins and ends; `values` takes what the filter reports, "notes" in words."""
         script = self._job.recipe.script
         step = script.steps[number - 1]
         self._on_event(StepStarted(number, len(script.steps), step.filter.name))
@@ -272,7 +272,10 @@ class _Course:
             place = Place.of_step(number, len(script.steps), step.filter.name, file=script.path, line=step.line)
             raise StepFailedError(place, str(error)) from error
         seconds = time.perf_counter() - started
-        self._steps.append(StepDone(plain(step.with_defaults().values), plain(values), seconds))
+        notes = tuple(values.pop("notes", ()))
+        for text in notes:
+            self._on_event(Message(text, step=number))
+        self._steps.append(StepDone(plain(step.with_defaults().values), plain(values), seconds, notes))
         self._on_event(StepFinished(number, seconds))
 
     def _progress(self, number: int) -> Callable[[float], None]:

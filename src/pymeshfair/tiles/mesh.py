@@ -410,6 +410,8 @@ def do_move(
             whole = Whole(np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0))
         after = Rounds(surface, filtering, whole).do(tiles, tasks, rest)
         tasks.run(surface.turn, surface.moved, surface.cells.points)
+    if not after:
+        told["notes"] = ("there is nothing to remove: the vertices stay where they are",)
     return _joined(after) if after else None, told
 
 

@@ -35,7 +35,7 @@ _LOCAL = ("uniform", "cotangent")
 #: what else the filter does, where nobody says
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
 #: and what its authors take
-_AUTHORS = {field.name: field.default for field in fields(NormalFilter)} | {
+_AUTHORS = {field.name: field.default for field in fields(NormalFilter) if field.name != "radius"} | {
     name: inspect.signature(normal_filtering).parameters[name].default for name in ("vertex_iterations", "outer_iterations")
 }
 #: rings of the widest setting that is chosen from, but for rounds: those of 28 pairs of Taubin's steps
