@@ -396,9 +396,9 @@ def do_move(
     filtering = filtering_of(move.values) if move.filter == NORMALS else None
     if filtering is None:
         tasks.run(surface.moved.create, surface.cells.count)
-        after = tasks.map(work.move, [(move, whole, *tile) for tile in tiles], rest)
+        moved = tasks.map(work.move, [(move, whole, *tile) for tile in tiles], rest)
         tasks.run(surface.turn, surface.moved, surface.cells.points)
-        return _joined(after), told
+        return _joined(moved), told
     after: list[tuple[Floats, Floats]] = []
     if filtering.relaxation:
         is_open = any(b[2] for b in boxes)

@@ -17,6 +17,7 @@ from ..filters.denoising import (
     REPERTOIRE,
     AutomaticParameters,
     NormalFilter,
+    RelaxationDirection,
     automatic_choice,
     normal_filtering,
     rings_of_relaxation,
@@ -67,7 +68,7 @@ class Filtering:
     outliers: str
     rounding: str
     relaxation: int
-    relaxation_direction: str
+    relaxation_direction: RelaxationDirection
     border: Any
 
 
@@ -103,7 +104,7 @@ def chosen(values: Mapping[str, Any], vertices: Floats, faces: NDArray[np.int32]
         found = {}  # what is given is then completed as the authors of the filter would
     before = {n: getattr(setting, n) for n in ("outliers", "rounding", "relaxation", "relaxation_direction")}
     known = {**_AUTHORS, **_DEFAULTS, **found, **before, **given}
-    if (why := _why_not_filtering(filtering_of(values | known))) is not None:
+    if (why := _why_not_filtering(filtering_of({**values, **known}))) is not None:
         name = "rounding" if known["rounding"] == "undo" else "outliers"
         raise FilterInputError(
             f"what suits this mesh best {why}: run it in one piece, or set {name} to 'keep' and have the rest chosen"
