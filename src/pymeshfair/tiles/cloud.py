@@ -152,13 +152,16 @@ class Cloud:
         """The normal of each point of the file in the last stage that gave it one."""
         return Column(self.folder / "normals", "<f8", 3)
 
+    def left(self, first: int, last: int) -> NDArray[np.bool_]:
+        """Which of some points of the file are left."""
+        return np.ones(last - first, np.bool_) if self.kept is None else self.kept.read(first, last) > 0
+
     def slices(self, size: int) -> Iterator[tuple[Floats, Longs]]:
         """(m, 3) coordinates and (m,) numbers of the points that are left, counted without the others."""
         first = read = 0
         for places in self.source.points(size):
             start, read = read, read + len(places)
-            if self.kept is not None:
-                places = places[self.kept.read(start, read) > 0]
+            places = places[self.left(start, read)]
             yield np.ascontiguousarray(places), np.arange(first, first + len(places))
             first += len(places)
 
@@ -201,7 +204,7 @@ class Cloud:
         for first in range(0, total, size):
             last = min(first + size, total)
             normals = self.normals.read(first, last)
-            left = np.ones(last - first, np.bool_) if self.kept is None else self.kept.read(first, last) > 0
+            left = self.left(first, last)
             here = int(left.sum())
             normals[left] = found.read(done, done + here)
             self.normals.write(first, normals)
@@ -250,7 +253,7 @@ class Judgement:
         selected, largest, sums = 0, 0.0, []
         for first in range(0, total, size):
             last = min(first + size, total)
-            left = np.ones(last - first, np.bool_) if cloud.kept is None else cloud.kept.read(first, last) > 0
+            left = cloud.left(first, last)
             count = int(left.sum())
             goes = found = self.found.read(done, done + count)
             done += count
@@ -395,12 +398,8 @@ def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
     columns = [
         (name, column) for name, column in (("scalars", cloud.scalars), ("normals", cloud.normals)) if column.path.exists()
     ]
-
-    def left(first: int, last: int) -> NDArray[np.bool_]:
-        return np.ones(last - first, np.bool_) if cloud.kept is None else cloud.kept.read(first, last) > 0
-
-    count = sum(int(np.count_nonzero(left(*rows))) for rows in slices)
-    marks = ((left(*rows), {name: column.read(*rows) for name, column in columns}) for rows in slices)
+    count = sum(int(np.count_nonzero(cloud.left(*rows))) for rows in slices)
+    marks = ((cloud.left(*rows), {name: column.read(*rows) for name, column in columns}) for rows in slices)
     added: Added = tuple(name for name, _ in columns)
     cloud.source.write(target, count, marks, size, added=added)
     return count
