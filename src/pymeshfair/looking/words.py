@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 #: pieces that are shown one by one
 _SHOWN = 5
-#: measure, its words in the table, and whether it is shown even where it is 0
+#: measure, its words in the table, and whether it is shown even where it is 0 or unknown
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),
@@ -58,11 +58,12 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = No
     """
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
+    clouds = all(measures.get("faces") == 0 for measures in columns.values())
     rows = []
     for name, words, always in _MEASURES:
-        # The points of a cloud wait for no face.
+        # The points of a cloud wait for no face, and have no borders and no area.
         known = [measures.get(name) for measures in (surfaces if name == "unreferenced_vertices" else columns.values())]
-        if any(known) or (always and any(value is not None for value in known)):
+        if any(known) or (always and not (clouds and all(value is None for value in known))):
             rows.append([words + powers.get(name, ""), *(_shown(measures.get(name)) for measures in columns.values())])
     return rows
 
