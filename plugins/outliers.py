@@ -19,13 +19,14 @@ from pymeshfair.declaration import (
     Layer,
     Mesh,
     MeshElement,
+    Percentage,
     mesh_filter,
 )
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.geometry import cross_products, vector_lengths
 from pymeshfair.filters.inspection import Surface
-from pymeshfair.filters.outliers import cloud_spacings, gaps, local_outlier_probability, stray_points
+from pymeshfair.filters.outliers import cloud_spacings, gaps, local_outlier_probability, stray_points, surplus_points
 
 #: so many points at least, where there are more, say what a reconstruction does not reach
 _SOME = 10_000
@@ -155,6 +156,35 @@ def compute_selection_by_stray_points_per_vertex(
         layer.vertices, neighbors=neighbors, sparseness=sparseness, smallest_part=smallest_part, progress=progress
     )
     notes = _counted(selected, f"part of no surface: alone, in a haze, or in clumps of fewer than {smallest_part:,}")
+    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
+
+
+@mesh_filter(
+    name="Select Surplus Points",
+    classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET,
+    changes=MeshElement.VERTFLAGSELECT,
+)
+def compute_selection_by_grid_per_vertex(
+    layer: Layer,
+    *,
+    side: Annotated[
+        float,
+        Percentage(
+            label="Side",
+            default="1%",
+            help="The side of the cells. Larger leaves fewer points.",
+        ),
+    ],
+) -> Edit:
+    """Selects all points but the first in each cell of a grid: without them a cloud is thinner, and as dense in all places.
+
+    Points that stay are those that were measured, with all that belongs to them. The grid has a corner at the origin. The
+    selection of vertices is replaced; faces play no part. Returns the number of selected points.
+    """
+    if side == 0.0:
+        raise FilterInputError("side is 0: nothing to do; give the side of a cell, such as '0.1' in mesh units")
+    selected = surplus_points(layer.vertices, side)
+    notes = _counted(selected, f"not the first in their cell of {side:g}")
     return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
 
 

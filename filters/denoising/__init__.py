@@ -3,7 +3,15 @@
 from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
 from .candidates import SettingsTried
-from .clouds import CloudKernels, bilateral_projection, estimated_range_sigma, normals_of, projections, unit_normals
+from .clouds import (
+    CloudKernels,
+    bilateral_projection,
+    estimated_range_sigma,
+    normals_of,
+    projections,
+    smoothed_directions,
+    unit_normals,
+)
 from .correlated_noise import neighbours_share_noise
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .impulses import OUTLIERS, Outliers, replace_outlying
@@ -13,7 +21,7 @@ from .normal_filtering import filter_face_normals, normal_filtering
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
 from .parts import distances_of_part, needs_distance, rings_of_round, round_of_part
 from .preparation import denoised
-from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for
+from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, RelaxedPart, direction_for, rings_of_relaxation, share_along
 from .repertoire import FIXED, REPERTOIRE, AutomaticParameters, Repertoire, Setting, settings
 from .rounding import ROUNDING_POLICIES, RoundingPolicy
 from .scan import Scan
@@ -42,6 +50,7 @@ __all__ = [
     "Outliers",
     "RangeMeasure",
     "RelaxationDirection",
+    "RelaxedPart",
     "Repertoire",
     "RoundingPolicy",
     "Scan",
@@ -67,9 +76,12 @@ __all__ = [
     "normals_of",
     "projections",
     "replace_outlying",
+    "rings_of_relaxation",
     "rings_of_round",
     "round_of_part",
     "settings",
+    "share_along",
+    "smoothed_directions",
     "surface_noise",
     "unit_normals",
 ]

@@ -140,23 +140,42 @@ def _heights_of(points: Floats, normals: Floats, indices: Ints) -> Floats:
 
 
 def normals_of(points: Floats, indices: Ints) -> Floats:
-    """(n, 3) unit normals, each the direction in which a point and its neighbours vary least.
+    """(m, 3) unit normals, each the direction in which a point and its neighbours vary least.
 
     Signs are arbitrary. Where neighbours coincide, or lie on a line, so is the direction.
 
     Args:
         points: (n, 3) coordinates of ordinary size.
-        indices: (n, k) the neighbours of every point, at least 2. More are steadier and round off edges.
+        indices: (m, k) the neighbours of the first m of them, at least 2. More are steadier and round off edges.
     """
-    normals = np.empty_like(points)
-    for first in range(0, len(points), _CHUNK):
-        last = min(first + _CHUNK, len(points))
+    normals = np.empty((len(indices), 3))
+    for first in range(0, len(indices), _CHUNK):
+        last = min(first + _CHUNK, len(indices))
         covariances = np.empty((last - first, 3, 3))
         over_range(_covariances, last - first, points, indices, first, covariances)
         # In units of their own, lest tiny neighbourhoods underflow; ascending eigenvalues, so the first vector varies least.
         sizes = np.abs(covariances).max(axis=(1, 2), keepdims=True)
         normals[first:last] = np.linalg.eigh(covariances / np.where(sizes > 0.0, sizes, 1.0))[1][:, :, 0]
     return normals
+
+
+def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
+    """(m, 3) unit normals, each the mean of one and those of its neighbours, which are turned to its side, as MeshLab does it.
+
+    Args:
+        normals: (n, 3) unit normals of any sign.
+        indices: (m, k) the neighbours of the first m of them.
+    """
+    smooth = np.empty((len(indices), 3))
+    for first in range(0, len(indices), _CHUNK):
+        part = slice(first, min(first + _CHUNK, len(indices)))
+        own = normals[part]
+        sums = own.copy()
+        for theirs in indices[part].T:
+            other = normals[theirs]
+            sums += np.where(np.einsum("ij,ij->i", own, other) > 0.0, 1.0, -1.0)[:, None] * other
+        smooth[part] = sums
+    return unit_normals(smooth, len(indices))
 
 
 def unit_normals(normals: ArrayLike, n: int) -> Floats:

@@ -17,7 +17,7 @@ from ..diffusion.taubin import taubin_fairing
 from ..evidence import Sample, far_from_border, local_means, predicted_heights, tuned
 from ..geometry import NORMAL, face_normals, mean_edge_length, measure_faces
 from ..libraries import sparse
-from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
+from ..mesh import Bools, Floats, Ints, Whole, check_mesh, normalised_mesh
 from ..topology import border_vertices, edges, face_adjacency, one_rings, referenced_vertices, vertex_faces
 from .face_neighbourhoods import face_neighbourhoods
 from .normal_filters import mean_normals
@@ -27,6 +27,10 @@ from .normal_filters import mean_normals
 _AVERAGED, _CLIP = 4, 9.0
 # Vertices this near to where the others expect them, in mean edges, lie on an exact plane; angles below it are rounding.
 _EXACT = 1e-4
+
+
+#: how many rings of faces around a vertex decide on its `smooth_normals`
+RINGS_OF_SMOOTH_NORMALS = 13
 
 
 class NoiseEstimate(NamedTuple):
@@ -158,15 +162,21 @@ def ring_means(pairs: Ints, n: int) -> sparse.csr_matrix:
     return sparse.csr_matrix((1.0 / degrees[rows], (rows, columns)), shape=(n, n))
 
 
-def smooth_normals(points: Floats, faces: Ints) -> Floats:
+def smooth_normals(points: Floats, faces: Ints, *, whole: Whole | None = None) -> Floats:
     """(n, 3) unit normals of the vertices of a smoothed copy of the mesh; 0 where no face is.
 
     Five pairs of Taubin's steps and two means over the faces at the vertices of a face leave normals within a few degrees of the
     truth up to noise of 0.8 edges, and a cosine hardly sees these.
+
+    Args:
+        points: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        whole: the mesh that this is a part of, see `taubin_fairing`; then vertices with `RINGS_OF_SMOOTH_NORMALS` rings of faces
+            around them in the part get the bits of the whole.
     """
-    smooth = taubin_fairing(points, faces, iterations=5, border="along")
+    smooth = taubin_fairing(points, faces, iterations=5, border="along", whole=whole)
     around = face_neighbourhoods(faces, vertex_faces(faces, len(points)), "vertex")
-    mesh = normalised_mesh(points, faces)
+    mesh = normalised_mesh(points, faces, whole=whole)
     table = measure_faces((smooth - mesh.middle) * mesh.scale, faces)
     normals = np.ascontiguousarray(table[:, NORMAL])
     for _ in range(2):

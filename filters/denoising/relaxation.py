@@ -1,15 +1,16 @@
 """Taubin's steps before normal filtering: they calm noise that would turn faces over."""
 
-from typing import Literal, TypeAlias, get_args
+import math
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
 from ..checks import check_choice
 from ..diffusion.taubin import taubin_fairing
 from ..execution import Progress, ignore_progress
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Bools, Floats, Ints, Whole
 from ..topology import BorderPolicy, border_vertices
-from .noise_level import NoiseEstimate, smooth_normals
+from .noise_level import RINGS_OF_SMOOTH_NORMALS, NoiseEstimate, smooth_normals
 
 #: "all": vertices go wherever the steps take them, which evens out noise in all directions, and triangles. "normal": they keep
 #: their place along the surface, so that noise along the normals alone does not make them slide.
@@ -84,4 +85,58 @@ def outline_kept(vertices: Floats, moved: Floats, normals: Floats, outline: Bool
     along = moved - across
     squares, went = np.einsum("ij,ij->i", along, along), (moved != vertices).any(axis=1)
     p, q = (float(squares[went & which].mean()) if (went & which).any() else 0.0 for which in (outline, ~outline))
-    return np.where(outline[:, None], across + (min(1.0, q / p) if p > 0.0 else 1.0) * along, moved)
+    return np.where(outline[:, None], across + share_along(p, q) * along, moved)
+
+
+def share_along(p: float, q: float) -> float:
+    """What vertices of the outline keep of their way along the surface, see `outline_kept`."""
+    return min(1.0, q / p) if p > 0.0 else 1.0
+
+
+class RelaxedPart(NamedTuple):
+    """What the vertices of a part of a mesh are after Taubin's steps, as `relaxed` in the whole but for one number.
+
+    Attributes:
+        moved: (n, 3) where they are.
+        across: (n, 3) where those of the outline are without their way along the surface; the others as `moved`.
+        outline: (n,) which are on the outline.
+        squares: of p and of q of `outline_kept` the sum over the `own` vertices, and their number.
+    """
+
+    moved: Floats
+    across: Floats
+    outline: Bools
+    squares: tuple[tuple[float, int], tuple[float, int]]
+
+    @staticmethod
+    def of(
+        vertices: Floats,
+        faces: Ints,
+        own: Bools,
+        *,
+        iterations: int,
+        direction: RelaxationDirection,
+        border: BorderPolicy,
+        whole: Whole,
+        is_open: bool,
+    ) -> "RelaxedPart":
+        """Take the steps; arguments as of `relaxed`, and whether the whole has borders.
+
+        The `own` vertices of the part have `rings_of_relaxation` around them.
+        """
+        fair = taubin_fairing(vertices, faces, iterations=iterations, border=border, whole=whole)
+        outline = border_vertices(faces, len(vertices)) & (border == "along") & (direction == "all")
+        if direction == "all" and (border != "along" or not is_open):
+            return RelaxedPart(fair, fair, outline, ((0.0, 0), (0.0, 0)))
+        across = along_normals(vertices, fair, smooth_normals(vertices, faces, whole=whole))
+        if direction == "normal":
+            return RelaxedPart(across, across, outline, ((0.0, 0), (0.0, 0)))
+        along = fair - across
+        squares, went = np.einsum("ij,ij->i", along, along), (fair != vertices).any(axis=1) & own
+        p, q = ((math.fsum(squares[went & which]), int((went & which).sum())) for which in (outline, ~outline))
+        return RelaxedPart(fair, np.where(outline[:, None], across, fair), outline, (p, q))
+
+
+def rings_of_relaxation(iterations: int) -> int:
+    """How many rings of faces around a vertex decide where they take it."""
+    return max(2 * iterations, RINGS_OF_SMOOTH_NORMALS)

@@ -12,6 +12,7 @@ from .local_outlier_probability import (
     standard_distances,
 )
 from .stray_points import JOINED, NO_LINK, StrayRule, cut_links, linked_parts, linked_to, part_sums, stray_points, thicknesses
+from .thinning import grid_cells, surplus_points
 
 __all__ = [
     "JOINED",
@@ -23,6 +24,7 @@ __all__ = [
     "compare_rows",
     "cut_links",
     "gaps",
+    "grid_cells",
     "linked_parts",
     "linked_to",
     "local_outlier_probability",
@@ -32,5 +34,6 @@ __all__ = [
     "spread_of",
     "standard_distances",
     "stray_points",
+    "surplus_points",
     "thicknesses",
 ]

@@ -15,16 +15,16 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pymeshfair.errors import FilterInputError
-from pymeshfair.filters.outliers import local_outlier_probability, stray_points
+from pymeshfair.filters.outliers import local_outlier_probability, stray_points, surplus_points
 from pymeshfair.tiles import cells as cells_module
-from pymeshfair.tiles.cloud import Cloud, do_selection, write_cloud
+from pymeshfair.tiles.cloud import Cloud, do_step, write_cloud
 from pymeshfair.tiles.division import Shape, divide
-from pymeshfair.tiles.plan import Selection
+from pymeshfair.tiles.plan import CloudStep
 from pymeshfair.tiles.ply_slices import PlySlices
 from pymeshfair.tiles.sources import PlyCloud
 from pymeshfair.tiles.workers import Tasks
 from tests.tiles import tiling
-from tests.tiles.tiling import duplicates, loop, strays
+from tests.tiles.tiling import duplicates, loop, normals, strays, surplus
 
 Floats = NDArray[np.float64]
 
@@ -70,14 +70,14 @@ def islands(seed: int) -> Floats:
 
 
 def by_tiles(
-    points: Floats, selection: Selection, *, most: int, cell: int = 16, shape: Shape = "boxes", order: int = 0
+    points: Floats, selection: CloudStep, *, most: int, cell: int = 16, shape: Shape = "boxes", order: int = 0
 ) -> tuple[Floats, Floats, dict[str, Any]]:
     """The probabilities of all points if there are any, the points that are kept, and what the filter reports."""
     with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", cell):
         folder = Path(name)
         cloud = Cloud(PlyCloud(tiling.write_cloud(folder / "in.ply", points)), folder)
         pool = cast("Tasks", tiling.Here(order))
-        after, values, known = do_selection(cloud, selection, pool, 10**6, shape=shape, progress=lambda share: None, most=most)
+        after, values, known = do_step(cloud, selection, pool, 10**6, shape=shape, progress=lambda share: None, most=most)
         assert known["tiles"] > 1 or most >= len(points)
         write_cloud(after, folder / "out.ply", 100)
         rows = PlySlices(folder / "out.ply").vertices.read(0, len(PlySlices(folder / "out.ply")))
@@ -169,12 +169,82 @@ def test_a_second_selection_sees_what_the_first_has_left(tmp_path: Path) -> None
     cloud = Cloud(PlyCloud(tiling.write_cloud(tmp_path / "in.ply", points)), tmp_path)
     pool = cast("Tasks", tiling.Here())
     for selection in (loop(1, 10, 2.0, 0.4), loop(3, 5, 2.0, 0.6)):
-        cloud = do_selection(cloud, selection, pool, 10**6, shape="boxes", progress=lambda share: None, most=150)[0]
+        cloud = do_step(cloud, selection, pool, 10**6, shape="boxes", progress=lambda share: None, most=150)[0]
     expected = first.copy()
     expected[left] = second
     np.testing.assert_array_equal(cloud.scalars.read(0, len(points)), expected)
     assert cloud.kept is not None
     np.testing.assert_array_equal(np.flatnonzero(cloud.kept.read(0, len(points))), left[second <= 0.6])
+
+
+@pytest.mark.parametrize(("most", "side"), [(60, 0.3), (300, 3.0), (10_000, 0.01)])
+@pytest.mark.parametrize("make", [uneven, lattice, one_place])
+def test_thinning_by_tiles_keeps_the_same_points(make: Any, most: int, side: float) -> None:
+    """The first point of each cell of the grid stays, however the cloud is cut."""
+    points = make(most)
+    _, kept, values = by_tiles(points, surplus(1, side), most=most)
+    np.testing.assert_array_equal(kept, np.flatnonzero(~surplus_points(points, side)))
+    assert values == {"selected_vertices": len(points) - len(kept)}
+
+
+def hillside(seed: int, count: int = 1500) -> Floats:
+    """Points on hills, far from the origin, and a ball beside them."""
+    random = np.random.default_rng(seed)
+    places = random.uniform(0, 10, (count, 2))
+    hills = np.column_stack([places, np.sin(places[:, 0]) + 0.3 * np.cos(2 * places[:, 1])])
+    ball = random.normal(size=(count // 2, 3))
+    ball /= np.linalg.norm(ball, axis=1)[:, None]
+    points = random.permutation(np.concatenate([hills, np.add(ball, [20, 0, 0])]))
+    return cast("Floats", np.add(points, [5e5, 5.4e6, 300.0]))
+
+
+def normals_by_tiles(points: Floats, step: Any, *, most: int, cell: int = 16, shape: Shape = "boxes", order: int = 0) -> Floats:
+    """The normals of all points, as they are written."""
+    with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", cell):
+        folder = Path(name)
+        cloud = Cloud(PlyCloud(tiling.write_cloud(folder / "in.ply", points)), folder)
+        pool = cast("Tasks", tiling.Here(order))
+        cloud, _, known = do_step(cloud, step, pool, 10**6, shape=shape, progress=lambda share: None, most=most)
+        assert known["tiles"] > 1 or most >= len(points)
+        assert write_cloud(cloud, folder / "out.ply", 100) == len(points)
+        rows = PlySlices(folder / "out.ply").vertices.read(0, len(points))
+        np.testing.assert_array_equal(rows["number"], np.arange(len(points)))
+        return np.stack([rows[name] for name in ("nx", "ny", "nz")], axis=1)
+
+
+@pytest.mark.parametrize("iterations", [0, 2])
+@pytest.mark.parametrize(("most", "cell", "shape"), [(300, 40, "boxes"), (90, 7, "x"), (10_000, 512, "boxes")])
+def test_normals_by_tiles_are_those_of_meshlab(iterations: int, most: int, cell: int, shape: Shape) -> None:
+    """The directions of MeshLab but for rounding, on the side of the view point; the bits do not depend on the tiles."""
+    points, view = hillside(1), (5e5 + 3.0, 5.4e6 + 4.0, 420.0)
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(points - points[0]))
+    meshes.compute_normal_for_point_clouds(k=14, smoothiter=iterations, flipflag=True, viewpos=np.array(view) - points[0])
+    theirs = meshes.current_mesh().vertex_normal_matrix()
+    found = normals_by_tiles(points, normals(1, 14, iterations, view), most=most, cell=cell, shape=shape)
+    edgewise = np.abs(np.einsum("ij,ij->i", theirs, view - points)) < 1e-6
+    np.testing.assert_allclose(found[~edgewise], theirs[~edgewise], rtol=0.0, atol=1e-8)
+    whole = normals_by_tiles(points, normals(1, 14, iterations, view), most=20_000, order=3)
+    np.testing.assert_array_equal(found, whole)
+
+
+@pytest.mark.parametrize(("most", "cell"), [(300, 40), (90, 7), (10_000, 512)])
+def test_normals_without_a_view_point_are_turned_alike(most: int, cell: int) -> None:
+    """Through all tiles: the hills look up, and the ball looks out or in, as a whole."""
+    points = hillside(2)
+    found = normals_by_tiles(points, normals(1, 14, 2), most=most, cell=cell, order=most)
+    ball = points[:, 0] > 5e5 + 15
+    assert (found[~ball, 2] > 0).all()
+    out = np.einsum("ij,ij->i", found[ball], points[ball] - [5e5 + 20, 5.4e6, 300.0])
+    assert (out > 0).all() or (out < 0).all()
+
+
+@pytest.mark.parametrize("make", [uneven, lattice, one_place])
+def test_normals_of_awkward_clouds_have_directions_that_do_not_depend_on_the_tiles(make: Any) -> None:
+    """Ties, coincident points and density that falls a thousandfold: the same directions in many tiles as in one."""
+    points = make(3)
+    found = normals_by_tiles(points, normals(1, 10, 1, (1.0, 2.0, 3.0)), most=70, cell=9)
+    np.testing.assert_array_equal(found, normals_by_tiles(points, normals(1, 10, 1, (1.0, 2.0, 3.0)), most=20_000))
 
 
 @pytest.mark.parametrize("make", [uneven, lattice, one_place])

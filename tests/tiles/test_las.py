@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import struct
 from pathlib import Path
 from typing import Any, cast
@@ -11,8 +12,9 @@ import numpy as np
 import pytest
 
 from pymeshfair.files.errors import ContentsError
+from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.outliers import local_outlier_probability
-from pymeshfair.tiles.cloud import Cloud, do_selection, write_cloud
+from pymeshfair.tiles.cloud import Cloud, do_step, write_cloud
 from pymeshfair.tiles.ply_slices import PlySlices
 from pymeshfair.tiles.sources import LasCloud
 from pymeshfair.tiles.workers import Tasks
@@ -51,7 +53,7 @@ def test_every_dimension_is_kept(form: int, extension: str, tmp_path: Path) -> N
     points = np.stack([source.x, source.y, source.z], axis=1)
     expected = local_outlier_probability(points, neighbors=9, extent=2.0)
     cloud = Cloud(LasCloud(tmp_path / f"in.{extension}"), tmp_path)
-    cloud, values, _ = do_selection(
+    cloud, values, _ = do_step(
         cloud,
         loop(1, 9, 2.0, 0.7),
         cast("Tasks", Here()),
@@ -92,6 +94,22 @@ def test_a_copc_file_is_cleaned(tmp_path: Path) -> None:
     done = invoke("run", "remove_outliers", tmp_path / "plain.laz", "-o", tmp_path / "out.copc.laz", "--tiles")
     assert done.exit_code == 1
     assert "name the output .laz" in done.stderr
+
+
+def test_the_unit_of_the_file_is_taken(tmp_path: Path) -> None:
+    """That of its reference system is in the document and in the provenance, as in one piece; rows of surfaces are left out."""
+    scan(tmp_path / "plain.laz", form=7)
+    cloud = laspy.read(tmp_path / "plain.laz")
+    cloud.header.vlrs.append(laspy.vlrs.known.WktCoordinateSystemVlr('PROJCS["x",UNIT["metre",1]]'))
+    cloud.write(tmp_path / "in.laz")
+    done = invoke("run", "remove_outliers", tmp_path / "in.laz", "-o", tmp_path / "out.laz", "--tiles", "--json")
+    assert json.loads(done.stdout)["unit"] == "m"
+    record = json.loads(provenance_path(tmp_path / "out.laz").read_text("utf-8"))
+    assert record["input"]["unit"] == record["measures"]["unit"] == "m"
+    done = invoke("run", "remove_outliers", tmp_path / "in.laz", "-o", tmp_path / "again.laz", "--tiles")
+    assert "vertices" in done.stdout
+    assert "area" not in done.stdout
+    assert "border edges" not in done.stdout
 
 
 def test_a_torn_file_is_refused(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pymeshfair.errors import FilterInputError
-from pymeshfair.filters.denoising import FIXED, normal_filtering
+from pymeshfair.filters.denoising import FIXED, REPERTOIRE, automatic_choice, denoise_automatically, denoised
 from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
 from pymeshfair.registry import find_filter
 from pymeshfair.tiles import cells as cells_module
@@ -133,27 +133,64 @@ def test_taubin_smooth_by_tiles_is_that_of_meshlab(most: int, cell: int) -> None
         (120, 20, {"method": "averaged", "neighborhood": "two_ring", "vertex_update": "ohtake", "border": "free"}),
         (300, 50, {"method": "unilateral", "range_kernel": "tukey", "border": "fixed", "outer_iterations": 4}),
         (200, 16, {"method": "mean", "neighborhood": "three_ring", "normal_iterations": 3, "relaxation": 2}),
+        (150, 30, {"method": "mean", "relaxation": 7, "relaxation_direction": "normal", "vertex_iterations": 5}),
+        (150, 30, {"method": "mean", "relaxation": 7, "border": "free"}),
     ],
 )
 def test_normal_filtering_by_tiles_changes_no_bit(most: int, cell: int, settings: dict[str, Any]) -> None:
     """Rounds by tiles, with the mean distance of centres found in a pass before each, are those of the whole."""
     vertices, faces = awkward(most)
     given = {"vertex_iterations": 3, "outer_iterations": 2, **settings}
-    whole = vertices
-    if "relaxation" in given:
-        whole = taubin_fairing(vertices, faces, iterations=given["relaxation"])
-    fixed = {name: value for name, value in {**asdict(FIXED), **given}.items() if name != "relaxation"}
-    whole = normal_filtering(whole, faces, **fixed)
+    fixed = {**asdict(FIXED), **given}
+    before = {name: fixed.pop(name) for name in ("relaxation", "relaxation_direction") if name in fixed}
+    border = fixed.pop("border", "along")
+    whole = denoised(vertices, faces, **before, filtering=fixed, border=border)
     values = find_filter(NORMALS).defaults | {"choice": "fixed", "border": "along"} | given
     found = by_tiles(vertices, faces, Move(1, NORMALS, values), most=most, cell=cell)
-    np.testing.assert_array_equal(found, whole)
+    # Of the way along the surface borders keep a share that comes from sums over all vertices.
+    np.testing.assert_allclose(found, whole, rtol=0.0, atol=1e-9 if before and border == "along" else 0.0)
     assert not np.array_equal(whole, vertices)
+
+
+@pytest.mark.parametrize("given", [{}, {"outliers": "keep", "method": "bilateral"}])
+def test_settings_are_chosen_once_for_all_tiles(given: dict[str, Any]) -> None:
+    """Of a mesh that is small enough to be looked at as a whole they are those of one piece, and so are the vertices."""
+    random = np.random.default_rng(7)
+    vertices, faces = icosphere(4)
+    vertices = vertices * [1.0, 1.4, 0.7] + random.normal(scale=0.006, size=vertices.shape)
+    if given:
+        choice = automatic_choice(vertices, faces, repertoire=REPERTOIRE.narrowed(**given))
+        whole = choice.setting.apply(vertices, faces, border="along", movable=None)
+    else:
+        whole, choice = denoise_automatically(vertices, faces)
+    assert choice.setting.parameters is not None or choice.setting.relaxation
+    found = by_tiles(vertices, faces, Move(1, NORMALS, find_filter(NORMALS).defaults | given), most=700, cell=64)
+    np.testing.assert_array_equal(found, whole)
+
+
+def test_a_mesh_without_noise_stays() -> None:
+    """Nothing is chosen, and nothing moves."""
+    vertices, faces = icosphere(4)
+    found = by_tiles(vertices, faces, Move(1, NORMALS, find_filter(NORMALS).defaults), most=700, cell=64)
+    np.testing.assert_array_equal(found, vertices)
+
+
+def test_what_is_chosen_but_cannot_be_cut_is_said() -> None:
+    """Outliers are replaced in one piece alone, and what to take in its place is said."""
+    random = np.random.default_rng(7)
+    vertices, faces = icosphere(4)
+    vertices = vertices + random.normal(scale=0.002, size=vertices.shape)
+    spikes = random.choice(len(vertices), len(vertices) // 8, replace=False)
+    vertices[spikes] *= 1.0 + random.normal(scale=0.2, size=(len(spikes), 1))
+    with pytest.raises(
+        FilterInputError, match=r"outliers '(replace|only)', which needs the whole mesh: .* set outliers to 'keep'"
+    ):
+        by_tiles(vertices, faces, Move(1, NORMALS, find_filter(NORMALS).defaults), most=700, cell=64)
 
 
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ({}, "chooses its parameters from the whole mesh"),
         ({"choice": "fixed", "neighborhood": "radius"}, "neighborhood 'radius'"),
         ({"choice": "fixed", "vertex_update": "conjugate_gradient"}, "vertex_update 'conjugate_gradient'"),
         ({"choice": "fixed", "outliers": "replace"}, "outliers 'replace'"),

@@ -198,20 +198,22 @@ def test_steps_that_need_the_whole_are_named(tmp_path: Path) -> None:
 
 
 def test_clean_point_cloud_by_tiles_keeps_the_points_of_one_piece(tmp_path: Path) -> None:
-    """By tiles the recipe keeps the same points with the same probabilities; that it computes no normals is said."""
+    """By tiles the recipe keeps the same points with the same probabilities, and gives them normals of the same directions."""
     points = uneven(5)
     scan = write_cloud(tmp_path / "scan.ply", np.concatenate([points, points[:50]]))
     done = invoke("run", "clean_point_cloud", scan, "-o", tmp_path / "tiled.ply", "--tiles", "--json")
     whole = invoke("run", "clean_point_cloud", scan, "-o", tmp_path / "whole.ply")
     assert (done.exit_code, whole.exit_code) == (0, 0), done.stderr + whole.stderr
     report = json.loads(done.stdout)
-    assert any("step 7 was left out: no normals are computed by tiles" in warning for warning in report["warnings"])
     assert len(report["steps"]) == 7
     assert report["steps"][0]["values"]["removed_vertices"] == 50
     files = [PlySlices(tmp_path / name) for name in ("tiled.ply", "whole.ply")]
     tiled, one = (file.vertices.read(0, len(file)) for file in files)
     for name in ("number", "quality", "x", "y", "z"):
         np.testing.assert_array_equal(tiled[name], one[name])
+    # Where many points lie in one plane or at one place, which neighbours are the nearest is a matter of rounding.
+    agree = np.abs(sum(tiled[name] * one[name] for name in ("nx", "ny", "nz")))
+    assert np.mean(agree > 1 - 1e-9) > 0.9
 
 
 @pytest.mark.parametrize(

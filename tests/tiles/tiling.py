@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymeshfair.tiles.plan import DUPLICATES, LOOP, STRAYS, Selection
+from pymeshfair.declaration import Length
+from pymeshfair.tiles.plan import DUPLICATES, LOOP, POINT_NORMALS, STRAYS, SURPLUS, CloudStep
 from tests.running.runs import ply_bytes, xyz
 
 
@@ -28,26 +29,37 @@ class Here:
         results: dict[int, Any] = {}
         for number in self._random.permutation(len(tasks)).tolist():
             results[number] = task(*tasks[number])
-            if task.__name__ in ("find", "mark_later", "link", "join", "connect", "finish") and number % 3 == 0:
+            if task.__name__ in ("find", "mark_later", "link", "join", "connect", "finish", "fit", "orient") and number % 3 == 0:
                 task(*tasks[number])  # as after the loss of a worker
         progress(1.0)
         return [results[number] for number in range(len(tasks))]
 
 
-def loop(step: int, neighbors: int, extent: float, threshold: float) -> Selection:
+def loop(step: int, neighbors: int, extent: float, threshold: float) -> CloudStep:
     """Delete the outliers of LoOP."""
-    return Selection(step, LOOP, {"neighbors": neighbors, "extent": extent, "threshold": threshold}, deletes=True)
+    return CloudStep(step, LOOP, {"neighbors": neighbors, "extent": extent, "threshold": threshold}, deletes=True)
 
 
-def strays(step: int, neighbors: int, sparseness: float, smallest_part: int) -> Selection:
+def strays(step: int, neighbors: int, sparseness: float, smallest_part: int) -> CloudStep:
     """Delete stray points."""
     values = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
-    return Selection(step, STRAYS, values, deletes=True)
+    return CloudStep(step, STRAYS, values, deletes=True)
 
 
-def duplicates(step: int) -> Selection:
+def surplus(step: int, side: float) -> CloudStep:
+    """Delete all but the first in each cell of a grid."""
+    return CloudStep(step, SURPLUS, {"side": Length(side)}, deletes=True)
+
+
+def normals(step: int, k: int, iterations: int, view: tuple[float, float, float] | None = None) -> CloudStep:
+    """Give the points normals."""
+    values = {"k": k, "smoothiter": iterations, "flipflag": view is not None, "viewpos": view or (0.0, 0.0, 0.0)}
+    return CloudStep(step, POINT_NORMALS, values, deletes=False)
+
+
+def duplicates(step: int) -> CloudStep:
     """Delete all but the first of coincident points."""
-    return Selection(step, DUPLICATES, {}, deletes=True)
+    return CloudStep(step, DUPLICATES, {}, deletes=True)
 
 
 def write_cloud(path: Path, points: NDArray[np.float64]) -> Path:

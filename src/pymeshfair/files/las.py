@@ -22,7 +22,9 @@ from .reading import Reading
 from .references import References
 from .saving import WORTH_A_WARNING, Writing
 
-_PLACE, _COLOR, _NORMAL = ("X", "Y", "Z"), ("red", "green", "blue"), ("NormalX", "NormalY", "NormalZ")
+_PLACE, _COLOR = ("X", "Y", "Z"), ("red", "green", "blue")
+#: the dimensions of normals
+NORMAL = ("NormalX", "NormalY", "NormalZ")
 #: attributes of `MeshData` that have dimensions of their own names
 _NUMBERS = ("scalars", "radii")
 #: points that are read or written at once
@@ -110,8 +112,8 @@ def read_las(path: Path, references: References) -> Reading:
         levels = np.full((len(deep), 4), 255, np.uint8)
         levels[:, :3] = deep if deep.max(initial=0) <= 255 else np.rint(deep * (255 / 65535))
         attributes["colors"] = levels
-    if set(_NORMAL) <= columns.keys():
-        attributes["normals"] = np.stack([columns.pop(name) for name in _NORMAL], axis=1).astype(np.float64)
+    if set(NORMAL) <= columns.keys():
+        attributes["normals"] = np.stack([columns.pop(name) for name in NORMAL], axis=1).astype(np.float64)
     for name, column in columns.items():
         attributes[f"{name}_" if name in VERTEX_ATTRIBUTES - set(_NUMBERS) else name] = column
     mesh = MeshData(
@@ -121,6 +123,12 @@ def read_las(path: Path, references: References) -> Reading:
         source=Source(path, "las", LasDocument(header, records, deep, levels), _extras(header, records)),
     )
     return Reading(mesh)
+
+
+def las_unit(path: Path) -> str | None:
+    """The unit of length of the coordinate reference system of a file; raises as `opened`."""
+    with opened(path) as reader:
+        return _unit([*reader.header.vlrs, *(reader.evlrs or ())])
 
 
 def _unit(records: list[Any]) -> str | None:
@@ -305,7 +313,7 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, NDArray[
                 deep[same] = document.deep[ids[same]]
             columns |= zip(_COLOR, deep.T, strict=True)
         elif name == "normals":
-            columns |= zip(_NORMAL, values.T, strict=True)
+            columns |= zip(NORMAL, values.T, strict=True)
         elif name in _NUMBERS or name not in VERTEX_ATTRIBUTES:
             columns[name[:-1] if name[:-1] in VERTEX_ATTRIBUTES else name] = values
     return columns

@@ -58,12 +58,14 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = No
     """
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
-    return [
-        [words + powers.get(name, ""), *(_shown(measures.get(name)) for measures in columns.values())]
-        for name, words, always in _MEASURES
-        # The points of a cloud wait for no face.
-        if always or any(measures.get(name) for measures in (surfaces if name == "unreferenced_vertices" else columns.values()))
-    ]
+    clouds = all(measures.get("faces") == 0 for measures in columns.values())
+    rows = []
+    for name, words, always in _MEASURES:
+        # The points of a cloud wait for no face, and have no borders and no area.
+        known = [measures.get(name) for measures in (surfaces if name == "unreferenced_vertices" else columns.values())]
+        if any(known) or (always and not (clouds and all(value is None for value in known))):
+            rows.append([words + powers.get(name, ""), *(_shown(measures.get(name)) for measures in columns.values())])
+    return rows
 
 
 def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:

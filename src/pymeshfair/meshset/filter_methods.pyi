@@ -3699,6 +3699,26 @@ class FilterMethods(metaclass=LateMethods):
             What the filter reports, by name; None if it reports nothing.
         """
 
+    def compute_selection_by_grid_per_vertex(
+        self,
+        *,
+        side: LengthLike = "1%",
+    ) -> dict[str, Any] | None:
+        """Selects all points but the first in each cell of a grid: without them a cloud is thinner, and as dense in all places.
+
+        Points that stay are those that were measured, with all that belongs to them. The grid has a corner at the origin. The
+        selection of vertices is replaced; faces play no part. Returns the number of selected points.
+
+        Args:
+            side: The side of the cells. Larger leaves fewer points. Takes a length such as '1%' (of the bounding box's
+                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Select Surplus Points'.
+        """
+
     def compute_selection_by_non_manifold_edges_per_face(self) -> Any:
         """MeshLab's filter 'Select non Manifold Edges'.
 

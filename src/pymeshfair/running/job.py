@@ -94,6 +94,13 @@ class Job:
         """
         return unit_of_scan(self.unit, file_unit, self.recipe.script.unit)
 
+    def doubts_of_unit(self, file_unit: str | None) -> tuple[str, ...]:
+        """The warning where the recipe is for another unit than that of the scan, given that of its file."""
+        unit, meant = self.unit_of(file_unit), self.recipe.script.unit
+        if not meant or meant == unit:
+            return ()
+        return (f"the recipe is for scans in {meant}, and this one is in {unit}: its plain numbers mean {unit}",)
+
     def check_unit(self) -> None:
         """Refuse a length with a unit where nothing says that of the scan, as far as that is known before the file is read.
 

@@ -132,10 +132,8 @@ class Session:
         read, source = self._load(self._job.input)
         self._unit = self._job.unit_of(read.unit)
         self._job.lengths_in(self._unit)  # refused before anything is done
-        if (meant := self._job.recipe.script.unit) and meant != self._unit:
-            self._warn(
-                f"the recipe is for scans in {meant}, and this one is in {self._unit}: its plain numbers mean {self._unit}"
-            )
+        for doubt in self._job.doubts_of_unit(read.unit):
+            self._warn(doubt)
         others = [self._load(path) for path in self._job.others]
         outcome = self.carry_out(read, [mesh for mesh, _ in others])
         source["others"] = [described for _, described in others]

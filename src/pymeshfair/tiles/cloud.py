@@ -1,7 +1,7 @@
-"""A cloud by tiles: stages of selecting points, each of which may delete them, and the result written by slices.
+"""A cloud by tiles: stages of selecting points, each of which may delete them, or of normals, and the result written by slices.
 
-Of coincident points all but the first go. For LoOP neighbours are sought in the tile and in the cells around it, and then
-compared with theirs. `strays` has the third selection.
+Of coincident points, and of those in a cell of a grid, all but the first go. For LoOP neighbours are sought in the tile and in
+the cells around it, and then compared with theirs. `strays` has the third selection, `point_normals` the normals.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ..errors import FilterInputError
 from ..files.equal_rows import numbered
 from ..filters.execution import ignore_progress, part_of
+from ..filters.inspection.surface_measures import box_diagonal
 from ..filters.neighbours import Nearest, tree_scale
 from ..filters.outliers import (
     JOINED,
@@ -27,6 +28,7 @@ from ..filters.outliers import (
     StrayRule,
     compare,
     compare_rows,
+    grid_cells,
     probabilities_of,
     spread_of,
     standard_distances,
@@ -34,10 +36,11 @@ from ..filters.outliers import (
 from .cells import Cells, Ranges
 from .columns import Column, Part, in_order
 from .division import Bucket, Floats, Longs, Shape, divide
-from .memory import cloud_points, slice_rows
+from .memory import cloud_points, points_with_normals, slice_rows
 from .neighbours import TilePoints, search_tile
-from .plan import DUPLICATES, LOOP, Selection
-from .sources import Source
+from .plan import DUPLICATES, LOOP, POINT_NORMALS, SURPLUS, CloudStep
+from .point_normals import NormalTiles
+from .sources import Added, Source
 from .strays import StrayTiles
 from .workers import Tasks
 
@@ -144,13 +147,21 @@ class Cloud:
         """The probability of each point of the file in the last stage that it was in."""
         return Column(self.folder / "scalars", "<f8")
 
+    @property
+    def normals(self) -> Column:
+        """The normal of each point of the file in the last stage that gave it one."""
+        return Column(self.folder / "normals", "<f8", 3)
+
+    def left(self, first: int, last: int) -> NDArray[np.bool_]:
+        """Which of some points of the file are left."""
+        return np.ones(last - first, np.bool_) if self.kept is None else self.kept.read(first, last) > 0
+
     def slices(self, size: int) -> Iterator[tuple[Floats, Longs]]:
         """(m, 3) coordinates and (m,) numbers of the points that are left, counted without the others."""
         first = read = 0
         for places in self.source.points(size):
             start, read = read, read + len(places)
-            if self.kept is not None:
-                places = places[self.kept.read(start, read) > 0]
+            places = places[self.left(start, read)]
             yield np.ascontiguousarray(places), np.arange(first, first + len(places))
             first += len(places)
 
@@ -168,9 +179,37 @@ class Cloud:
                 low, high = np.minimum(low, places.min(axis=0)), np.maximum(high, places.max(axis=0))
         return count, low, high
 
-    def divide(self, count: int, folder: Path, most: int, shape: Shape, size: int) -> list[Bucket]:
-        """The points in buckets; see `pymeshfair.tiles.division.divide`."""
-        return divide(lambda: self.slices(size), count, folder, most=most, shape=shape)
+    def divide(self, count: int, folder: Path, most: int, shape: Shape, size: int, grid: float | None = None) -> list[Bucket]:
+        """The points in buckets, see `pymeshfair.tiles.division.divide`; with a `grid` their cells in one of such cubes."""
+
+        def slices() -> Iterator[tuple[Floats, Longs]]:
+            for places, numbers in self.slices(size):
+                yield places if grid is None else grid_cells(places, grid), numbers
+
+        return divide(slices, count, folder, most=most, shape=shape)
+
+    def put_in_order(self, found: Column, parts: Sequence[Part], count: int, size: int) -> None:
+        """Write what was found of the points that are left, by tiles, in their order."""
+        found.path.unlink(missing_ok=True)
+        for block in in_order(parts, count, size):
+            found.append(block)
+
+    def give_normals(self, parts: tuple[Part, ...], count: int, size: int) -> None:
+        """Give the points that are left the normals of the tiles."""
+        found, done = Column(self.folder / "found", "<f8", 3), 0
+        self.put_in_order(found, parts, count, size)
+        total = len(self.source)
+        if not self.normals.path.exists():
+            self.normals.create(total)
+        for first in range(0, total, size):
+            last = min(first + size, total)
+            normals = self.normals.read(first, last)
+            left = self.left(first, last)
+            here = int(left.sum())
+            normals[left] = found.read(done, done + here)
+            self.normals.write(first, normals)
+            done += here
+        found.path.unlink()
 
 
 @dataclass(frozen=True)
@@ -188,7 +227,7 @@ class Judgement:
     cloud: Cloud
     parts: tuple[Part, ...]
     count: int
-    selection: Selection
+    selection: CloudStep
     target: Column
 
     @property
@@ -198,9 +237,7 @@ class Judgement:
 
     def gather(self, size: int) -> float:
         """Put it in order; the spread of factors, 0 of stray points."""
-        self.found.path.unlink(missing_ok=True)
-        for block in in_order(self.parts, self.count, size):
-            self.found.append(block)
+        self.cloud.put_in_order(self.found, self.parts, self.count, size)
         return spread_of(self._blocks, self.selection.values["extent"]) if self.selection.filter == LOOP else 0.0
 
     def _blocks(self) -> Iterable[Floats]:
@@ -216,7 +253,7 @@ class Judgement:
         selected, largest, sums = 0, 0.0, []
         for first in range(0, total, size):
             last = min(first + size, total)
-            left = np.ones(last - first, np.bool_) if cloud.kept is None else cloud.kept.read(first, last) > 0
+            left = cloud.left(first, last)
             count = int(left.sum())
             goes = found = self.found.read(done, done + count)
             done += count
@@ -236,9 +273,9 @@ class Judgement:
         return {("removed_vertices" if self.selection.filter == DUPLICATES else "selected_vertices"): selected} | told
 
 
-def do_selection(
+def do_step(
     cloud: Cloud,
-    selection: Selection,
+    step: CloudStep,
     tasks: Tasks,
     tile: int,
     *,
@@ -250,7 +287,7 @@ def do_selection(
 
     Args:
         cloud: what is left before.
-        selection: what to do.
+        step: what to do.
         tasks: does them.
         tile: bytes that a tile may take.
         shape: of tiles.
@@ -265,16 +302,18 @@ def do_selection(
     """
     size = slice_rows(tile, cloud.source.row)
     count, low, high = tasks.run(cloud.survey, size)
-    if selection.neighbors >= count:
-        raise FilterInputError(
-            f"{selection.neighbors} neighbours need a cloud of at least {selection.neighbors + 1} points, got {count}"
-        )
+    if step.neighbors >= count:
+        raise FilterInputError(f"{step.neighbors} neighbours need a cloud of at least {step.neighbors + 1} points, got {count}")
     progress(0.02)
-    folder = cloud.folder / f"step-{selection.step}"
+    folder = cloud.folder / f"step-{step.step}"
     folder.mkdir(exist_ok=True)
-    points = cloud_points(tile, selection.neighbors) if most is None else most
-    alike = selection.filter == DUPLICATES  # slabs would separate points of one place
-    buckets = tasks.run(cloud.divide, count, folder, points, "boxes" if alike else shape, size)
+    fitting = points_with_normals if step.filter == POINT_NORMALS else cloud_points
+    points = fitting(tile, step.neighbors) if most is None else most
+    grid = None
+    if step.filter == SURPLUS:
+        grid = step.values["side"].resolve(diagonal=box_diagonal(np.stack([low, high])), mean_edge=lambda: 0.0)
+    alike = step.filter in (DUPLICATES, SURPLUS)  # slabs would separate points of one place
+    buckets = tasks.run(cloud.divide, count, folder, points, "boxes" if alike else shape, size, grid)
     progress(0.1)
     if alike:
         parts, tiles = coincident(buckets, tasks, part_of(progress, 0.1, 0.9)), len(buckets)
@@ -284,31 +323,50 @@ def do_selection(
         filled = tasks.map(cells.fill, list(zip(buckets, starts, strict=False)), part_of(progress, 0.1, 0.2))
         tasks.run(cells.index, filled, buckets)
         ranges = tasks.run(cells.tiles, points)
-        find = _factors if selection.filter == LOOP else _strays
-        parts, tiles = find(cells, selection, tasks, ranges, points, size, part_of(progress, 0.2, 0.9)), len(ranges)
-    judgement = Judgement(
-        cloud,
-        parts,
-        count,
-        selection,
-        Column(cloud.folder / f"kept-{selection.step}", "u1"),
-    )
+        do = {LOOP: _factors, POINT_NORMALS: _normals}.get(step.filter, _strays)
+        parts, tiles = do(cells, step, tasks, ranges, points, size, part_of(progress, 0.2, 0.9)), len(ranges)
+    known = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": tiles, "points_per_tile": points}
+    if step.filter == POINT_NORMALS:
+        tasks.run(cloud.give_normals, parts, count, size)
+        shutil.rmtree(folder, ignore_errors=True)
+        progress(1.0)
+        return cloud, {}, known
+    judgement = Judgement(cloud, parts, count, step, Column(cloud.folder / f"kept-{step.step}", "u1"))
     spread = tasks.run(judgement.gather, size)
     shutil.rmtree(folder, ignore_errors=True)
     values = tasks.run(judgement.select, spread, size)
     judgement.found.path.unlink(missing_ok=True)
-    if selection.deletes and values.get("selected_vertices") == count:
+    if step.deletes and values.get("selected_vertices") == count:
         raise FilterInputError(f"all {count} points were selected, so that nothing is left of the cloud")
     progress(1.0)
-    known = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": tiles, "points_per_tile": points}
     return replace(cloud, kept=judgement.target), values, known
 
 
+def _normals(
+    cells: Cells, step: CloudStep, tasks: Tasks, tiles: Ranges, most: int, size: int, progress: Callable[[float], None]
+) -> tuple[Part, ...]:
+    """Of each tile the normals."""
+    work = NormalTiles(cells, step.values, most)
+    tasks.run(work.create)
+    tasks.map(work.find, tiles, part_of(progress, 0.0, 0.4))
+    tasks.map(work.fit, tiles, part_of(progress, 0.4, 0.6))
+    for number in range(1, work.iterations + 1):
+        tasks.map(work.smooth, [(number, *tile) for tile in tiles], ignore_progress)
+        tasks.run(work.forget, number - 1)
+    over = np.empty(0, np.int64)
+    if not step.values["flipflag"]:
+        tasks.map(work.orient, tiles, part_of(progress, 0.7, 0.85))
+        tasks.map(work.meet, tiles, part_of(progress, 0.85, 0.95))
+        over = tasks.run(work.across, tiles)
+    tasks.map(work.finish, [(over, *tile) for tile in tiles], part_of(progress, 0.95, 1.0))
+    return tuple(work.part(first) for first, _ in tiles)
+
+
 def _factors(
-    cells: Cells, selection: Selection, tasks: Tasks, tiles: Ranges, most: int, size: int, progress: Callable[[float], None]
+    cells: Cells, step: CloudStep, tasks: Tasks, tiles: Ranges, most: int, size: int, progress: Callable[[float], None]
 ) -> tuple[Part, ...]:
     """Of each tile the factors of LoOP."""
-    work = OutlierTiles(cells, selection.neighbors, most)
+    work = OutlierTiles(cells, step.neighbors, most)
     tasks.run(work.distances.create, cells.count)
     tasks.map(work.find, tiles, part_of(progress, 0.0, 0.85))
     tasks.map(work.finish, [(first,) for first, _ in tiles], part_of(progress, 0.85, 1.0))
@@ -316,11 +374,11 @@ def _factors(
 
 
 def _strays(
-    cells: Cells, selection: Selection, tasks: Tasks, tiles: Ranges, most: int, size: int, progress: Callable[[float], None]
+    cells: Cells, step: CloudStep, tasks: Tasks, tiles: Ranges, most: int, size: int, progress: Callable[[float], None]
 ) -> tuple[Part, ...]:
     """Of each tile which points are stray."""
-    values = selection.values
-    work = StrayTiles(cells, StrayRule(selection.neighbors, values["sparseness"], values["smallest_part"]), most)
+    values = step.values
+    work = StrayTiles(cells, StrayRule(step.neighbors, values["sparseness"], values["smallest_part"]), most)
     tasks.run(work.create)
     tasks.map(work.find, tiles, part_of(progress, 0.0, 0.7))
     median = tasks.run(work.median, size)
@@ -334,12 +392,14 @@ def _strays(
 
 
 def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
-    """Write what is left, as it was read, with the probabilities if there are any; how many points that are."""
-    kept = cloud.kept
-    assert kept is not None
-    probable, total = cloud.scalars.path.exists(), len(cloud.source)
+    """Write what is left, as it was read, with the probabilities and the normals if there are any; how many points that are."""
+    total = len(cloud.source)
     slices = [(first, min(first + size, total)) for first in range(0, total, size)]
-    count = sum(int(np.count_nonzero(kept.read(*rows))) for rows in slices)
-    marks = ((kept.read(*rows) > 0, cloud.scalars.read(*rows) if probable else None) for rows in slices)
-    cloud.source.write(target, count, marks, size, scalars=probable)
+    columns = [
+        (name, column) for name, column in (("scalars", cloud.scalars), ("normals", cloud.normals)) if column.path.exists()
+    ]
+    count = sum(int(np.count_nonzero(cloud.left(*rows))) for rows in slices)
+    marks = ((cloud.left(*rows), {name: column.read(*rows) for name, column in columns}) for rows in slices)
+    added: Added = tuple(name for name, _ in columns)
+    cloud.source.write(target, count, marks, size, added=added)
     return count

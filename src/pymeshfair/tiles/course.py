@@ -24,18 +24,18 @@ from ..operating_system import this_system
 from ..processes.cluster import LostSchedulerError, Scheduler
 from ..processes.process import Items
 from ..processes.versions import packages_here
-from ..running.job import Event, Job, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
+from ..running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
 from ..running.memory import default_memory
 from ..running.plain_values import plain
 from ..running.report import Report, StepDone
 from ..running.supervise import run_job
 from ..scripts.problems import ScriptError
-from .cloud import Cloud, do_selection, write_cloud
+from .cloud import Cloud, do_step, write_cloud
 from .division import Shape
 from .memory import Budget, budget, cloud_room, slice_rows, surface_room
 from .mesh import MeshFile, MeshTiles, cut, do_move
 from .moves import NORMALS, cost_of
-from .plan import LOOP, STRAYS, Move, Plan, plan_of
+from .plan import LOOP, POINT_NORMALS, STRAYS, CloudStep, Move, Plan, plan_of
 from .ply_slices import PlySlices
 from .sources import CLOUD_FORMATS, E57Cloud, Source, file_cloud, open_cloud
 from .surface import Surface
@@ -121,6 +121,8 @@ def _by_tiles(
         opened.enter_context(as_failures_of_run(job))
         on_event(PhaseStarted("reading"))
         described = described_file(job.input) | {"side_files": [], "others": []}
+        unit = open_cloud(job.input).unit if plan.cloud else None
+        described |= {"unit": unit} if unit else {}
         key = {
             "the input": described["sha256"],
             "the recipe": job.recipe.digest,
@@ -138,7 +140,7 @@ def _by_tiles(
     return replace(
         report,
         input=described,
-        warnings=(*report.warnings, *filter(None, [work.note])),
+        warnings=(*job.doubts_of_unit(unit), *report.warnings, *filter(None, [work.note])),
         tiles={**(report.tiles or {}), **workers},
         peak_memory=(this_system().peak_memory() or 0) + sum(peaks) if peaks else None,
     )
@@ -168,32 +170,32 @@ class _Course:
 
     def run(self, plan: Plan) -> Report:
         """Do the steps and write the result; the report."""
-        return self._select(plan) if plan.selections else self._move(plan.moves)
+        return self._do_cloud(plan.cloud) if plan.cloud else self._move(plan.moves)
 
-    def _select(self, plan: Plan) -> Report:
-        source, notes = open_cloud(self._job.input), plan.notes
+    def _do_cloud(self, plan: tuple[CloudStep, ...]) -> Report:
+        source, notes = open_cloud(self._job.input), tuple[str, ...]()
         if isinstance(source, E57Cloud):
             rewritten = self._folder / ("input.ply" if extension(self._job.output) == "ply" else "input.las")
-            notes = (*self._tasks.run(source.rewrite, rewritten, slice_rows(self._share.tile, source.row)), *notes)
+            notes = self._tasks.run(source.rewrite, rewritten, slice_rows(self._share.tile, source.row))
             source = file_cloud(rewritten)
         cloud = Cloud(source, self._folder)
         tilings = []
-        for selection in plan.selections:
-            self._pass_to(selection.step)
+        for step in plan:
+            self._pass_to(step.step)
             values: dict[str, Any] = {}
-            with self._step(selection.step, values):
-                cloud, told, known = do_selection(
+            with self._step(step.step, values):
+                cloud, told, known = do_step(
                     cloud,
-                    selection,
+                    step,
                     self._tasks,
                     self._share.tile,
                     shape=self._tiling.shape,
-                    progress=self._progress(selection.step),
+                    progress=self._progress(step.step),
                     most=self._tiling.most,
                 )
                 values |= told
             tilings.append({name: known[name] for name in ("tiles", "points_per_tile")})
-            if selection is plan.selections[0]:
+            if step is plan[0]:
                 before = _measures(known["points"], 0, known["low"], known["high"])
         self._pass_to(len(self._job.recipe.script.steps) + 1)
         self._on_event(PhaseStarted("writing"))
@@ -205,7 +207,7 @@ class _Course:
         return replace(report, warnings=(*report.warnings, *notes))
 
     def _pass_to(self, number: int) -> None:
-        """Name the steps before one that were done with others, do nothing, or are left out."""
+        """Name the steps before one that were done with others, or do nothing."""
         for passed in range(len(self._steps) + 1, number):
             with self._step(passed, {}):
                 pass
@@ -213,13 +215,17 @@ class _Course:
     def _move(self, plan: tuple[Move, ...]) -> Report:
         mesh, folder = MeshFile(PlySlices(self._job.input)), self._folder
         for move in plan:
-            with self._step(move.step, {}):
+            values: dict[str, Any] = {}
+            with self._step(move.step, values):
                 progress, start = self._progress(move.step), 0.0
                 if move is plan[0]:
                     start, cutting = 0.4, part_of(progress, 0.0, 0.4)
                     surface, known = self._cut(mesh, folder, plan, cutting)
                     tiles = surface.cells.tiles(known["points_per_tile"])
-                box = do_move(surface, move, tiles, self._tasks, part_of(progress, start, 1.0))
+                    box = known["low"], known["high"]
+                moved, told = do_move(surface, move, tiles, self._tasks, part_of(progress, start, 1.0))
+                box = moved or box
+                values |= told
         self._on_event(PhaseStarted("writing"))
         work = MeshTiles(surface)
         self._tasks.map(work.finish, tiles, lambda share: None)
@@ -255,7 +261,7 @@ class _Course:
 
     @contextmanager
     def _step(self, number: int, values: dict[str, Any]) -> Iterator[None]:
-        """One step of the recipe, told as it begins and ends; `values` takes what the filter reports."""
+        """One step of the recipe, told as it begins and ends; `values` takes what the filter reports, "notes" in words."""
         script = self._job.recipe.script
         step = script.steps[number - 1]
         self._on_event(StepStarted(number, len(script.steps), step.filter.name))
@@ -266,7 +272,10 @@ class _Course:
             place = Place.of_step(number, len(script.steps), step.filter.name, file=script.path, line=step.line)
             raise StepFailedError(place, str(error)) from error
         seconds = time.perf_counter() - started
-        self._steps.append(StepDone(plain(step.with_defaults().values), plain(values), seconds))
+        notes = tuple(values.pop("notes", ()))
+        for text in notes:
+            self._on_event(Message(text, step=number))
+        self._steps.append(StepDone(plain(step.with_defaults().values), plain(values), seconds, notes))
         self._on_event(StepFinished(number, seconds))
 
     def _progress(self, number: int) -> Callable[[float], None]:
@@ -286,17 +295,17 @@ def check(job: Job, plan: Plan) -> None:
         ParameterError: something is asked for that needs the whole mesh.
         InputError, OutputError: a file cannot be read or written by slices.
     """
-    if not (plan.selections or plan.moves):
+    if not (plan.cloud or plan.moves):
         raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
-    formats = CLOUD_FORMATS if plan.selections else ("ply",)
+    formats = CLOUD_FORMATS if plan.cloud else ("ply",)
     if job.all_guards or job.map is not None or job.others:
         raise ParameterError(
             "limits of the result, an intervention map and further layers need the whole mesh at once; leave them out, or --tiles"
         )
-    check_input(job.input, (*formats, "e57") if plan.selections else formats)
+    check_input(job.input, (*formats, "e57") if plan.cloud else formats)
     try:
         check_magic(job.input)
-        source = open_cloud(job.input) if plan.selections else MeshFile(PlySlices(job.input))
+        source = open_cloud(job.input) if plan.cloud else MeshFile(PlySlices(job.input))
         if isinstance(source, MeshFile):
             source.check()
     except ContentsError as error:
@@ -311,11 +320,8 @@ def check(job: Job, plan: Plan) -> None:
 def _check_room(job: Job, plan: Plan, source: Source | E57Cloud | MeshFile) -> None:
     folder = job.output.absolute().parent
     if not isinstance(source, MeshFile):
-        loop, strays = (
-            max((selection.neighbors for selection in plan.selections if selection.filter == name), default=0)
-            for name in (LOOP, STRAYS)
-        )
-        needed = cloud_room(len(source), source.row, loop, strays)
+        most = (max((s.neighbors for s in plan.cloud if s.filter == name), default=0) for name in (LOOP, STRAYS, POINT_NORMALS))
+        needed = cloud_room(len(source), source.row, *most)
     else:
         file = source.file
         vertices, faces = len(file), file.tables["face"].element.count

@@ -54,6 +54,11 @@ def cloud_points(tile: int, neighbors: int) -> int:
     return max(4 * neighbors, int(tile / (180 + 9 * neighbors)))
 
 
+def points_with_normals(tile: int, neighbors: int) -> int:
+    """Points of a tile that get normals from so many neighbours."""
+    return max(4 * neighbors, int(tile / (200 + 40 * neighbors)))
+
+
 def surface_vertices(tile: int, each: int, rings: int) -> int:
     """Vertices of a tile of a mesh, besides those in the rings around it.
 
@@ -72,21 +77,24 @@ def slice_rows(tile: int, row: int) -> int:
     return max(1 << 12, int(tile / (6 * row + 150)))
 
 
-def cloud_room(count: int, row: int, loop_neighbors: int, stray_neighbors: int) -> int:
+def cloud_room(count: int, row: int, loop_neighbors: int, stray_neighbors: int, normal_neighbors: int = 0) -> int:
     """Bytes on the disk of the work on a cloud, the output among them.
 
     Cells take 32 a point. LoOP adds distances and factors (24), 2 + k for an eighth of the points that look into other tiles, and
-    17 for the probability and the choice; stray points add 8 for each link and 53. Measured were 84 to 87 for LoOP with 20.
+    17 for the probability and the choice; stray points add 8 for each link and 53, normals 8 for each link and 113. Measured were
+    84 to 87 for LoOP with 20.
 
     Args:
         count: points.
         row: bytes of a point in the output.
         loop_neighbors: the most neighbours in a step of LoOP, 0 without one.
         stray_neighbors: the same of stray points.
+        normal_neighbors: the same of normals.
     """
     loop = 75 + loop_neighbors if loop_neighbors else 0
     strays = 85 + 8 * stray_neighbors if stray_neighbors else 0
-    return count * max(64, loop, strays + (8 if loop else 0), row + 17)
+    normals = 145 + 8 * normal_neighbors + (9 if loop else 0) if normal_neighbors else 0
+    return count * max(64, loop, strays + (8 if loop else 0), normals, row + 17 + (48 if normals else 0))
 
 
 def surface_room(vertices: int, faces: int, row: int, *, rounds: bool) -> int:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,16 +19,25 @@ from ..errors import FilterInputError
 from ..files.errors import ContentsError
 from ..files.ply import CORNERS
 from ..files.ply_header import PlyProperty, header_bytes
-from ..filters.denoising import distances_of_part, needs_distance, rings_of_round, round_of_part
+from ..filters.denoising import (
+    RelaxedPart,
+    distances_of_part,
+    needs_distance,
+    rings_of_relaxation,
+    rings_of_round,
+    round_of_part,
+    share_along,
+)
 from ..filters.execution import part_of
 from ..filters.mesh import NormalisedMesh, Whole, check_healthy, normalised_mesh
-from .cells import Cells
+from ..filters.topology import border_vertices
+from .cells import Cells, Ranges
 from .cloud import Cloud
-from .columns import Part, in_order
+from .columns import Column, Part, in_order
 from .division import Floats, Shape
 from .halo import tile_with_rings
 from .memory import slice_rows, surface_vertices
-from .moves import NORMALS, TAUBIN, Filtering, apply, filtering_of, rings_of
+from .moves import NORMALS, Filtering, apply, chosen, filtering_of, rings_of
 from .plan import Move
 from .ply_slices import PlySlices
 from .sources import PlyCloud
@@ -114,6 +123,85 @@ class Rounds:
         return found
 
 
+@dataclass(frozen=True)
+class Relaxation:
+    """The tasks of Taubin's steps before normal filtering; each may be done twice.
+
+    Attributes:
+        surface: the mesh.
+        filtering: says how many, and where they go.
+        whole: the box of the vertices that faces use.
+        is_open: whether the mesh has borders.
+    """
+
+    surface: Surface
+    filtering: Filtering
+    whole: Whole
+    is_open: bool
+
+    @property
+    def _across(self) -> Column:
+        """Where vertices of the outline are without their way along the surface."""
+        return Column(self.surface.cells.folder / "across", "<f8", 3)
+
+    @property
+    def _outline(self) -> Column:
+        return Column(self.surface.cells.folder / "outline", "u1")
+
+    def step(self, first: int, last: int) -> tuple[tuple[float, int], tuple[float, int]]:
+        """The steps on the vertices of some cells; of `RelaxedPart` the squares."""
+        filtering = self.filtering
+        tile = tile_with_rings(self.surface, first, last, rings_of_relaxation(filtering.relaxation))
+        part = RelaxedPart.of(
+            tile.vertices,
+            tile.faces,
+            tile.own,
+            iterations=filtering.relaxation,
+            direction=filtering.relaxation_direction,
+            border=filtering.border,
+            whole=self.whole,
+            is_open=self.is_open,
+        )
+        begin, end = (int(self.surface.cells.starts[cell]) for cell in (first, last))
+        rows = tile.slots[tile.own] - begin
+        for column, values in ((self.surface.moved, part.moved), (self._across, part.across), (self._outline, part.outline)):
+            by_slot = np.empty((end - begin, *values.shape[1:]), values.dtype)
+            by_slot[rows] = values[tile.own]
+            column.write(begin, by_slot)
+        return part.squares
+
+    def keep(self, share: float, first: int, last: int) -> tuple[Floats, Floats]:
+        """Put the vertices where they are, the outline with that share of its way along; the corners of their box."""
+        begin, end = (int(self.surface.cells.starts[cell]) for cell in (first, last))
+        moved, across = self.surface.moved.read(begin, end), self._across.read(begin, end)
+        outline = self._outline.read(begin, end) > 0
+        found = np.where(outline[:, None], across + share * (moved - across), moved)
+        numbers = self.surface.cells.numbers.read(begin, end)
+        check_healthy(self.surface.cells.points.read(begin, end), found, self.whole.diagonal, numbers.astype(np.int32))
+        self.surface.next_state.write(begin, found)
+        return found.min(axis=0), found.max(axis=0)
+
+    def do(self, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> list[tuple[Floats, Floats]]:
+        """All of them, after which the mesh has other coordinates; the box of each tile after them."""
+        count = self.surface.cells.count
+        for column in (self.surface.moved, self._across, self._outline, self.surface.next_state):
+            tasks.run(column.create, count)
+        squares = tasks.map(self.step, tiles, progress)
+        sums = [(math.fsum(one[k][0] for one in squares), sum(one[k][1] for one in squares)) for k in (0, 1)]
+        share = share_along(*(total / max(1, number) for total, number in sums))
+        found: list[tuple[Floats, Floats]] = tasks.map(self.keep, [(share, *tile) for tile in tiles], lambda _: None)
+        tasks.run(self.surface.turn, self.surface.next_state, self.surface.cells.points)
+        tasks.run(self.forget)
+        return found
+
+    def forget(self) -> None:
+        """Remove the files that nothing needs any more."""
+        for column in (self._across, self._outline):
+            column.path.unlink(missing_ok=True)
+
+
+#: vertices of the sample that settings are chosen on, and cells of each of its patches
+_SAMPLE, _PATCH = 60_000, 4
 #: bytes that are copied at a time
 _COPIED = 1 << 24
 
@@ -187,16 +275,30 @@ class MeshTiles:
 
     surface: Surface
 
-    def box(self, first: int, last: int) -> tuple[Floats, Floats]:
-        """The corners of the box of those vertices of some cells that a face with three different corners uses."""
+    def box(self, first: int, last: int) -> tuple[Floats, Floats, bool]:
+        """The corners of the box of those vertices of some cells that a face with three different corners uses.
+
+        And whether there is a border.
+        """
         tile = tile_with_rings(self.surface, first, last, 1)
         a, b, c = tile.faces.T
         used = np.zeros(len(tile.vertices), np.bool_)
         used[tile.faces[(a != b) & (b != c) & (c != a)]] = True
         points = tile.vertices[used & tile.own]
-        if not len(points):
-            return np.full(3, np.inf), np.full(3, -np.inf)
-        return points.min(axis=0), points.max(axis=0)
+        border = bool((border_vertices(tile.faces, len(used)) & tile.own).any())
+        return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf), border
+
+    def choose(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The parameters of normal filtering, those that are automatic chosen on patches of the mesh, or all of a small one."""
+        cells = self.surface.cells
+        count, patches = len(cells.starts) - 1, max(1, _SAMPLE // (_PATCH * cells.cell))
+        ranges = [(0, count)]
+        if cells.count > _SAMPLE and count > patches * _PATCH:
+            ranges = [(first, first + _PATCH) for first in np.linspace(0, count - _PATCH, patches).astype(int).tolist()]
+        parts = [tile_with_rings(self.surface, first, last, 1) for first, last in ranges]
+        starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+        faces = np.concatenate([part.faces + np.int32(start) for part, start in zip(parts, starts, strict=False)])
+        return chosen(values, np.concatenate([part.vertices for part in parts]), faces)
 
     def move(self, move: Move, whole: Whole, first: int, last: int) -> tuple[Floats, Floats]:
         """One step on the vertices of some cells; the corners of the box that they are in then."""
@@ -276,25 +378,43 @@ def _sort_faces(surface: Surface, mesh: MeshFile, size: int) -> int:
 
 
 def do_move(
-    surface: Surface, move: Move, tiles: list[tuple[int, int]], tasks: Tasks, progress: Callable[[float], None]
-) -> tuple[list[float], list[float]]:
-    """One step; the box of all vertices after it."""
-    filtering = filtering_of(move.values) if move.filter == NORMALS else None
-    if filtering is not None and filtering.relaxation:
-        steps = {"operator": "uniform", "step": 0.5, "mu": -0.53, "pass_band": 0.0, "border": filtering.border}
-        before = Move(move.step, TAUBIN, steps | {"iterations": filtering.relaxation, "selected": False})
-        do_move(surface, before, tiles, tasks, part_of(progress, 0.0, 0.2))
-        progress = part_of(progress, 0.2, 1.0)
-    work = MeshTiles(surface)
-    boxes = tasks.map(work.box, tiles, lambda share: progress(0.1 * share))
+    surface: Surface, move: Move, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]
+) -> tuple[tuple[list[float], list[float]] | None, dict[str, Any]]:
+    """One step; the box of all vertices after it, None if nothing moves, and what the filter reports."""
+    work, told = MeshTiles(surface), dict[str, Any]()
+    if move.filter == NORMALS:
+        if filtering_of(move.values) is None:
+            told = tasks.run(work.choose, move.values)
+            move = replace(move, values={**move.values, **told})
+        progress(0.3 if told else 0.0)
+    rest = part_of(progress, 0.3 if told else 0.0, 1.0)
+    boxes = tasks.map(work.box, tiles, lambda share: rest(0.1 * share))
     low, high = np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)
     if not np.isfinite(low).all():
         low = high = np.zeros(3)  # no face has an area: nothing moves
-    whole, rest = Whole(low, high), part_of(progress, 0.1, 1.0)
-    if filtering is not None:
-        boxes = Rounds(surface, filtering, whole).do(tiles, tasks, rest)
-    else:
+    whole, rest = Whole(low, high), part_of(rest, 0.1, 1.0)
+    filtering = filtering_of(move.values) if move.filter == NORMALS else None
+    if filtering is None:
         tasks.run(surface.moved.create, surface.cells.count)
-        boxes = tasks.map(work.move, [(move, whole, *tile) for tile in tiles], rest)
-    tasks.run(surface.turn, surface.moved, surface.cells.points)
+        moved = tasks.map(work.move, [(move, whole, *tile) for tile in tiles], rest)
+        tasks.run(surface.turn, surface.moved, surface.cells.points)
+        return _joined(moved), told
+    after: list[tuple[Floats, Floats]] = []
+    if filtering.relaxation:
+        is_open = any(b[2] for b in boxes)
+        after = Relaxation(surface, filtering, whole, is_open).do(tiles, tasks, part_of(rest, 0.0, 0.2))
+        rest = part_of(rest, 0.2, 1.0)
+    if filtering.outer_iterations:
+        if filtering.relaxation:
+            boxes = tasks.map(work.box, tiles, lambda share: None)
+            whole = Whole(np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0))
+        after = Rounds(surface, filtering, whole).do(tiles, tasks, rest)
+        tasks.run(surface.turn, surface.moved, surface.cells.points)
+    if not after:
+        told["notes"] = ("there is nothing to remove: the vertices stay where they are",)
+    return _joined(after) if after else None, told
+
+
+def _joined(boxes: list[tuple[Floats, Floats]]) -> tuple[list[float], list[float]]:
+    """The corners of the box around some."""
     return np.min([b[0] for b in boxes], axis=0).tolist(), np.max([b[1] for b in boxes], axis=0).tolist()

@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..declaration import AUTO
-from ..filters.denoising import FIXED, AutomaticParameters, NormalFilter, rings_of_round
+from ..errors import FilterInputError
+from ..filters.denoising import (
+    FIXED,
+    REPERTOIRE,
+    AutomaticParameters,
+    NormalFilter,
+    RelaxationDirection,
+    automatic_choice,
+    normal_filtering,
+    rings_of_relaxation,
+    rings_of_round,
+)
 from ..filters.diffusion import explicit_smoothing, meshlab_taubin_smooth, taubin_fairing
 from ..filters.mesh import Whole
 from .division import Floats
@@ -20,6 +35,12 @@ MESHLAB = "apply_coord_taubin_smoothing"
 _LOCAL = ("uniform", "cotangent")
 #: what else the filter does, where nobody says
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
+#: and what its authors take
+_AUTHORS = {field.name: field.default for field in fields(NormalFilter) if field.name != "radius"} | {
+    name: inspect.signature(normal_filtering).parameters[name].default for name in ("vertex_iterations", "outer_iterations")
+}
+#: rings of the widest setting that is chosen from, but for rounds: those of 28 pairs of Taubin's steps
+_WIDEST = 56
 #: bytes of a vertex in a tile
 _BYTES, _BYTES_OF_NORMALS = 400, {"edge": 700, "vertex": 800, "two_ring": 1100, "three_ring": 1700}
 
@@ -47,14 +68,13 @@ class Filtering:
     outliers: str
     rounding: str
     relaxation: int
-    relaxation_direction: str
+    relaxation_direction: RelaxationDirection
     border: Any
 
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
     """The parameters that the filter takes without a look at the mesh; None if some are chosen for the mesh."""
-    other = ("choice", "compare", "border", "selected")
-    given = {n: v for n, v in values.items() if n not in other and v != AUTO}
+    given = _given(values)
     if not {f.name for f in fields(AutomaticParameters)} <= given.keys():
         if values["choice"] != "fixed":
             return None
@@ -62,6 +82,34 @@ def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
     known: dict[str, Any] = _DEFAULTS | given
     own = {f.name: known.pop(f.name) for f in fields(NormalFilter) if f.name in known}
     return Filtering(NormalFilter(**own), border=values["border"], **known)
+
+
+def _given(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters that are not automatic."""
+    return {n: v for n, v in values.items() if n not in ("choice", "compare", "border", "selected") and v != AUTO}
+
+
+def chosen(values: Mapping[str, Any], vertices: Floats, faces: NDArray[np.int32]) -> dict[str, Any]:
+    """The parameters with those that are automatic chosen on a sample of the mesh, as in one piece.
+
+    Raises:
+        FilterInputError: what is chosen needs the whole mesh.
+    """
+    given, border = _given(values), values["border"]
+    # as in one piece: passes and rounding are no part of what is tried
+    tried = REPERTOIRE.narrowed(**{n: v for n, v in given.items() if n not in ("normal_iterations", "rounding")})
+    setting = automatic_choice(vertices, faces, border=border, repertoire=tried).setting
+    found = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
+    if setting.parameters is None and given:
+        found = {}  # what is given is then completed as the authors of the filter would
+    before = {n: getattr(setting, n) for n in ("outliers", "rounding", "relaxation", "relaxation_direction")}
+    known = {**_AUTHORS, **_DEFAULTS, **found, **before, **given}
+    if (why := _why_not_filtering(filtering_of({**values, **known}))) is not None:
+        name = "rounding" if known["rounding"] == "undo" else "outliers"
+        raise FilterInputError(
+            f"what suits this mesh best {why}: run it in one piece, or set {name} to 'keep' and have the rest chosen"
+        )
+    return known
 
 
 def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
@@ -88,15 +136,14 @@ def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
 
 def _why_not_filtering(filtering: Filtering | None) -> str | None:
     if filtering is None:
-        return "chooses its parameters from the whole mesh; choice 'fixed', or what 'suggest' finds for a part, can be done"
+        return None
     settings = filtering.settings
     for name, value, bad in (
         ("neighborhood", settings.neighborhood, ("radius", "geodesic")),
         ("method", settings.method, ("vertex_normals",)),
         ("vertex_update", filtering.vertex_update, ("conjugate_gradient",)),
-        ("outliers", filtering.outliers, ("replace",)),
+        ("outliers", filtering.outliers, ("replace", "only")),
         ("rounding", filtering.rounding, ("undo",)),
-        ("relaxation_direction", filtering.relaxation_direction if filtering.relaxation else "", ("normal",)),
     ):
         if value in bad:
             return f"has {name} {value!r}, which needs the whole mesh"
@@ -108,11 +155,14 @@ def cost_of(filter: str, values: Mapping[str, Any]) -> tuple[int, int]:
 
     Measured were 209 bytes for Taubin's steps, and 900 for normals averaged over two rings of faces.
     """
-    filtering = filtering_of(values) if filter == NORMALS else None
-    if filtering is None:
+    if filter != NORMALS:
         return _BYTES, rings_of(filter, values)
+    filtering = filtering_of(values)
+    if filtering is None:
+        return _BYTES_OF_NORMALS["two_ring"], _WIDEST
     rings = rings_of_round(filtering.settings, filtering.vertex_iterations)
-    return _BYTES_OF_NORMALS[filtering.settings.neighborhood], max(rings, 2 * filtering.relaxation)
+    before = rings_of_relaxation(filtering.relaxation) if filtering.relaxation else 0
+    return _BYTES_OF_NORMALS[filtering.settings.neighborhood], max(rings, before)
 
 
 def rings_of(filter: str, values: Mapping[str, Any]) -> int:

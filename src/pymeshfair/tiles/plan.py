@@ -11,35 +11,34 @@ from ..scripts.script import Script, Step
 
 #: steps that select points of a cloud
 LOOP, STRAYS = "compute_selection_by_outlier_probability_per_vertex", "compute_selection_by_stray_points_per_vertex"
+SURPLUS = "compute_selection_by_grid_per_vertex"
 #: the step that removes all but the first of the points at one place
 DUPLICATES = "meshing_remove_duplicate_vertices"
 _DELETE, _PROJECTION = "meshing_remove_selected_vertices", "apply_coord_bilateral_projection_of_points"
-_NORMALS = "compute_normal_for_point_clouds"
+#: the step that gives points normals
+POINT_NORMALS = "compute_normal_for_point_clouds"
 _CAN = (
-    "by tiles a recipe may remove coincident points, select stray points or outliers of a cloud (Select Stray Points, LoOP) and "
-    "delete the selected vertices, or move the vertices of a mesh by Taubin Smooth, Taubin Fairing, Explicit Smoothing, or Normal"
-    " Filtering with fixed parameters"
-)
-_WITHOUT_NORMALS = (
-    "no normals are computed by tiles: 'Compute normals for point sets' turns them alike from point to point through the whole "
-    "cloud. Compute them on a part of the result"
+    "by tiles a recipe may remove coincident points, select stray, outlying or surplus points of a cloud (Select Stray Points, "
+    "LoOP, Select Surplus Points), delete the selected vertices, and compute normals for point sets; or move the vertices of a "
+    "mesh by Taubin Smooth, Taubin Fairing, Explicit Smoothing, or Normal Filtering"
 )
 #: steps that need all of a cloud or a mesh: the reason, and what to take in their place
 _WHY = {
     _PROJECTION: "moves points with the bandwidth of the whole cloud; set 'iterations' to 0, which moves none",
-    "apply_coord_implicit_fairing": "solves one system of equations for all vertices; take 'Taubin Fairing'",
+    "apply_coord_implicit_fairing": "solves equations for all vertices, and gives whole parts their volume back after every "
+    "step; take 'Taubin Fairing', or 'Normal Filtering' against noise",
     "apply_coord_laplacian_smoothing": "is MeshLab's own, which reads the whole mesh; take 'Explicit Smoothing' with update "
     "'meshlab', which does the same",
 }
 
 
 @dataclass(frozen=True)
-class Selection:
-    """Points of a cloud are selected, and deleted if the next step says so.
+class CloudStep:
+    """Points of a cloud are selected, and deleted if the next step says so, or they get normals.
 
     Attributes:
         step: its number, from 1.
-        filter: the Python name, `LOOP` or `STRAYS`; or `DUPLICATES`, which deletes by itself.
+        filter: the Python name, `LOOP`, `STRAYS`, `SURPLUS` or `POINT_NORMALS`; or `DUPLICATES`, which deletes by itself.
         values: of its parameters.
         deletes: whether the selected ones are deleted.
     """
@@ -52,7 +51,7 @@ class Selection:
     @property
     def neighbors(self) -> int:
         """How many nearest points a point is compared with."""
-        return int(self.values.get("neighbors", 0))
+        return int(self.values["k"]) - 1 if self.filter == POINT_NORMALS else int(self.values.get("neighbors", 0))
 
 
 @dataclass(frozen=True)
@@ -72,17 +71,15 @@ class Move:
 
 @dataclass(frozen=True)
 class Plan:
-    """What the steps of a recipe are by tiles: all selections, or all moves.
+    """What the steps of a recipe are by tiles: all on a cloud, or all moves of a mesh.
 
     Attributes:
-        selections: of a cloud.
+        cloud: on a cloud.
         moves: of a mesh.
-        notes: what the run says of steps that are left out.
     """
 
-    selections: tuple[Selection, ...] = ()
+    cloud: tuple[CloudStep, ...] = ()
     moves: tuple[Move, ...] = ()
-    notes: tuple[str, ...] = ()
 
 
 def plan_of(script: Script) -> Plan:
@@ -93,33 +90,42 @@ def plan_of(script: Script) -> Plan:
     """
     from .moves import why_not
 
-    selections: list[Selection] = []
+    cloud: list[CloudStep] = []
     moves: list[Move] = []
-    notes: list[str] = []
     for number, step in enumerate(script.steps, 1):
         name, values = step.filter.python_name, step.with_defaults().values
-        selects = name in (LOOP, STRAYS, DUPLICATES)
-        if selects and not moves:
-            selections.append(Selection(number, name, values, deletes=name == DUPLICATES))
-        elif selections and name == _DELETE and selections[-1].step == number - 1:
-            selections[-1] = replace(selections[-1], deletes=True)
+        selects = name in (LOOP, STRAYS, SURPLUS, DUPLICATES)
+        if (selects or name == POINT_NORMALS) and not moves:
+            if why := _why_not(name, values):
+                raise _refusal(script, step, why)
+            cloud.append(CloudStep(number, name, values, deletes=name == DUPLICATES))
+        elif cloud and name == _DELETE and cloud[-1].step == number - 1 and cloud[-1].filter != POINT_NORMALS:
+            cloud[-1] = replace(cloud[-1], deletes=True)
         elif name == _DELETE and not moves:
             raise _refusal(script, step, "deletes what a step before has selected, which must be the one right before it")
-        elif selections and name == _NORMALS:
-            notes.append(f"step {number} was left out: {_WITHOUT_NORMALS}")
-        elif selections and name == _PROJECTION and values["iterations"] == 0:
+        elif cloud and name == _PROJECTION and values["iterations"] == 0:
             continue
-        elif (why := why_not(name, values)) is None and not selections:
+        elif (why := why_not(name, values)) is None and not cloud:
             moves.append(Move(number, name, values))
-        elif selects or why is None or (name == _DELETE and moves):
-            raise _refusal(script, step, "is of the other kind than the steps before it: a recipe selects, or it moves vertices")
+        elif selects or why is None or (name in (_DELETE, POINT_NORMALS) and moves):
+            raise _refusal(
+                script, step, "is of the other kind than the steps before it: a recipe is of clouds, or it moves vertices"
+            )
         else:
             raise _refusal(script, step, _WHY.get(name, why))
-    if any(not selection.deletes for selection in selections[:-1]):
-        raise _refusal(
-            script, script.steps[selections[0].step - 1], "selects what no step deletes, and another selection follows"
-        )
-    return Plan(tuple(selections), tuple(moves), tuple(notes))
+    open_ = [step for step in cloud if not step.deletes and step.filter != POINT_NORMALS]
+    if open_ and any(step.step > open_[0].step and step.filter != POINT_NORMALS for step in cloud):
+        raise _refusal(script, script.steps[open_[0].step - 1], "selects what no step deletes, and another selection follows")
+    return Plan(tuple(cloud), tuple(moves))
+
+
+def _why_not(name: str, values: Mapping[str, Any]) -> str | None:
+    """Why a step on a cloud cannot be done by tiles, or None if it can."""
+    if name == POINT_NORMALS and values["k"] < 3:
+        return "computes normals from fewer than three points"
+    if name == SURPLUS and values["side"].unit == "edge":
+        return "has a length in mean edges, which needs the whole cloud; take one in mesh units or in % of the diagonal"
+    return None
 
 
 def _refusal(script: Script, step: Step, why: str) -> ScriptError:

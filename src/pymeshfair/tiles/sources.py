@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..files.e57 import doubts_of, e57_pieces, e57_survey
 from ..files.errors import ContentsError
 from ..files.formats import extension
-from ..files.las import chunks, header_of, opened, write_las_pieces
+from ..files.las import NORMAL, chunks, header_of, las_unit, opened, write_las_pieces
 from ..files.ply import SCALAR
 from ..files.ply_header import PlyElement, PlyProperty, header_bytes
 from ..files.ply_write import write_ply
@@ -29,8 +29,13 @@ _SCALAR = "outlier_probability"
 _COUNT = b"element vertex %020d\n"
 #: formats of clouds that tiles can read and write
 CLOUD_FORMATS = ("ply", "las", "laz")
-#: for every slice of a cloud the points to keep (a mask), and the scalars of all its points or None
-Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], "NDArray[np.float64] | None"]]
+#: what points get that they had not, of "scalars" (the probability) and "normals"
+Added: TypeAlias = tuple[str, ...]
+#: for every slice of a cloud the points to keep (a mask), and by name what all its points get
+Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], dict[str, NDArray[np.float64]]]]
+#: the names of these in files
+_PLY = {"scalars": (SCALAR,), "normals": ("nx", "ny", "nz")}
+_LAS = {"scalars": (_SCALAR,), "normals": NORMAL}
 
 
 class Source(Protocol):
@@ -43,18 +48,22 @@ class Source(Protocol):
     def __len__(self) -> int:
         """The number of points."""
 
+    @property
+    def unit(self) -> str | None:
+        """The unit of its coordinates, None if the file says none."""
+
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """(m, 3) coordinates, `size` points at a time."""
 
-    def write(self, target: Path, count: int, marks: Marks, size: int, *, scalars: bool) -> None:
-        """Write some of the points to another file, unchanged but for a scalar that may be added.
+    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: Added) -> None:
+        """Write some of the points to another file, unchanged but for what is added.
 
         Args:
             target: the file.
             count: the number of points to write.
-            marks: for every slice the points to keep, and scalars or None.
+            marks: for every slice the points to keep, and what is added.
             size: points per slice.
-            scalars: whether a scalar is added.
+            added: what is added.
         """
 
 
@@ -74,6 +83,11 @@ class LasCloud:
         with opened(self.path) as reader:
             return int(reader.header.point_count)
 
+    @property
+    def unit(self) -> str | None:
+        """That of its coordinate reference system."""
+        return las_unit(self.path)
+
     def _chunks(self, size: int) -> Iterator[Any]:
         with opened(self.path) as reader:
             yield from chunks(reader, size)
@@ -83,22 +97,24 @@ class LasCloud:
         for chunk in self._chunks(size):
             yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
 
-    def write(self, target: Path, count: int, marks: Marks, size: int, *, scalars: bool) -> None:
-        """See `Source`; the probability becomes a dimension of its own."""
+    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: Added) -> None:
+        """See `Source`; what is added becomes dimensions of its own."""
         import laspy
 
         with opened(self.path) as reader:
             header, records = header_of(reader.header, reader.evlrs)
-        if scalars and _SCALAR not in header.point_format.dimension_names:
-            header.add_extra_dim(laspy.ExtraBytesParams(_SCALAR, "float64"))
+        for name in (name for one in added for name in _LAS[one]):
+            if name not in header.point_format.dimension_names:
+                header.add_extra_dim(laspy.ExtraBytesParams(name, "float64"))
         with target.open("wb") as file:
             with laspy.open(file, "w", header=header, closefd=False, do_compress=target.suffix.lower() == ".laz") as writer:
                 for chunk, (kept, values) in zip(self._chunks(size), marks, strict=True):
                     points = laspy.ScaleAwarePointRecord.zeros(int(kept.sum()), header=header)
                     for name in chunk.array.dtype.names:
                         points.array[name] = chunk.array[name][kept]
-                    if values is not None:
-                        points.array[_SCALAR] = values[kept]
+                    for one, column in values.items():
+                        for name, numbers in zip(_LAS[one], np.atleast_2d(column[kept].T), strict=True):
+                            points[name] = numbers
                     writer.write_points(points)
                 if records:
                     writer.write_evlrs(records)
@@ -108,6 +124,8 @@ class LasCloud:
 
 class PlyCloud(PlySlices):
     """The vertices of a binary PLY file without faces."""
+
+    unit = None
 
     @property
     def row(self) -> int:
@@ -125,23 +143,25 @@ class PlyCloud(PlySlices):
         if others:
             raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; by tiles outliers are found in clouds alone")
 
-    def write(self, target: Path, count: int, marks: Marks, size: int, *, scalars: bool) -> None:
+    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: Added) -> None:
         """See `Source`."""
-        old = tuple(p for p in self.vertices.element.properties if p.name != SCALAR or not scalars)
-        more = (PlyProperty(SCALAR, "double"),) if scalars else ()
+        new_names = [name for one in added for name in _PLY[one]]
+        old = tuple(p for p in self.vertices.element.properties if p.name not in new_names)
+        more = tuple(PlyProperty(name, "double") for name in new_names)
         element = PlyElement("vertex", count, (*old, *more))
         with target.open("wb") as file:
             file.write(header_bytes(self.header, (element,)))
             names = [p.name for p in old]
             order = self.vertices.dtype["x"].byteorder
-            added = [(p.name, ">f8" if order == ">" else "<f8") for p in more]
-            row_type = np.dtype([*((n, self.vertices.dtype[n]) for n in names), *added])
+            wider = [(p.name, ">f8" if order == ">" else "<f8") for p in more]
+            row_type = np.dtype([*((n, self.vertices.dtype[n]) for n in names), *wider])
             for rows, (kept, values) in zip(self.rows(size), marks, strict=True):
                 new = np.empty(int(kept.sum()), row_type)
                 for name in names:
                     new[name] = rows[name][kept]
-                if values is not None:
-                    new[SCALAR] = values[kept]
+                for one, column in values.items():
+                    for name, numbers in zip(_PLY[one], np.atleast_2d(column[kept].T), strict=True):
+                        new[name] = numbers
                 file.write(new.tobytes())
             file.flush()
             os.fsync(file.fileno())
@@ -152,6 +172,7 @@ class E57Cloud:
     """The points of an E57 file, which becomes a PLY or LAS file first, whichever the output is."""
 
     path: Path
+    unit = "m"
 
     @property
     def row(self) -> int:

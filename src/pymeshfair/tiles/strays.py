@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,6 @@ from ..filters.libraries import sparse
 from ..filters.neighbours import Nearest
 from ..filters.outliers import (
     JOINED,
-    NO_LINK,
     StrayRule,
     cut_links,
     linked_parts,
@@ -28,42 +26,8 @@ from ..filters.outliers import (
 from .cells import Cells
 from .columns import Column, Part
 from .division import Floats, Longs
+from .links import Links
 from .neighbours import TilePoints, search_tile
-
-
-@dataclass(frozen=True, eq=False)
-class _Links:
-    """The links of the points of a tile: to rows, of the points themselves and of those outside of the tile, or `NO_LINK`.
-
-    Attributes:
-        begin: the first slot.
-        end: the slot after the last.
-        outside: (o,) slots of the points outside.
-        rows: (n, k).
-    """
-
-    begin: int
-    end: int
-    outside: Longs
-    rows: NDArray[np.int32]
-
-    @classmethod
-    def of(cls, begin: int, slots: Longs) -> _Links:
-        end = begin + len(slots)
-        inside = (slots >= begin) & (slots < end)
-        outside = np.unique(slots[~inside & (slots != NO_LINK)])
-        rows = np.where(inside, slots - begin, len(slots) + np.searchsorted(outside, slots))
-        rows[slots == NO_LINK] = NO_LINK
-        return cls(begin, end, outside, rows.astype(np.int32))
-
-    def slots(self) -> Longs:
-        """(n, k) where the points are that links lead to, or `NO_LINK`."""
-        every = np.concatenate([np.arange(self.begin, self.end), self.outside, [NO_LINK]])
-        return np.asarray(every[self.rows])  # the last one is that of `NO_LINK`
-
-    def of_all(self, column: Column) -> NDArray[Any]:
-        """The values of the points, and of those outside."""
-        return np.concatenate([column.read(self.begin, self.end), column.gather(self.outside)])
 
 
 @dataclass(frozen=True)
@@ -240,11 +204,11 @@ class StrayTiles:
         rows = np.flatnonzero(np.isin(self._parts.read(begin, end)[order], stray))
         self.part(first).replace(rows, np.ones(len(rows), np.uint8))
 
-    def _links_of(self, first: int, last: int) -> _Links:
+    def _links_of(self, first: int, last: int) -> Links:
         begin, end = (int(self.cells.starts[cell]) for cell in (first, last))
-        return _Links.of(begin, self._links.read(begin, end).reshape(end - begin, -1))
+        return Links.of(begin, self._links.read(begin, end).reshape(end - begin, -1))
 
     @staticmethod
-    def _own(column: Column, links: _Links) -> Floats:
+    def _own(column: Column, links: Links) -> Floats:
         values: Floats = column.read(links.begin, links.end)
         return values

@@ -1,0 +1,48 @@
+"""Links from the points of a tile to their neighbours in any tile, and the values of all these points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..filters.outliers import NO_LINK
+from .columns import Column
+from .division import Longs
+
+
+@dataclass(frozen=True, eq=False)
+class Links:
+    """The links of the points of a tile: to rows, of the points themselves and of those outside of the tile, or `NO_LINK`.
+
+    Attributes:
+        begin: the first slot.
+        end: the slot after the last.
+        outside: (o,) slots of the points outside.
+        rows: (n, k).
+    """
+
+    begin: int
+    end: int
+    outside: Longs
+    rows: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, begin: int, slots: Longs) -> Links:
+        end = begin + len(slots)
+        inside = (slots >= begin) & (slots < end)
+        outside = np.unique(slots[~inside & (slots != NO_LINK)])
+        rows = np.where(inside, slots - begin, len(slots) + np.searchsorted(outside, slots))
+        rows[slots == NO_LINK] = NO_LINK
+        return cls(begin, end, outside, rows.astype(np.int32))
+
+    def slots(self) -> Longs:
+        """(n, k) where the points are that links lead to, or `NO_LINK`."""
+        every = np.concatenate([np.arange(self.begin, self.end), self.outside, [NO_LINK]])
+        return np.asarray(every[self.rows])  # the last one is that of `NO_LINK`
+
+    def of_all(self, column: Column) -> NDArray[Any]:
+        """The values of the points, and of those outside."""
+        return np.concatenate([column.read(self.begin, self.end), column.gather(self.outside)])
