@@ -99,6 +99,25 @@ def test_a_recipe_for_clean_scans_sends_noisy_ones_to_denoising_first() -> None:
     assert text == "print is for noise up to 0.04 edges, and here noise is 0.2 edges: run some first"
 
 
+def test_a_recipe_that_has_nothing_to_do_is_not_replaced() -> None:
+    """Nothing is open, the triangles are good, there is no noise: nothing else is advised; noise comes before triangles."""
+    noisy = head("all", "mesh, noise from 0.04 edges")
+
+    def said(fits: str, task: str, **traits: float) -> str:
+        info = head("this", fits, task=task).info
+        return (
+            unsuitable("this", info, {"mesh": 1.0, "noise": 0.0} | traits, ranked({"mesh": 1.0} | traits, [noisy])) or ""
+        ).partition(": ")[2]
+
+    assert said("mesh, open", "repair", **{"border edges": 0.0}) == "there is nothing to close"
+    good = {"triangle quality": 0.9}
+    assert said("mesh, triangle quality up to 0.8", "prepare", **good) == "the triangles are good as they are"
+    assert said("mesh, no sharp", "smooth", sharpness=0.9) == "it needs no smoothing"
+    simulation = "mesh, noise up to 0.04 edges, triangle quality up to 0.8"
+    assert said(simulation, "prepare", noise=0.2, **good) == "run all first"
+    assert said("mesh, open, texture", "clean", texture=0.0, **{"border edges": 0.0}).startswith("no other recipe of its kind")
+
+
 def test_what_is_judged_by_another_measure_is_no_substitute() -> None:
     """A filter of waves of a given size does not stand in for one of noise, though it smooths too."""
     waves = RecipeHead("waves", head_info("Title\n\nTask: smooth\n\nFits: mesh, smooth\n\nJudged: waves"), (), 1)

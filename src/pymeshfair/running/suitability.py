@@ -23,6 +23,9 @@ _ALIKE = ("denoise", "smooth")
 _REPLACEABLE = (*_ALIKE, "clean")
 
 
+#: what is said where a recipe has nothing to do, by the trait that says so
+_NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "the triangles are good as they are"}
+
 #: the order of recipes
 _Key: TypeAlias = tuple[bool, int, bool, bool, float, int, int]
 #: tasks that change what was scanned, or do not clean it
@@ -188,10 +191,14 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     fitting = [other for other in others if other.fits and other.recipe != name]
     alike = _ALIKE if info.task in _ALIKE else (info.task,)
     first = next((other for other in fitting if other.task == "denoise"), None)
-    if info.task not in _ALIKE and first is not None and all(found.startswith("noise is") for _, found in verdict.unmet):
+    unmet = [condition.trait for condition in info.conditions if not condition.is_met(traits)]
+    nothing = {_NO_NEED.get(trait) for trait in unmet if trait != "noise"}
+    if info.task not in _ALIKE and first is not None and "noise" in unmet and None not in nothing:
         return f"{wrong}: run {first.recipe} first"
-    if info.task in _ALIKE and first is None and any(found.startswith("noise is") for _, found in verdict.unmet):
+    if info.task in _ALIKE and first is None and "noise" in traits:
         return f"{wrong}: it needs no smoothing"
+    if nothing and None not in nothing:
+        return f"{wrong}: {' and '.join(sorted(filter(None, nothing)))}"
     # What takes away waves of a given size is no substitute for what takes away noise.
     judged_alike = [other for other in fitting if not info.measure or other.measure == info.measure]
     same = [other for other in judged_alike if other.task in alike and len(other.met) > 1]
