@@ -197,8 +197,8 @@ def apply_coord_tangential_smoothing(
         Percentage(
             label="Largest deviation",
             default="0.05edge",
-            help="How far the middles of triangles and edges may get from the surface as it was; vertices stay on it. Larger "
-            "allows better triangles where the surface is curved or has edges.",
+            help="How far the middles of triangles and edges may get from the surface as it was, at sharp edges a fifth of it; "
+            "vertices stay on it. Larger allows better triangles where the surface is curved or has edges.",
         ),
     ],
     flip_edges: Annotated[

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from ..checks import check_finite, check_positive, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..geometry import WalkableSurface, face_normals, mean_edge_length, vertex_normals_by_area
+from ..inspection import sharp_edges
 from ..libraries import sparse
 from ..linear_solvers import SpdSolver
 from ..mesh import Bools, Floats, Ints, Longs, check_mesh, normalised_mesh
@@ -21,6 +22,8 @@ _TOLERANCE = 1e-6
 _LONGEST_STEP = 0.5
 # Steps that would fold a triangle or leave the surface are halved up to this many times, then not made.
 _HALVINGS = 4
+# How far triangles at sharp edges may get from the surface, as a share of what others may: farther ones fray the edges.
+_AT_RIDGES = 0.2
 # The least cosine of the angle between the normal of a triangle and its normal before, and that of the surface under it.
 _LEAST_COSINE = 0.25
 
@@ -183,6 +186,8 @@ class KeptSurface:
         self.faces, self.allowed = faces, allowed
         self.walkable = WalkableSurface.of(points, faces)
         self._normals = face_normals(points, faces)
+        self._on_ridge = np.zeros(len(points), dtype=np.bool_)
+        self._on_ridge[sharp_edges(points, faces).pairs] = True
         self.at = self.walkable.first_faces()
 
     def moved(self, points: Floats, step: Floats, moves: Bools) -> Floats:
@@ -216,13 +221,21 @@ class KeptSurface:
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))
-        _, under, far = self.walkable.closest((a + b + c) / 3.0, at[faces[:, 0]], self.allowed)
-        harmed = np.einsum("ij,ij->i", normals, before[checked]) < _LEAST_COSINE
+        ridge = self._on_ridge[faces].any(axis=1)
+        under, harmed = self._left((a + b + c) / 3.0, at[faces[:, 0]], ridge)
+        harmed |= np.einsum("ij,ij->i", normals, before[checked]) < _LEAST_COSINE
         harmed |= np.einsum("ij,ij->i", normals, self._normals[under]) < _LEAST_COSINE
-        harmed |= far > self.allowed
         for k, (start, end) in enumerate(((a, b), (b, c), (c, a))):
-            harmed |= self.walkable.closest((start + end) / 2.0, at[faces[:, k]], self.allowed)[2] > self.allowed
+            harmed |= self._left((start + end) / 2.0, at[faces[:, k]], ridge)[1]
         return np.asarray(harmed)
+
+    def _left(self, places: Floats, at: Ints, ridge: Bools) -> tuple[Ints, Bools]:
+        """(k,) the faces of the input under places that were on others, and which places are too far from it."""
+        under, left = np.empty_like(at), np.empty(len(at), dtype=np.bool_)
+        for part, allowed in ((~ridge, self.allowed), (ridge, _AT_RIDGES * self.allowed)):
+            _, under[part], far = self.walkable.closest(places[part], at[part], allowed)
+            left[part] = far > allowed
+        return under, left
 
 
 def _mean_edges(points: Floats, faces: Ints) -> Floats:

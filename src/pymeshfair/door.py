@@ -356,7 +356,8 @@ def _attribute(mesh: Any, element: str, name: str) -> NDArray[np.float64] | None
 def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], faces: Any, before: Any) -> None:
     """Take the number from faces that have other corners than the face of that number had."""
     old = np.flatnonzero(of_faces >= 0)
-    if len(faces) == len(before) and len(old) == len(before) and np.array_equal(faces, before):
+    in_order = np.array_equal(of_vertices, np.arange(len(of_vertices)))  # else equal numbers are of other vertices
+    if in_order and len(old) == len(before) and np.array_equal(faces, before):
         return
     now = np.sort(of_vertices[faces[old]], axis=1)
     then = np.sort(before[of_faces[old]], axis=1)

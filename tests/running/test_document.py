@@ -9,14 +9,19 @@ from typing import Any
 import numpy as np
 import pymeshlab
 import pytest
+from numpy.typing import NDArray
 
 from pymeshfair.declaration import Filter
 from pymeshfair.errors import MeshError
 from pymeshfair.files.inputs import read_file
+from pymeshfair.files.ply_write import write_ply
 from pymeshfair.mesh_data import MeshData
+from pymeshfair.recipe import Recipe
 from pymeshfair.registry import find_filter
 from pymeshfair.running.document import Document
-from pymeshfair.scripts.script import Step
+from pymeshfair.running.job import Job
+from pymeshfair.running.supervise import run_job
+from pymeshfair.scripts.script import Script, Step
 from tests.contracts.scenes import CHOSEN_BELOW, Scene, apply, arrays_of, mesh_set, scene_for
 from tests.contracts.variants import FILTERS
 
@@ -221,6 +226,19 @@ def test_polygons_come_back_whole(tmp_path: Path) -> None:
     assert measures["total_edge_length"] == 7.0
     document.apply(step("apply_coord_laplacian_smoothing"))
     assert document.current.face_attributes["polygon"].tolist() == [0, 0, 1, 1]
+
+
+def test_a_corner_that_is_doubled_again_is_a_new_vertex(tmp_path: Path) -> None:
+    """Two tetrahedra touch in a point that each has; it becomes one and then two again: what is written has those faces."""
+    one: NDArray[np.float64] = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]])
+    cells = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]], dtype=np.int32)
+    scan, target = tmp_path / "scan.ply", tmp_path / "out.ply"
+    with scan.open("wb") as file:
+        write_ply(MeshData(vertices=np.concatenate([one, -one]), faces=np.concatenate([cells + np.int32(4), cells])), file)
+    steps = (step("meshing_remove_duplicate_vertices"), step("meshing_repair_non_manifold_vertices", vertdispratio=0.0))
+    run_job(Job(Recipe("doubled", Script(steps)), scan, target))
+    before, after = (read_file(path).mesh for path in (scan, target))
+    np.testing.assert_array_equal(after.vertices[after.faces], before.vertices[before.faces])
 
 
 def test_selections_pass_the_door(tmp_path: Path) -> None:

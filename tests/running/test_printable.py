@@ -49,6 +49,14 @@ def test_what_only_merging_and_looking_shows_has_a_place(tmp_path: Path, other: 
     assert "around" in told
 
 
+def test_a_wrap_is_no_remedy_for_a_wrap(tmp_path: Path) -> None:
+    """Where faces of a wrap cut each other the way out is not wrap_for_print."""
+    vertices, faces = cube()
+    written = _saved(tmp_path / "cubes.stl", (vertices, faces), (vertices + 0.4, faces))
+    (told,) = (fault.message for fault in print_faults(written, tmp_path / "meshlab", wrapped=True))
+    assert told.endswith("mend these places, or wrap with another alpha or offset")
+
+
 def test_an_open_cube_and_one_inside_out_are_refused(tmp_path: Path) -> None:
     """The border is named with its place; the faces that look inwards as such."""
     vertices, faces = cube()

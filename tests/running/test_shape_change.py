@@ -71,6 +71,15 @@ def test_much_new_surface_is_a_warning() -> None:
     assert text.startswith("new surface of 100% of the area that was scanned was added")
 
 
+def test_a_wrap_that_goes_inside_is_a_warning() -> None:
+    """A sphere in a sphere of the same size has twice the area of the one that was scanned."""
+    vertices, faces = icosphere(2)
+    both = np.concatenate([vertices, vertices]), np.concatenate([faces, faces[:, ::-1] + np.int32(len(vertices))])
+    (text,) = warnings_of(change_of((vertices, faces), both), (), str)
+    assert text.startswith("the new surface has 100% more area than the scan")
+    assert "prepare_for_print" in text
+
+
 def test_faces_that_turned_over_are_counted() -> None:
     """A reflection in a point leaves the directions of all faces as they are; a fold turns one over."""
     vertices, faces = icosphere(2)

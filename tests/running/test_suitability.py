@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pymeshfair.errors import RunError
+from pymeshfair.filters.denoising import Scan
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.traits import measured_traits
@@ -17,7 +18,7 @@ from pymeshfair.recipe import Recipe, RecipeHead, head_info, load_recipe
 from pymeshfair.running.job import Job
 from pymeshfair.running.suitability import Trial, needed, ranked, traits_of, unsuitable
 from pymeshfair.running.supervise import run_job
-from pymeshfair.running.trials import trials
+from pymeshfair.running.trials import results_of, risks_of, trials
 from pymeshfair.scripts.fits import parse_fits
 from pymeshfair.scripts.script import Script
 from tests.meshes import icosphere
@@ -59,6 +60,36 @@ def test_the_least_error_leads_however_near_the_next_is() -> None:
     assert ranked(traits, HEADS, {"all": best, "few": next_best})[0].recipe == "all"
 
 
+def test_what_errors_cannot_tell_apart_is_ordered_by_risk() -> None:
+    """Of two that held-out vertices do not separate the one with less risk leads, before a third whose error is larger."""
+    traits = {"mesh": 1.0, "noise": 0.2, "sharpness": 0.9}
+    tried = {
+        "all": Trial(error=0.186, before=0.196, relief=None, risk=0.03),
+        "few": Trial(error=0.185, before=0.196, relief=None, risk=0.05),
+        "some": Trial(error=0.19, before=0.196, relief=None),
+    }
+    found = ranked(traits, HEADS, tried)
+    assert [s.recipe for s in found] == ["all", "few", "some"]
+    assert found[0].trial is not None
+    assert "expected 0.030 from the truth" in found[0].trial.words
+
+
+@pytest.mark.slow
+def test_the_risk_is_the_distance_from_the_truth() -> None:
+    """On a ball with noise of a tenth of an edge it is the root mean square height over the ball, to a tenth."""
+    truth, faces = icosphere(4)
+    heights = 0.1 * mean_edge_length(truth, faces) * np.random.default_rng(1).normal(size=len(truth))
+    noisy = truth * (1.0 + heights[:, None])
+    scan, edge = Scan.of(noisy, faces), mean_edge_length(noisy, faces)
+    implicit = load_recipe("smooth_implicit").script.steps[0]
+    scripts = {size: Script((implicit.with_values({"detail_size": size}),)) for size in ("4edge", "12edge")}
+    found = risks_of(scan, scripts)
+    middle = truth.mean(axis=0) / edge - (noisy / edge - scan.points).mean(axis=0)
+    for size, points in results_of(scan.points, scan.faces, scripts):
+        radii = np.linalg.norm(points - middle, axis=1)
+        assert found[size] == pytest.approx(np.sqrt(np.mean((radii - 1.0 / edge) ** 2)), rel=0.1)
+
+
 @pytest.mark.slow
 def test_a_recipe_that_erases_bumps_is_seen_on_a_clean_scan() -> None:
     """Of a ball with bumps of ten edges a heavy smoothing takes a third of the relief and more, a light one hardly any."""
@@ -97,6 +128,25 @@ def test_a_recipe_for_clean_scans_sends_noisy_ones_to_denoising_first() -> None:
     traits = {"mesh": 1.0, "noise": 0.2, "sharpness": 0.1}
     text = unsuitable("print", printing.info, traits, ranked(traits, [*HEADS, printing]))
     assert text == "print is for noise up to 0.04 edges, and here noise is 0.2 edges: run some first"
+
+
+def test_a_recipe_that_has_nothing_to_do_is_not_replaced() -> None:
+    """Nothing is open, the triangles are good, there is no noise: nothing else is advised; noise comes before triangles."""
+    noisy = head("all", "mesh, noise from 0.04 edges")
+
+    def said(fits: str, task: str, **traits: float) -> str:
+        info = head("this", fits, task=task).info
+        return (
+            unsuitable("this", info, {"mesh": 1.0, "noise": 0.0} | traits, ranked({"mesh": 1.0} | traits, [noisy])) or ""
+        ).partition(": ")[2]
+
+    assert said("mesh, open", "repair", **{"border edges": 0.0}) == "there is nothing to close"
+    good = {"triangle quality": 0.9}
+    assert said("mesh, triangle quality up to 0.8", "prepare", **good) == "the triangles are good as they are"
+    assert said("mesh, no sharp", "smooth", sharpness=0.9) == "it needs no smoothing"
+    simulation = "mesh, noise up to 0.04 edges, triangle quality up to 0.8"
+    assert said(simulation, "prepare", noise=0.2, **good) == "run all first"
+    assert said("mesh, open, texture", "clean", texture=0.0, **{"border edges": 0.0}).startswith("no other recipe of its kind")
 
 
 def test_what_is_judged_by_another_measure_is_no_substitute() -> None:

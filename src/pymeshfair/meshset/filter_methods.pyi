@@ -1353,9 +1353,9 @@ class FilterMethods(metaclass=LateMethods):
                 from 1e-09 to 1000000000.0.
             iterations: How many steps are taken. More give better triangles, up to a point, and take longer. Takes a whole
                 number from 0 to 1000.
-            max_deviation: How far the middles of triangles and edges may get from the surface as it was; vertices stay on it.
-                Larger allows better triangles where the surface is curved or has edges. Takes a length such as '1%' (of the
-                bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            max_deviation: How far the middles of triangles and edges may get from the surface as it was, at sharp edges a fifth
+                of it; vertices stay on it. Larger allows better triangles where the surface is curved or has edges. Takes a
+                length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
             flip_edges: Before each step, take the other diagonal of two neighbouring triangles where that makes them better:
                 for range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is

@@ -24,12 +24,13 @@ PRINTABLE = "printable"
 _PLACES = 3
 
 
-def print_faults(written: Path, folder: Path) -> Iterator[Breach]:
+def print_faults(written: Path, folder: Path, *, wrapped: bool = False) -> Iterator[Breach]:
     """What would keep a slicer from knowing what is inside: borders, edges of many faces, faces turned over or cutting others.
 
     Args:
         written: the file.
         folder: for what is handed over to MeshLab, which looks for faces that cut others.
+        wrapped: whether it is a wrap, of which another is no remedy.
 
     Raises:
         MeshLabLoadError: MeshLab cannot be loaded.
@@ -52,9 +53,8 @@ def print_faults(written: Path, folder: Path) -> Iterator[Breach]:
     cuts = self_intersecting(MeshData(vertices=vertices, faces=faces), folder)
     if cuts.any():
         fault = _fault("faces that cut others", int(cuts.sum()), vertices, faces[cuts])
-        yield replace(
-            fault, message=f"{fault.message}; mend these places, or take wrap_for_print, which wraps all in one surface"
-        )
+        way = "wrap with another alpha or offset" if wrapped else "take wrap_for_print, which wraps all in one surface"
+        yield replace(fault, message=f"{fault.message}; mend these places, or {way}")
 
 
 def wall_words(mesh: MeshData, unit: str | None) -> str:

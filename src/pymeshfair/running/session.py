@@ -331,7 +331,9 @@ class Session:
         """The report of the written file, with its walls; where it must be printable and is not, of a run that wrote none."""
         if (PRINTABLE, None) not in self._job.all_guards.require:
             return saved
-        faults = [plain(asdict(fault)) for fault in print_faults(saved.staged[0].staged, self._stage / "checked")]
+        wrapped = any(step.filter.python_name == "generate_alpha_wrap" for step in self._steps)
+        found = print_faults(saved.staged[0].staged, self._stage / "checked", wrapped=wrapped)
+        faults = [plain(asdict(fault)) for fault in found]
         broken = (*saved.breaches, *faults)
         if broken:
             return replace(saved if self._job.keep_broken or not faults else unsaved, breaches=broken)

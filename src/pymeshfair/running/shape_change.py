@@ -231,8 +231,13 @@ def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callab
         other_recipe: finds the recipe to take in place of this one, empty if none is better.
     """
     more = (change.added.share or 0.0) - (change.removed.share or 0.0)
-    if change.moved is not None and change.moved.same and more > LARGEST_ADDED:
-        yield f"new surface of {more:.0%} of the area that was scanned was added, which nobody measured: look at it"
+    if change.moved is not None and more > LARGEST_ADDED:
+        yield (
+            f"new surface of {more:.0%} of the area that was scanned was added, which nobody measured: look at it"
+            if change.moved.same
+            else f"the new surface has {more:.0%} more area than the scan, which nobody measured: look at it; where it went "
+            "through an opening to the inside, walls are thin: fill_holes_smoothly and prepare_for_print close openings"
+        )
     if change.moved is None or change.turned is None:
         return
     dimensions = change.sides_without_noise is not None and _is_large(change.sides_without_noise)

@@ -23,8 +23,11 @@ _ALIKE = ("denoise", "smooth")
 _REPLACEABLE = (*_ALIKE, "clean")
 
 
+#: what is said where a recipe has nothing to do, by the trait that says so
+_NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "the triangles are good as they are"}
+
 #: the order of recipes
-_Key: TypeAlias = tuple[bool, int, bool, bool, float, int, int]
+_Key: TypeAlias = tuple[bool, int, bool, bool, float, float, int, int]
 #: tasks that change what was scanned, or do not clean it
 _ASIDE = ("change the shape", "curves", "look")
 #: relief that may go: more is detail that is erased
@@ -40,12 +43,14 @@ class Trial:
         before: the same of the scan as it is.
         relief: the share of the relief that went; None where there is none that stands out from the noise.
         relief_from: the shortest waves that count there; 0 for all.
+        risk: how far it is expected to be from the truth, where held-out vertices cannot tell it from the best; else None.
     """
 
     error: float
     before: float
     relief: float | None
     relief_from: float = 0.0
+    risk: float | None = None
 
     @property
     def erases(self) -> bool:
@@ -62,7 +67,8 @@ class Trial:
         kept = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief{hidden}"
         if self.before == 0.0:
             return f"there is no noise: it would move vertices by {self.error:.2g} edges{kept}"
-        return f"tried here, it misses vertices by {self.error:.3f} edges, the scan as it is by {self.before:.3f}{kept}"
+        expected = "" if self.risk is None else f", and is expected {self.risk:.3f} from the truth"
+        return f"tried here, it misses vertices by {self.error:.3f} edges, the scan as it is by {self.before:.3f}{expected}{kept}"
 
 
 @dataclass(frozen=True)
@@ -140,21 +146,25 @@ def ranked(
 ) -> list[Suitability]:
     """All shipped recipes, those first that fit, and of these first the ones that are made for most of what the scan is.
 
-    Where recipes were tried those come first that leave the least error, one that was not tried counting as one that moves
-    nothing, and behind all others those that erase detail. Among equals a recipe is the better known to fit the more conditions
-    it sets, those of what a scan must not be aside; then the order is that of the tasks. One that says that it is judged after
-    another comes after that, if it fits too. Recipes that do not fit come by how little is in the way.
+    Where recipes were tried those come first that leave the least error, by their risk where errors cannot be told apart, one
+    that was not tried counting as one that moves nothing, and behind all others those that erase detail. Among equals a recipe
+    is the better known to fit the more conditions it sets, those of what a scan must not be aside; then the order is that of
+    the tasks. One that says that it is judged after another comes after that, if it fits too. Recipes that do not fit come by
+    how little is in the way.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
     verdicts = {head.name: replace(judged(head.name, head.info, traits), trial=tried.get(head.name)) for head in heads}
     of_nothing = max((trial.before for trial in tried.values()), default=0.0)
+    least = min((trial.error for trial in tried.values()), default=0.0)
 
     def key(suited: Suitability) -> _Key:
         erases = suited.trial is not None and suited.trial.erases
-        error = of_nothing if suited.trial is None else suited.trial.error
+        error, risk = of_nothing, 0.0
+        if suited.trial is not None:
+            error, risk = (suited.trial.error, 0.0) if suited.trial.risk is None else (least, suited.trial.risk)
         aside = suited.task in _ASIDE
-        return not suited.fits, len(suited.unmet), aside, erases, error, -suited.made_for, _place(suited.task)
+        return not suited.fits, len(suited.unmet), aside, erases, error, risk, -suited.made_for, _place(suited.task)
 
     def place(suited: Suitability) -> tuple[_Key, bool, int, str]:
         better = verdicts.get(behind[suited.recipe])
@@ -188,10 +198,14 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     fitting = [other for other in others if other.fits and other.recipe != name]
     alike = _ALIKE if info.task in _ALIKE else (info.task,)
     first = next((other for other in fitting if other.task == "denoise"), None)
-    if info.task not in _ALIKE and first is not None and all(found.startswith("noise is") for _, found in verdict.unmet):
+    unmet = [condition.trait for condition in info.conditions if not condition.is_met(traits)]
+    nothing = {_NO_NEED.get(trait) for trait in unmet if trait != "noise"}
+    if info.task not in _ALIKE and first is not None and "noise" in unmet and None not in nothing:
         return f"{wrong}: run {first.recipe} first"
-    if info.task in _ALIKE and first is None and any(found.startswith("noise is") for _, found in verdict.unmet):
+    if info.task in _ALIKE and first is None and "noise" in traits:
         return f"{wrong}: it needs no smoothing"
+    if nothing and None not in nothing:
+        return f"{wrong}: {' and '.join(sorted(filter(None, nothing)))}"
     # What takes away waves of a given size is no substitute for what takes away noise.
     judged_alike = [other for other in fitting if not info.measure or other.measure == info.measure]
     same = [other for other in judged_alike if other.task in alike and len(other.met) > 1]
