@@ -221,7 +221,7 @@ class KeptSurface:
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))
-        ridge = self._on_ridge[faces].any(axis=1)
+        ridge = np.asarray(self._on_ridge[faces].any(axis=1))
         under, harmed = self._left((a + b + c) / 3.0, at[faces[:, 0]], ridge)
         harmed |= np.einsum("ij,ij->i", normals, before[checked]) < _LEAST_COSINE
         harmed |= np.einsum("ij,ij->i", normals, self._normals[under]) < _LEAST_COSINE

@@ -84,7 +84,7 @@ def trials(
     level = 0.0 if clean else scan.noise.deviation
     lost = [relief_lost(scan.points, points, scan.faces, noise=level) for points in results.values()]
     return {
-        name: Trial(float(error), float(scores.errors[0]), *(relief or (None, 0.0)), risks.get(name))
+        name: Trial(float(error), float(scores.errors[0]), *(relief or (None,)), risk=risks.get(name))
         for name, error, relief in zip(results, scores.errors[1:], lost, strict=True)
     }
 
