@@ -29,7 +29,7 @@ FOUNDATION = (
 FAMILIES = {
     "diffusion": set(),
     "denoising": {"diffusion"},
-    "fairing": {"denoising"},
+    "fairing": {"denoising", "inspection"},
     "holes": {"fairing"},
     "curves": {"diffusion"},
     "spectral": set(),

@@ -82,10 +82,10 @@ def trials(
     ties = [name for name, tied in zip(results, scores.within(STAYS)[1:], strict=True) if tied]
     risks = {} if clean or len(ties) < 2 else risks_of(scan, {name: scripts[name] for name in ties}, timeout)
     level = 0.0 if clean else scan.noise.deviation
-    lost = [relief_lost(scan.points, points, scan.faces, noise=level) for points in results.values()]
+    lost = [relief_lost(scan.points, points, scan.faces, noise=level) or (None, 0.0) for points in results.values()]
     return {
-        name: Trial(float(error), float(scores.errors[0]), *(relief or (None,)), risk=risks.get(name))
-        for name, error, relief in zip(results, scores.errors[1:], lost, strict=True)
+        name: Trial(float(error), float(scores.errors[0]), share, shortest, risks.get(name))
+        for name, error, (share, shortest) in zip(results, scores.errors[1:], lost, strict=True)
     }
 
 
