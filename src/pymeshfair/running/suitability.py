@@ -67,7 +67,7 @@ class Trial:
         kept = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief{hidden}"
         if self.before == 0.0:
             return f"there is no noise: it would move vertices by {self.error:.2g} edges{kept}"
-        expected = "" if not self.risk else f", and is expected {self.risk:.3f} from the truth"
+        expected = "" if self.risk is None else f", and is expected {self.risk:.3f} from the truth"
         return f"tried here, it misses vertices by {self.error:.3f} edges, the scan as it is by {self.before:.3f}{expected}{kept}"
 
 

@@ -102,7 +102,7 @@ def risks_of(scan: Scan, scripts: Mapping[str, Script], timeout: float | None = 
         timeout: seconds for each.
 
     Returns:
-        By name the root mean square along the normals, in mean edges, 0 where it is lost in the noise; without those that fail.
+        By name the root mean square along the normals, in mean edges, without those that fail; none where it is lost in noise.
     """
     level, scored = scan.noise.deviation, scan.scored
     noise = level * random_signs(scan.points, edges(scan.faces), scan.seed)
@@ -117,8 +117,9 @@ def risks_of(scan: Scan, scripts: Mapping[str, Script], timeout: float | None = 
         return float(np.mean(moved**2 + 2.0 * noise[scored] * passed)) - level**2
 
     squares = {name: risk(name) for name in first if name in second}
-    below = min([0.0, *squares.values()])  # the noise was estimated too high: what is left is how they differ
-    return {name: float(np.sqrt(square - below)) for name, square in squares.items()}
+    if min(squares.values(), default=0.0) < 0.0:  # the noise was estimated too high
+        return {}
+    return {name: float(np.sqrt(square)) for name, square in squares.items()}
 
 
 def results_of(
