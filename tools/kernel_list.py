@@ -7,6 +7,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
 from pymeshfair.commands.demo import sample_scan
 from pymeshfair.commands.report_file import compared_files, report_page
 from pymeshfair.declaration import Filter
@@ -14,6 +16,9 @@ from pymeshfair.errors import PymeshfairError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.saving import save_mesh
 from pymeshfair.filters.compilation import ahead, loaded_kernels, signatures_of
+from pymeshfair.filters.diffusion import implicit_fairing
+from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
+from pymeshfair.filters.spectral.problem import spectral_problem
 from pymeshfair.looking.mesh_state import state_of
 from pymeshfair.mesh_data import moved
 from pymeshfair.meshset import MeshSet
@@ -40,6 +45,7 @@ def list_text() -> str:
         _run(load_recipe("clean_range_map"), sample_scan(), folder)
         _compare(sample_scan(), scans[scan_of("denoise")])
         _read_polygons(folder)
+        _solve_large_systems()
         for filter in custom_filters():
             for scan in scans.values():
                 _apply(filter, scan)
@@ -79,6 +85,19 @@ def _read_polygons(folder: Path) -> None:
         saved = save_mesh(moved(mesh, mesh.vertices + 1.0), folder / name, stage, resolution=lambda: 1.0)
         saved.output.staged.rename(folder / name)
         mesh = read_file(folder / name).mesh
+
+
+def _solve_large_systems() -> None:
+    """Sheets larger than the scans: factors that threads share, and multigrid where there are too many rows for factors."""
+    for side in (150, 240):
+        x, y = (axis.ravel() for axis in np.indices((side, side)))
+        first = np.flatnonzero((x < side - 1) & (y < side - 1))
+        corners = np.column_stack([first, first + side, first + side + 1, first + 1])
+        faces = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]).astype(np.int32)
+        vertices = np.column_stack([x, y, np.sin(x) * np.cos(y)]).astype(np.float64)
+        implicit_fairing(vertices, faces, time_step=400.0)
+        if side == 150:
+            lowest_eigenpairs(spectral_problem(vertices, faces), 20)
 
 
 def _apply(filter: Filter, scan: Path) -> None:
