@@ -17,8 +17,7 @@ from pymeshfair.files.inputs import read_file
 from pymeshfair.files.saving import save_mesh
 from pymeshfair.filters.compilation import ahead, loaded_kernels, signatures_of
 from pymeshfair.filters.diffusion import implicit_fairing
-from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
-from pymeshfair.filters.spectral.problem import spectral_problem
+from pymeshfair.filters.spectral import lowest_eigenpairs, spectral_problem
 from pymeshfair.looking.mesh_state import state_of
 from pymeshfair.mesh_data import moved
 from pymeshfair.meshset import MeshSet

@@ -124,8 +124,10 @@ def frequencies(pairs: Any) -> Floats:
 
 
 _MULTIGRID = (
-    "Memory, read out of order: multigrid's cycles read the matrices of all levels some twenty times, on rows whose columns lie "
-    "far apart."
+    "Up to 50,000 vertices order and factors. Above, memory read out of order: multigrid's cycles read the matrices of all levels "
+    "some twenty times, on rows whose columns lie far apart. The order of space is taken where it pays; cycles in single "
+    "precision need as many steps, and 0.96 to 1.15 of the time; factors take 1.05 to 1.15 of it at 100,000, and their memory "
+    "grows faster."
 )
 
 CONTESTS = (

@@ -84,6 +84,7 @@ ALONG: dict[tuple[str, str | None], dict[str, Any]] = {
     ("fair_region", None): {"free": two_open_spheres().chosen},
     ("implicit_fairing", None): {"time_step": 0.01},
     ("spectral_filter", None): {"detail_size": 0.5},
+    ("surplus_points", None): {"side": 0.5},
     ("spectral_filter", "gain"): {"detail_size": 0.5, "response": "enhance"},
     ("spectral_filter", "modes"): {},
 }
