@@ -182,7 +182,7 @@ CONTESTS = (
             f"{count} lowest modes",
             our_modes(count),
             "Keeping hundreds of long vectors orthogonal, a third of a call, and passes over the factors for every eight of "
-            "them, a quarter. Threads on the factors, from 20,000 vertices on, took 100 modes of 100,000 from 2.2 to 3 times eigsh. "
+            "them, a quarter. Threads on the factors, from 20,000 vertices on, took 100 modes of 100,000 from 2.2 to 3 of eigsh. "
             "Blocks of four vectors take 0.88 to 0.94 of the time, blocks of 16 1.2 to 1.4; but modes of a symmetric shape come "
             "in fives, which a block must be able to hold.",
             {"eigsh": Peer(their_modes(count), "scipy", agrees=1e-7, goal=goal)},
