@@ -152,6 +152,11 @@ def test_what_is_no_whole_file_is_refused(tmp_path: Path) -> None:
             read(tmp_path / name, data)
     with pytest.raises(InputError, match="does not begin with 'LASF'"):
         read(tmp_path / "f.laz", b"not at all")
+    # The record that says how it is compressed: in a way that ends lazrs by a panic.
+    at = packed.index(b"laszip encoded") + 52
+    unknown = packed[:at] + b"\x01\x00" + packed[at + 2 : at + 12] + b"\xff" * 4 + packed[at + 16 :]
+    with pytest.raises(InputError, match="lazrs cannot decompress it: .*chunk"):
+        read(tmp_path / "g.laz", unknown)
 
 
 def test_without_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

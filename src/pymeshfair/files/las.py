@@ -61,6 +61,10 @@ def opened(path: Path) -> Iterator[Any]:
         raise
     except errors as error:
         raise ContentsError(f"laspy says: {error}") from error
+    except BaseException as error:
+        if type(error).__name__ != "PanicException":  # of lazrs, which cannot be imported and is no Exception
+            raise
+        raise ContentsError(f"lazrs cannot decompress it: {error}") from None
 
 
 def _laspy() -> tuple[Any, tuple[type[Exception], ...]]:
