@@ -155,7 +155,7 @@ def test_what_is_no_whole_file_is_refused(tmp_path: Path) -> None:
     # The record that says how it is compressed: in a way that ends lazrs by a panic.
     at = packed.index(b"laszip encoded") + 52
     unknown = packed[:at] + b"\x01\x00" + packed[at + 2 : at + 12] + b"\xff" * 4 + packed[at + 16 :]
-    with pytest.raises(InputError, match="lazrs cannot decompress it: .*chunk"):
+    with pytest.raises(InputError, match="lazrs cannot decompress it"):
         read(tmp_path / "g.laz", unknown)
 
 
