@@ -152,6 +152,9 @@ def test_what_is_no_whole_file_is_refused(tmp_path: Path) -> None:
             read(tmp_path / name, data)
     with pytest.raises(InputError, match="does not begin with 'LASF'"):
         read(tmp_path / "f.laz", b"not at all")
+    for name, data in (("h.las", whole), ("i.laz", packed)):
+        with pytest.raises(InputError, match="declares 4,294,967,295 variable length records, and there is room for"):
+            read(tmp_path / name, data[:100] + b"\xff" * 4 + data[104:])
     # The record that says how it is compressed: in a way that ends lazrs by a panic.
     at = packed.index(b"laszip encoded") + 52
     unknown = packed[:at] + b"\x01\x00" + packed[at + 2 : at + 12] + b"\xff" * 4 + packed[at + 16 :]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import logging
 import re
+import struct
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -27,6 +28,8 @@ _PLACE, _COLOR = ("X", "Y", "Z"), ("red", "green", "blue")
 NORMAL = ("NormalX", "NormalY", "NormalZ")
 #: attributes of `MeshData` that have dimensions of their own names
 _NUMBERS = ("scalars", "radii")
+#: bytes of the header of LAS 1.0 and of what is read of longer ones
+_SHORTEST_HEADER, _LONGEST_HEADER = 227, 375
 #: points that are read or written at once
 _CHUNK = 1 << 20
 #: point formats with colours by those without that have the same dimensions besides
@@ -54,6 +57,7 @@ def opened(path: Path) -> Iterator[Any]:
         ContentsError: it is damaged, or laspy is missing.
     """
     laspy, errors = _laspy()
+    _check_records(path)
     try:
         with laspy.open(path) as reader:
             yield reader
@@ -65,6 +69,24 @@ def opened(path: Path) -> Iterator[Any]:
         if type(error).__name__ != "PanicException":  # of lazrs, which cannot be imported and is no Exception
             raise
         raise ContentsError(f"lazrs cannot decompress it: {error}") from None
+
+
+def _check_records(path: Path) -> None:
+    """Refuses a header that declares more variable length records than there is room for: laspy would make them all."""
+    with path.open("rb") as file:
+        header = file.read(_LONGEST_HEADER)
+    if len(header) < _SHORTEST_HEADER or not header.startswith(b"LASF"):
+        return  # laspy says so
+    begin, points, count = struct.unpack_from("<HII", header, 94)
+    room = [(count, points - begin, 54)]
+    if header[24:26] >= b"\x01\x04" and len(header) >= 247:
+        start, more = struct.unpack_from("<QI", header, 235)
+        room.append((more, path.stat().st_size - start, 60))
+    for declared, space, least in room:
+        if declared * least > max(space, 0):
+            raise ContentsError(
+                f"its header declares {declared:,} variable length records, and there is room for {max(space, 0) // least:,}"
+            )
 
 
 def _laspy() -> tuple[Any, tuple[type[Exception], ...]]:
