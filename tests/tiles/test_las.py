@@ -121,6 +121,15 @@ def test_a_torn_file_is_refused(tmp_path: Path) -> None:
         list(LasCloud(tmp_path / "in.las").points(100))
 
 
+def test_a_file_without_points_is_refused(tmp_path: Path) -> None:
+    """By tiles as in one piece, before any step."""
+    laspy.LasData(laspy.LasHeader(point_format=3, version="1.2")).write(tmp_path / "in.las")
+    for options in ((), ("--tiles",)):
+        done = invoke("run", "clean_point_cloud", tmp_path / "in.las", "-o", tmp_path / "out.las", *options)
+        assert done.exit_code != 0
+        assert "in.las: no vertex could be read from it" in " ".join(done.stderr.split())
+
+
 def cleaned_both_ways(folder: Path, extension: str, warning: str) -> None:
     """An E57 file without its outliers, in one piece as "whole" and by tiles as "tiled"; both runs give the warning."""
     pytest.importorskip("pye57")

@@ -223,13 +223,12 @@ def open_cloud(path: Path) -> Source | E57Cloud:
     """The cloud in a file.
 
     Raises:
-        ContentsError: it cannot be read by slices.
+        ContentsError: it cannot be read by slices, or has no point.
     """
-    if extension(path) == "e57":
-        e57 = E57Cloud(path)
-        len(e57)  # raises if it cannot be opened
-        return e57
-    return file_cloud(path)
+    cloud = E57Cloud(path) if extension(path) == "e57" else file_cloud(path)
+    if not len(cloud):  # which raises if it cannot be opened
+        raise ContentsError("no vertex could be read from it")
+    return cloud
 
 
 def file_cloud(path: Path) -> Source:
