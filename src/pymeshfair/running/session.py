@@ -41,8 +41,6 @@ from .talk import mark
 
 #: the least change of progress that is reported
 _SMALLEST_PROGRESS = 0.005
-#: as many states of a mesh are kept for later runs
-_STATES = 8
 
 
 #: what is known of a mesh, the traits that a recipe asks for, and the warning if it is not for such a scan
@@ -67,10 +65,15 @@ class Outcome:
 
 
 class Earlier:
-    """What earlier runs found of one mesh, and what their first steps made of it: a change of a later step costs that step."""
+    """What earlier runs found of one mesh, and what their first steps made of it: a change of a later step costs that step.
 
-    def __init__(self) -> None:
+    Args:
+        states: how many states of the mesh are kept, the ones used last.
+    """
+
+    def __init__(self, states: int = 8) -> None:
         """See the class; nothing is kept yet."""
+        self._states = states
         self._measured: tuple[RecipeInfo, _Measured] | None = None
         self._kept: list[tuple[tuple[Step, ...], State, tuple[StepDone, ...]]] = []  # the one used last is the last
 
@@ -92,7 +95,8 @@ class Earlier:
 
     def keep(self, steps: tuple[Step, ...], state: State, done: tuple[StepDone, ...]) -> None:
         """Keep the layers after some steps."""
-        self._kept = [*self._kept[1 - _STATES :], (steps, state, done)]
+        self._kept.append((steps, state, done))
+        del self._kept[: -self._states or None]
 
 
 class Session:
@@ -154,7 +158,7 @@ class Session:
         for mesh in others:
             self._document.add(mesh)
         self._document.current_id = given
-        earlier = earlier or Earlier()
+        earlier = earlier or Earlier(states=0)
         before, traits, unsuited = earlier.measured(self._job.recipe.info, lambda: self._measured(read))
         for text in lengths_out_of_proportion(Script(self._steps), diagonal=before.diagonal):
             self._warn(text)
