@@ -38,6 +38,11 @@ def _counted(selected: Bools, kind: str) -> tuple[str, ...]:
     return (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
 
 
+def _selection(selected: Bools, notes: tuple[str, ...]) -> Edit:
+    """The selection, and how many vertices are in it."""
+    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
+
+
 @mesh_filter(
     name="Select Outliers by Probability (LoOP)",
     classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET,
@@ -155,8 +160,8 @@ def compute_selection_by_stray_points_per_vertex(
     selected = stray_points(
         layer.vertices, neighbors=neighbors, sparseness=sparseness, smallest_part=smallest_part, progress=progress
     )
-    notes = _counted(selected, f"part of no surface: alone, in a haze, or in clumps of fewer than {smallest_part:,}")
-    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
+    kind = f"part of no surface: alone, in a haze, or in clumps of fewer than {smallest_part:,}"
+    return _selection(selected, _counted(selected, kind))
 
 
 @mesh_filter(
@@ -184,8 +189,7 @@ def compute_selection_by_grid_per_vertex(
     if side == 0.0:
         raise FilterInputError("side is 0: nothing to do; give the side of a cell, such as '0.1' in mesh units")
     selected = surplus_points(layer.vertices, side)
-    notes = _counted(selected, f"not the first in their cell of {side:g}")
-    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
+    return _selection(selected, _counted(selected, f"not the first in their cell of {side:g}"))
 
 
 @mesh_filter(
@@ -228,7 +232,7 @@ def compute_selection_by_distance_from_cloud_per_vertex(
             f"farther than {0.5 * spacings:g}, and bridges gaps",
             *_left_out(cloud, of_points, layer.vertices, layer.faces[furthest <= spacings], spacings),
         )
-    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
+    return _selection(selected, notes)
 
 
 def _left_out(cloud: Floats, of_points: Floats, vertices: Floats, faces: Ints, spacings: float) -> tuple[str, ...]:

@@ -141,8 +141,7 @@ class SpdSolver:
         if self._factors is not None:
             return self._factors.solve(b)
         if self._solved and self._many:
-            self._factors = Factorisation(self._system.matrix, progress)
-            return self._factors.solve(b)
+            return self._by_factors(b, progress)
         before = 0
         # The error of the smoothest vector is larger than its residual by one over the least eigenvalue.
         spread = float(np.sqrt(self._system.smoothness))
@@ -155,9 +154,7 @@ class SpdSolver:
         if self._quick and self._system.smoothness >= _SINGULAR:
             self._quick = False  # if factors fail multigrid is next
             with suppress(ConvergenceError):
-                self._factors = Factorisation(self._system.matrix, progress)
-                return self._factors.solve(b)
-            self._factors = None
+                return self._by_factors(b, progress)
         if self._multigrid is None:
             self._multigrid = SmoothedAggregation(self._system.matrix, progress=lambda _: progress(0.0))
         attempt = self._descend(b, x, tolerance, reference, self._multigrid, 1.0, _MULTIGRID_STEPS, progress)
@@ -171,10 +168,16 @@ class SpdSolver:
             raise ConvergenceError(f"{stalled}: the matrix is not positive definite to rounding")
         progress(0.0)
         try:
-            self._factors = Factorisation(self._system.matrix, progress)
-            return self._factors.solve(b)
+            return self._by_factors(b, progress)
         except ConvergenceError as error:
             raise ConvergenceError(f"{stalled}, and {error}") from error
+
+    def _by_factors(self, b: Floats, progress: Progress) -> Solution:
+        """The solution by factors, which are kept if they solve the system."""
+        factors = Factorisation(self._system.matrix, progress)
+        solution = factors.solve(b)
+        self._factors = factors
+        return solution
 
     def _descend(
         self,
