@@ -248,12 +248,12 @@ ROUNDS = (5, 10, 20, 40)
 def not_looked_for() -> Iterator[None]:
     """Noise that neighbours share is taken for noise of single vertices."""
     names = vars(automatic)
-    before = names["correlated_setting"]
-    names["correlated_setting"] = lambda *_, **__: None
+    before = {name: names[name] for name in ("setting_of_shared", "rounding_of")}
+    names |= dict.fromkeys(before, lambda *_, **__: None)
     try:
         yield
     finally:
-        names["correlated_setting"] = before
+        names |= before
 
 
 def angle(pair: CameraPair, setting: Setting) -> float:

@@ -39,7 +39,6 @@ from pymeshfair.filters.denoising import (
     SettingsTried,
     automatic,
     automatic_choice,
-    correlated_noise,
     denoise_automatically,
     direction_for,
     estimate_noise,
@@ -92,15 +91,15 @@ def rules() -> dict[str, list[tuple[Any, str, Any]]]:
         "direction": [(automatic, "direction_for", lambda _: "all")],
         "all directions": [(automatic, "direction_for", lambda _: "normal")],
         "impulses": [(tuned, "IMPULSIVE", 1.0)],
-        "uneven": [(tuned, "LOUDER", np.inf)],
+        "uneven": [(automatic, "sizes_beside", lambda *_: (0.0, 0.0))],
         "flattening": [(impulses, "flattening", lambda _points, _moved, _faces, which: which)],
         "put back": [(impulses, "put_back_along", lambda vertices, *_: vertices)],
         "found again": [(impulses, "_LOOKS", 0)],
         "no noise": [(Scan, "clean", property(lambda scan: scan.noise.level < tuned.NO_NOISE))],
         "or nothing": [(Scan, "or_nothing", lambda _, choice: choice)],
         "designed": [(automatic, "is_designed", lambda *_: False)],
-        "correlated": [(automatic, "correlated_setting", lambda *_, **__: None)],
-        "rounding": [(correlated_noise, "rounding_of", lambda *_: None)],
+        "shared": [(automatic, "setting_of_shared", lambda *_, **__: None)],
+        "rounding": [(automatic, "rounding_of", lambda *_: None)],
     }
 
 

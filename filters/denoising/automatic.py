@@ -14,14 +14,15 @@ from numpy.typing import ArrayLike
 from ..evidence import Choice, run_to_last, sizes_beside, starts_of, tuned
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..geometry import face_normals
-from ..mesh import Floats, check_mesh, check_movable, normalised_mesh
+from ..mesh import Floats, NormalisedMesh, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
 from .candidates import SettingsTried
-from .correlated_noise import correlated_setting
+from .correlated_noise import setting_of_rounded, setting_of_shared
 from .impulses import Outliers, replace_outlying
 from .noise_level import NoiseEstimate, estimate_noise, is_designed
 from .relaxation import direction_for
 from .repertoire import REPERTOIRE, Repertoire, Setting, settings
+from .rounding import rounding_of
 from .scan import Scan
 
 
@@ -75,13 +76,27 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise = estimate_noise(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise; where it is uneven the calmest places, by which it goes, may have none.
-    correlated = correlated_setting(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
-    if correlated is not None and correlated[0] != Setting():
+    rounding = rounding_of(mesh.points, mesh.cells)
+    # 1. Correlated noise; where it is uneven the calmest places, by which it goes, may have none. Rounding is looked at last.
+    shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
+    if shared and shared[0] != Setting():
         progress(1.0)
-        return AutomaticChoice("correlated", correlated[0], noise, correlated[1])
+        return AutomaticChoice("correlated", shared[0], noise, shared[1])
+    scan = Scan.of(
+        vertices, faces, movable=movable, seed=seed, progress=rising(part_of(progress, 0.3, 1.0 if rounding is None else 0.7))
+    )
+    choice = _independent(mesh, scan, noise, border, repertoire)
+    if rounding is None:
+        return choice
+    evidence = setting_of_rounded(mesh, rounding, choice.setting, border=border, progress=part_of(progress, 0.7, 1.0))
+    return choice if evidence is None else AutomaticChoice("correlated", evidence.chosen.label, noise, evidence)
+
+
+def _independent(
+    mesh: NormalisedMesh, scan: Scan, noise: NoiseEstimate, border: BorderPolicy, repertoire: Repertoire
+) -> AutomaticChoice:
+    """The choice for noise that is independent between neighbours, or none."""
     # 2. Impulse noise: outliers are replaced first, and are no evidence.
-    scan = Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(part_of(progress, 0.3, 1.0)))
     without_impulses, uneven = (None, False) if repertoire.outliers == "keep" else _impulses(scan)
     # 3. No noise: a model of planes, or residuals that are correlated between neighbours.
     if is_designed(mesh.points, mesh.cells) or (without_impulses is None and not uneven and scan.clean):
@@ -108,13 +123,11 @@ def _impulses(scan: Scan) -> tuple[Scan | None, bool]:
     and all vertices there are off.
     """
     replaced, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
-    if outlying.sum() <= tuned.UNEVEN_FROM * len(outlying):
+    if outlying.sum() <= tuned.IMPULSIVE * len(outlying):
         return None, False
     beside, elsewhere = sizes_beside(replaced, scan.faces, scan.normals, outlying, scan.scored)
-    if beside > max(tuned.LOUDER * elsewhere, tuned.WEAK):
-        return None, True
-    impulsive = np.mean(outlying) > tuned.IMPULSIVE
-    return (replace(scan, points=replaced, replaced=outlying) if impulsive else None), False
+    uneven = beside > max(tuned.LARGER * elsewhere, tuned.WEAK)
+    return (None if uneven else replace(scan, points=replaced, replaced=outlying)), uneven
 
 
 def _cross_validated(scan: Scan, border: BorderPolicy, repertoire: Repertoire) -> Choice[Setting] | None:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..evidence import Choice, Sample, Trial, choose_by_risk, far_from_border, roughness, run_to_last, sample_of, starts_of, tuned
-from ..execution import Progress, ignore_progress, part_of
+from ..execution import Progress, ignore_progress
 from ..geometry import edge_lengths, mean_edge_length, seen_from_one_side
 from ..libraries import optimize, sparse
 from ..mesh import Bools, Floats, Ints, NormalisedMesh
@@ -37,25 +37,62 @@ _CLIP, _AVERAGED = 9.0, 4
 _MULTIPLE, _STEP = 997.0, 137.7
 
 
-def correlated_setting(
+def setting_of_rounded(
+    mesh: NormalisedMesh, rounding: Rounding, other: Setting, *, border: BorderPolicy, progress: Progress = ignore_progress
+) -> Choice[Setting] | None:
+    """The setting for rounded coordinates, and what speaks for it; None if another setting is better.
+
+    Rounding is undone first, see `Rounding.undone`. Of the settings, and the other on the rounded surface, that of the least
+    product of roughness and of how far vertices are out of their steps is taken [reginska1996].
+
+    Args:
+        mesh: the mesh; vertices that may not move are no evidence.
+        rounding: of `rounding_of`.
+        other: what is chosen where vertices are taken to have noise of their own. It is better where details are as fine as the
+            steps.
+        border: see `normal_filtering`.
+        progress: called with the share that is done; may raise to stop.
+    """
+    undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
+    sample = _sample(undone, mesh.cells)
+    tried, labels, _ = _tried(mesh, sample, border, "undo")
+    scored = _scored(mesh, sample)
+    here, rounded = undone[sample.origin], mesh.points[sample.origin]
+    unit = mean_edge_length(here, sample.faces)
+    every: Sequence[Setting] = [label for family in labels for label in family]
+    out, rough = np.zeros(len(every)), np.zeros(len(every))
+
+    def measures(result: Floats) -> tuple[float, float]:
+        left = rounding.left(result, rounded)[scored]
+        return float(np.sqrt((left**2).mean())) if len(left) else 0.0, roughness(result, sample.faces)
+
+    def look(at: int, result: Floats) -> None:
+        out[at], rough[at] = measures(here + unit * (result - sample.points))
+
+    families: Sequence[Iterator[Floats]] = tried(sample.points, np.empty(0, dtype=np.int32))
+    run_to_last(families, starts_of(labels), np.ones(len(every), dtype=np.bool_), look, progress)
+    products = rough * (out + tuned.OUT_OF_STEP)
+    best = int(products.argmin())
+    moves = None if mesh.movable is None else mesh.movable[sample.origin]
+    out_of_step, roughness_of_it = measures(other.apply(rounded, sample.faces, border=border, movable=moves))
+    if roughness_of_it * (out_of_step + tuned.OUT_OF_STEP) <= products[best]:
+        return None
+    trials = tuple(
+        Trial(label, float(error), float(product - products[best]), 0.0)
+        for label, error, product in zip(every, out, products, strict=True)
+    )
+    return Choice(trials[best], trials)
+
+
+def setting_of_shared(
     mesh: NormalisedMesh, noise: NoiseEstimate, *, border: BorderPolicy, progress: Progress = ignore_progress
 ) -> tuple[Setting, Choice[Setting] | None] | None:
     """How to denoise a mesh with noise that neighbours share, and what speaks for it; None if they do not.
 
-    Rounding is undone first, see `Rounding.undone`, and of the settings that of the least product of roughness and of how far
-    vertices are out of their steps is taken [reginska1996]. Otherwise the covariance of the noise is measured where the mesh is
-    calm, and that setting is taken whose slopes are expected to be nearest to the truth, see `choose_by_risk`. Fused maps share
-    it more widely than can be measured beside the surface, and get a strong setting.
-
-    Args:
-        mesh: the mesh; vertices that may not move are no evidence.
-        noise: of `estimate_noise`.
-        border: see `normal_filtering`.
-        progress: called with the share that is done; may raise to stop.
+    The covariance of the noise is measured where the mesh is calm, and that setting is taken whose slopes are expected to be
+    nearest to the truth, see `choose_by_risk`. Fused maps share it more widely than can be measured beside the surface, and get a
+    strong setting. Arguments as of `setting_of_rounded`; the noise is that of `estimate_noise`.
     """
-    rounding = rounding_of(mesh.points, mesh.cells)
-    if rounding is not None:
-        return _of_rounded(mesh, rounding, border, progress)
     if not _share_noise(mesh.points, mesh.cells, noise):
         return None
     if not on_lines_of_sight(mesh.points, mesh.cells):
@@ -136,34 +173,6 @@ def _tried(
         of=CORRELATED,
     )
     return tried, settings(direction, of=CORRELATED, rounding=rounding), normals
-
-
-def _of_rounded(
-    mesh: NormalisedMesh, rounding: Rounding, border: BorderPolicy, progress: Progress
-) -> tuple[Setting, Choice[Setting] | None]:
-    undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
-    sample = _sample(undone, mesh.cells)
-    tried, labels, _ = _tried(mesh, sample, border, "undo")
-    scored = _scored(mesh, sample)
-    here, rounded = undone[sample.origin], mesh.points[sample.origin]
-    unit = mean_edge_length(here, sample.faces)
-    every: Sequence[Setting] = [label for family in labels for label in family]
-    out, rough = np.zeros(len(every)), np.zeros(len(every))
-
-    def look(at: int, result: Floats) -> None:
-        left = rounding.left(here + unit * (result - sample.points), rounded)[scored]
-        out[at] = np.sqrt((left**2).mean()) if len(left) else 0.0
-        rough[at] = roughness(result, sample.faces)
-
-    families: Sequence[Iterator[Floats]] = tried(sample.points, np.empty(0, dtype=np.int32))
-    run_to_last(families, starts_of(labels), np.ones(len(every), dtype=np.bool_), look, part_of(progress, 0.0, 1.0))
-    products = rough * (out + tuned.OUT_OF_STEP)
-    best = int(products.argmin())
-    trials = tuple(
-        Trial(label, float(error), float(product - products[best]), 0.0)
-        for label, error, product in zip(every, out, products, strict=True)
-    )
-    return trials[best].label, Choice(trials[best], trials)
 
 
 class NoiseField(NamedTuple):

@@ -66,7 +66,7 @@ class Rounding(NamedTuple):
 
 
 def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
-    """The rounding of a mesh; None of one that was not rounded, or so finely that its noise is independent.
+    """The rounding of a mesh; None of one that was not rounded.
 
     Faces whose vertices were rounded alike have one normal, the axis. Along it all vertices lie on few levels, and the roughness
     of the surface is along it.
@@ -96,12 +96,13 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     apart = np.flatnonzero(np.diff(heights) > _FLAT * edge)
     low, high = heights[np.append(0, apart + 1)], heights[np.append(apart, len(heights) - 1)]
     levels = 0.5 * (low + high)
-    if len(levels) < 3 or (high - low).max() > _FLAT * edge or np.median(np.diff(levels)) < tuned.STEP * edge:
+    if len(levels) < 3 or (high - low).max() > _FLAT * edge:
         return None
     pairs = edges(faces)
     along = (differences_of_fourth_order(points, pairs) @ direction)[inner_vertices(faces, pairs, len(points))]
     noise = float(np.sqrt((along**2).mean())) / float(np.median(np.diff(levels))) if len(along) else 0.0
-    return Rounding(direction, levels) if tuned.LEAST_ROUGHNESS < noise < tuned.MOST_ROUGHNESS else None
+    expected = 1.0 / np.sqrt(12.0)  # the standard deviation of rounding to steps of 1
+    return Rounding(direction, levels) if expected / tuned.ROUNDED < noise < expected * tuned.ROUNDED else None
 
 
 def without_rounding(points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:

@@ -100,7 +100,7 @@ class Scan:
         Where neighbours agree the residuals are of details, too. A filter takes details if it errs by more than what the
         differences of fourth order leave.
         """
-        takes_details = self.agreement.shows_surface and choice.chosen.error >= tuned.DETAILS * self.noise.level
+        takes_details = self.agreement.shows_surface and choice.chosen.error >= tuned.LARGER * self.noise.level
         return replace(choice, chosen=choice.trials[0]) if takes_details else choice
 
     def choose(

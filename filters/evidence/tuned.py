@@ -31,8 +31,11 @@ SURFACE = 0.1
 SURE, RIVALS = 0.05, 2
 #: In the calmest third by 0.173 and more on clean meshes, by up to 0.153 with weak noise that should go.
 SURFACE_WHERE_CALM = 0.16
-#: Where neighbours agree, filters that take details err by 1.22 times the level of the noise and more, others by up to 1.18.
-DETAILS = 1.2
+#: Two levels of noise that differ by more are two. Where neighbours agree, filters that take details err by 1.22 times the level
+#: of the noise and more, others by up to 1.18. Beside vertices that stand out of uneven noise the others are 1.2 times as far off
+#: as elsewhere and more, beside impulses up to 1.1 times, and by more than `WEAK`: without it 8.3 in place of 1.3 on a gear with
+#: noise along one axis.
+LARGER = 1.2
 #: The calmest part, by which the noise is bounded from below.
 CALMEST = 0.05
 #: Even noise is so many times what the calmest part says: 1.2 to 1.5 on parts, figures and surfaces.
@@ -42,18 +45,10 @@ EVEN = 1.3
 WEAK = 0.05
 
 # Impulse noise.
-#: More vertices than this stand out of it: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
+#: More vertices than this stand out of impulse or uneven noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
 IMPULSIVE = 0.01
-#: Noise may be uneven where more stand out: half a mesh of noise is none.
-UNEVEN_FROM = 0.005
 #: A vertex stands out if it is off by so many deviations of the mesh, and by as many times the median of its two rings.
 STANDS_OUT = 3.0
-#: Uneven noise: beside what stands out the others are 1.2 times as far off and more, beside spikes up to 1.1 times, and by more
-#: than `WEAK`. Without it 8.3 in place of 1.3 on a gear with noise along one axis.
-LOUDER = 1.2
-#: Less of the ways of outliers along the surface than this is by chance. Where they are not put back at all: 2.3 on blobs with
-#: noise in all directions on three in ten vertices.
-CHANCE = 0.2
 
 # Correlated noise.
 #: Maps of cameras: the mean of their normals is longer, 0.5 and more of noisy maps.
@@ -69,11 +64,9 @@ OWN = 0.02
 OUT_OF_STEP = 0.08
 #: Rounding: so many of the faces lie within levels, 3 % with steps of a third of an edge, 80 % with steps of a whole one.
 FLUSH = 0.01
-#: Shorter steps leave noise that is independent.
-STEP = 0.1
-#: Differences of fourth order along the axis, over the median step: rounded surfaces have 0.18 to 0.6, independent noise of
-#: rounding 0.29; a turned part, whose rings are levels, 1.7, other designed parts 0.12 and less.
-LEAST_ROUGHNESS, MOST_ROUGHNESS = 0.17, 0.8
+#: Rounding leaves differences of fourth order of 1 / sqrt(12) steps, up to this factor: rounded surfaces have 0.9 to 1.9 times as
+#: much, more where they are rougher than the steps; designed parts 0.4 and less, or 6.
+ROUNDED = 2.0
 
 # Clouds.
 #: Clouds have so much noise at least in the calmest part, in spacings; exact surfaces and smoothed scans less than half.

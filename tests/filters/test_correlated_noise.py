@@ -10,11 +10,12 @@ import pymeshlab
 import pytest
 from scipy.ndimage import gaussian_filter, map_coordinates
 
+from pymeshfair.filters.denoising.automatic import automatic_choice
 from pymeshfair.filters.denoising.correlated_noise import (
-    correlated_setting,
     neighbours_share_noise,
     noise_field,
     on_lines_of_sight,
+    setting_of_shared,
 )
 from pymeshfair.filters.denoising.noise_level import estimate_noise
 from pymeshfair.filters.denoising.preparation import denoised
@@ -195,10 +196,9 @@ def test_what_is_chosen_leaves_little_of_the_noise_of_a_camera(camera: str, rati
     """Less than a tenth of the angle is left of rounded depths, less than a third of noise that is partly filtered."""
     noisy, truth, faces = _map(camera)
     told: list[float] = []
-    mesh = normalised_mesh(noisy, faces)
-    found = correlated_setting(mesh, estimate_noise(noisy, faces), border="along", progress=told.append)
-    assert found is not None
-    setting, evidence = found
+    found = automatic_choice(noisy, faces, border="along", progress=told.append)
+    setting, evidence = found.setting, found.evidence
+    assert found.kind == "correlated"
     assert evidence is not None
     assert evidence.chosen.label == setting
     assert setting.rounding == ("undo" if camera == "light" else "keep")
@@ -211,7 +211,7 @@ def test_what_may_not_move_is_no_evidence() -> None:
     """Where no vertex may move nothing speaks for any setting, and the strong one is taken."""
     noisy, _, faces = _map("flight")
     mesh = normalised_mesh(noisy, faces, np.zeros(len(noisy), dtype=np.bool_))
-    assert correlated_setting(mesh, estimate_noise(noisy, faces), border="along") == (STRONG, None)
+    assert setting_of_shared(mesh, estimate_noise(noisy, faces), border="along") == (STRONG, None)
 
 
 def _waves(step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
