@@ -10,7 +10,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..evidence import Choice, Sample, Trial, choose_by_risk, far_from_border, roughness, run_to_last, sample_of, starts_of, tuned
+from ..evidence import (
+    Choice,
+    Sample,
+    Scores,
+    choose_by_risk,
+    far_from_border,
+    roughness,
+    run_to_last,
+    sample_of,
+    starts_of,
+    trials_of,
+    tuned,
+)
 from ..execution import Progress, ignore_progress
 from ..geometry import edge_lengths, mean_edge_length, seen_from_one_side
 from ..libraries import optimize, sparse
@@ -77,10 +89,8 @@ def setting_of_rounded(
     out_of_step, roughness_of_it = measures(other.apply(rounded, sample.faces, border=border, movable=moves))
     if roughness_of_it * (out_of_step + tuned.OUT_OF_STEP) <= products[best]:
         return None
-    trials = tuple(
-        Trial(label, float(error), float(product - products[best]), 0.0)
-        for label, error, product in zip(every, out, products, strict=True)
-    )
+    scores = Scores(out, products - products[best], np.zeros(len(every)), best)
+    trials = trials_of(every, np.arange(len(every), dtype=np.int32), scores)
     return Choice(trials[best], trials)
 
 

@@ -9,7 +9,7 @@ from ..geometry import normal_differences
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 from ..topology import edges
-from .cross_validation import Candidates, Choice, Label, Trial, run_to_last, starts_of
+from .cross_validation import Candidates, Choice, Label, Scores, run_to_last, starts_of, trials_of
 
 # The noise is added once more, times this: little enough that the filter does not see it, and far more than rounding.
 _LITTLE = 0.1
@@ -82,11 +82,8 @@ def choose_by_risk(
     best = int(means.argmin())
     excess = means - means[best]
     uncertainty = np.sqrt(((sums - sums[best] - excess[:, None] * shares) ** 2).sum(axis=1))
-    errors = np.sqrt(np.maximum(means, 0.0))
-    trials = tuple(
-        Trial(label, float(error), float(more), float(doubt))
-        for label, error, more, doubt in zip(every, errors, excess, uncertainty, strict=True)
-    )
+    scores = Scores(np.sqrt(np.maximum(means, 0.0)), excess, uncertainty, best)
+    trials = trials_of(every, np.arange(len(every), dtype=np.int32), scores)
     return Choice(trials[int(np.where(excess <= uncertainty, flatness, np.inf).argmin())], trials)
 
 
