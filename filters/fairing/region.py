@@ -157,7 +157,11 @@ class _System(NamedTuple):
 
     def solution(self, extent: float, progress: Progress) -> RefinedSolution:
         """The solution at the free vertices."""
-        return refined_solution(self.matrix(), self.residual, self.points[self.free], extent=extent, progress=progress)
+        # A membrane's condition leaves most digits to the first step, which the next one only completes.
+        first = -(self.dirichlet @ self.points).compress(self.free, axis=0) if self.order == 1 else None
+        return refined_solution(
+            self.matrix(), self.residual, self.points[self.free], extent=extent, first=first, progress=progress
+        )
 
     def residual(self, values: Floats) -> Floats:
         """-(S M^-1)^(k-1) S p at the free vertices, in twice the precision, for their places."""

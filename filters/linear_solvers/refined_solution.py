@@ -47,6 +47,7 @@ def refined_solution(
     start: Floats,
     *,
     extent: float,
+    first: Floats | None = None,
     solve: Callable[[Floats], Floats] | None = None,
     progress: Progress = ignore_progress,
 ) -> RefinedSolution:
@@ -60,6 +61,7 @@ def refined_solution(
         residual: b - A x of (n, k) values x, with more digits than the condition number of A takes.
         start: (n, k) a first guess.
         extent: the length against which errors in x count.
+        first: (n, k) b - A x of the first guess where ordinary precision will do; None for that of `residual`.
         solve: solves A x = r to a few digits for (n, k) residuals; None for factors.
         progress: called meanwhile; may raise to stop.
 
@@ -73,8 +75,9 @@ def refined_solution(
     x = np.array(start, dtype=np.float64)
     before, steps = np.inf, 0
     while True:
-        correction = solve(residual(x))
-        x += correction
+        rest = residual(x) if steps > 0 or first is None else first
+        correction = solve(rest)
+        before_it, x = x, x + correction
         moved = float(np.abs(correction).max(initial=0.0))
         progress(0.9 + 0.1 * steps / (steps + 1))
         if moved == 0.0 or (steps > 0 and moved * (moved / before) <= _REFINED * extent):
@@ -84,7 +87,8 @@ def refined_solution(
         before, steps = moved, steps + 1
     if not moved <= _UNREFINED * extent:
         raise ConvergenceError(f"refinement of {len(x)} equations stalls at corrections of {moved / extent:.3g} of the extent")
-    left_over = residual(x)
+    # The last step is so short that the rounding of its product with A does not count.
+    left_over = rest - system.matrix @ (x - before_it)
     size = system.norm * _length(x / scale) + _length(scale * (left_over + system.matrix @ x))
     backward = _length(scale * left_over) / size if size > 0.0 else 0.0
     return RefinedSolution(x, backward, moved, steps)
