@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import ConvergenceError, FilterInputError, check_choice
+from ..compilation import compiled
 from ..execution import Progress, ignore_progress
 from ..geometry import cross_products
 from ..libraries import sparse
@@ -103,7 +104,7 @@ def fair_region(
         progress(1.0)
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     mesh = normalised_mesh(part.points, part.faces)
-    operator = surface_operator(mesh.points, part.faces)
+    operator = surface_operator(mesh.points, part.faces, masses=order > 1)
     system = _system(operator, part._replace(points=mesh.points), order, dense)
     _check_anchored(system, part._replace(points=system.points))
     low, high = bounding_box(system.points)
@@ -196,10 +197,9 @@ def _area(points: Floats, faces: Ints) -> float:
 
 def _check_anchored(system: _System, part: Submesh) -> None:
     """Refuses free vertices that are connected with no fixed one, or with less than a triangle of them."""
-    count, labels = sparse.csgraph.connected_components(system.columns[part.free], directed=False)
-    anchored = np.zeros(count, dtype=np.bool_)
-    beside = system.columns[~part.free]
-    anchored[labels[beside.indices[beside.data != 0.0]]] = True
+    dirichlet = system.dirichlet
+    labels, anchored = _labelled(dirichlet.indptr, dirichlet.indices, dirichlet.data, part.free)
+    count = len(anchored)
     if anchored.all():
         _check_spanned(system.dirichlet, part, system.order, labels, count)
         return
@@ -209,6 +209,31 @@ def _check_anchored(system: _System, part: Submesh) -> None:
         f"the {len(members)} free vertices connected with vertex {members[0]} touch no fixed vertex "
         f"({int((~anchored).sum())} such parts), so that their place is undetermined: select less than a whole component"
     )
+
+
+@compiled
+def _labelled(starts: Ints | Longs, columns: Ints | Longs, data: Floats, free: Bools) -> tuple[Ints, Bools]:
+    """The connected part of each free vertex, in ascending order of the lowest one, and whether each part touches a fixed one."""
+    n, count, found = free.shape[0], 0, 0
+    labels, queue = np.full(n, -1, dtype=np.int32), np.empty(n, dtype=np.int32)
+    anchored = np.zeros(n, dtype=np.bool_)
+    for first in range(n):
+        if not free[first] or labels[first] >= 0:
+            continue
+        begin, found = found, found + 1
+        queue[begin], labels[first] = first, count
+        while begin < found:
+            for k in range(starts[queue[begin]], starts[queue[begin] + 1]):
+                j = columns[k]
+                if not free[j]:
+                    anchored[count] |= data[k] != 0.0
+                elif labels[j] < 0:
+                    labels[j] = count
+                    queue[found] = j
+                    found += 1
+            begin += 1
+        count += 1
+    return labels[free], anchored[:count]
 
 
 def _check_spanned(dirichlet: sparse.csr_matrix, part: Submesh, rings: int, labels: Ints, count: int) -> None:
