@@ -302,10 +302,10 @@ def _eliminate_panel(front: Floats, begin: int, end: int) -> None:
             column = front[j]
             for k in range(first, j):
                 before, factor = front[k], front[k, j] * front[k, k]
-                for i in range(j, size):
+                for i in range(np.uint64(j), np.uint64(size)):
                     column[i] -= before[i] * factor
             inverse = 1.0 / column[j]
-            for i in range(j + 1, size):
+            for i in range(np.uint64(j + 1), np.uint64(size)):
                 column[i] *= inverse
         _subtract(front, first, last, last, end)
 
@@ -343,7 +343,7 @@ def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> No
         x = f[j] * f[first + 5] if count > 5 else 0.0
         y = g[j] * g[first + 6] if count > 6 else 0.0
         z = h[j] * h[first + 7] if count > 7 else 0.0
-        for i in range(j, front.shape[0]):
+        for i in range(np.uint64(j), np.uint64(front.shape[0])):
             one = (a[i] * s + b[i] * t) + (c[i] * u + d[i] * v)
             column[i] -= one + ((e[i] * w + f[i] * x) + (g[i] * y + h[i] * z))
 
