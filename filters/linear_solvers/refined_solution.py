@@ -30,7 +30,7 @@ class RefinedSolution:
 
     Attributes:
         values: x, (n, k).
-        backward_error: |r| / (|A| |x| + |b|) after scaling A to unit diagonal.
+        backward_error: |r| / (|A| |x| + |b|), measured as if A had a unit diagonal.
         last_correction: the largest entry of the last correction, in the unit of x: larger than the remaining error.
         refinements: the corrections after the first solution.
     """
@@ -70,8 +70,7 @@ def refined_solution(
         ConvergenceError: A is singular to rounding, or the corrections do not shrink.
     """
     system = SpdSystem.of(matrix)
-    scale = system.scale[:, None]
-    solve = solve or _scaled_factors(system, progress)
+    solve = solve or Cholesky(system.matrix, progress=progress, done=0.1).solve
     x = np.array(start, dtype=np.float64)
     before, steps = np.inf, 0
     while True:
@@ -89,18 +88,10 @@ def refined_solution(
         raise ConvergenceError(f"refinement of {len(x)} equations stalls at corrections of {moved / extent:.3g} of the extent")
     # The last step is so short that the rounding of its product with A does not count.
     left_over = rest - system.matrix @ (x - before_it)
+    scale = np.repeat(system.scale, x.shape[1]).reshape(x.shape)
     size = system.norm * _length(x / scale) + _length(scale * (left_over + system.matrix @ x))
     backward = _length(scale * left_over) / size if size > 0.0 else 0.0
     return RefinedSolution(x, backward, moved, steps)
-
-
-def _scaled_factors(system: SpdSystem, progress: Progress) -> Callable[[Floats], Floats]:
-    """Solves A x = r by the factors of A scaled to unit diagonal."""
-    matrix, scale = system.matrix, system.scale
-    data = matrix.data * np.repeat(scale, np.diff(matrix.indptr)) * scale[matrix.indices]
-    scaled = sparse.csr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
-    factors = Cholesky(scaled, progress=progress, done=0.1)
-    return lambda right_side: scale[:, None] * factors.solve(scale[:, None] * right_side)
 
 
 def _length(values: Floats) -> float:

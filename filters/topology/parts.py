@@ -81,11 +81,10 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
         rings: the number of rings, from 1.
     """
     inside = free.copy()
-    touched = _touching(faces, inside)
+    chosen = _touching(faces, inside)
     for _ in range(rings - 1):
-        inside[faces[touched]] = True
-        touched = _touching(faces, inside)
-    chosen = faces.take(touched, axis=0)
+        inside[chosen] = True
+        chosen = _touching(faces, inside)
     # A mark for each vertex gives them in ascending order without sorting.
     marked = np.zeros(len(points), dtype=np.bool_)
     marked[chosen] = True
@@ -99,15 +98,15 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
 
 
 @compiled
-def _touching(faces: Ints, marked: Bools) -> Longs:
-    """The triangles with a marked vertex, ascending."""
-    rows = np.empty(faces.shape[0] + 1, dtype=np.int64)  # of which the system gives what is written to
+def _touching(faces: Ints, marked: Bools) -> Ints:
+    """The triangles with a marked vertex, in their order."""
+    touching = np.empty((faces.shape[0] + 1, 3), dtype=np.int32)  # of which the system gives what is written to
     at = 0
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        rows[at] = f
+        touching[at, 0], touching[at, 1], touching[at, 2] = a, b, c
         at += (marked[a] | marked[b] | marked[c]) & (a != b) & (b != c) & (c != a)  # branches would be unpredictable
-    return rows[:at].copy()
+    return touching[:at].copy()
 
 
 @compiled
