@@ -134,8 +134,8 @@ def _name(names: Ints, i: int) -> int:
 def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neighbours: Ints, at: int, end: int) -> None:
     """Write the neighbours of one vertex, whose pairs are ordered, from `at` to `end`, in the order that `Stars` states."""
     if kind == CLOSED:
-        for m in range(at, end):
-            neighbours[m] = ends[start + m - at]
+        for m in range(_U(at), _U(end)):
+            neighbours[m] = ends[_U(start - at) + m]
     elif kind == OPEN:
         forward = _name(names, ends[start]) < _name(names, ends[stop - 1])
         for m in range(at, end - 1):
