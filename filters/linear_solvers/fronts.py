@@ -362,6 +362,7 @@ def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> No
         x = f[j] * f[first + 5] if count > 5 else 0.0
         y = g[j] * g[first + 6] if count > 6 else 0.0
         z = h[j] * h[first + 7] if count > 7 else 0.0
+        # Signed indices, which might count from the end, would keep the compiler from vectors.
         for i in range(np.uint64(j), np.uint64(front.shape[0])):
             one = (a[i] * s + b[i] * t) + (c[i] * u + d[i] * v)
             column[i] -= one + ((e[i] * w + f[i] * x) + (g[i] * y + h[i] * z))

@@ -74,7 +74,7 @@ def refined_solution(
     x = np.array(start, dtype=np.float64)
     before, steps = np.inf, 0
     while True:
-        rest = residual(x) if steps > 0 or first is None else first
+        rest = first if steps == 0 and first is not None else residual(x)
         correction = solve(rest)
         before_it, x = x, x + correction
         moved = float(np.abs(correction).max(initial=0.0))
