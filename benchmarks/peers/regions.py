@@ -63,8 +63,8 @@ BOUNDS: dict[Energy, str] = {
     "up to whole vectors, and right sides that lie by columns, took as long or longer; one walk instead of two over parts of "
     "up to 500 vertices takes off 0.5 ms of the order and adds 5 % to the factors; the rows of the operator are filled "
     "as fast by a table as by a search.",
-    "thin_plate": "Factors by fronts, half; two solves and three residuals in twice the precision, a third.",
-    "minimum_variation": "Factors by fronts, half; two solves and three residuals in twice the precision, a quarter.",
+    "thin_plate": "Order and factors by fronts, 0.4; two solves and two residuals in twice the precision, a quarter.",
+    "minimum_variation": "Order and factors by fronts, 0.45; two solves and two residuals in twice the precision, a quarter.",
 }
 
 CONTESTS = (
