@@ -144,8 +144,11 @@ CONTESTS = (
     Contest(
         "Taubin, 10 pairs of steps",
         lambda s: lambda: taubin_fairing(s.vertices, s.faces),
-        "The sweeps take 40 % and wait for instructions (below); sorting vertices and triangles by place and finding the "
-        "triangles at every vertex take the rest, on one thread where each writes where the one before it ends.",
+        "At a million the sweeps take 0.5 of the processor time and wait for instructions (below); finding the triangles at "
+        "every vertex and putting them in order takes 0.25, sorting vertices and triangles by place 0.12, on one thread where "
+        "each writes where the one before it ends. Tried for the sweeps: vertices sorted by their number of neighbours, 0.73 "
+        "of the time and no gain with the sorting; a fourth number for each vertex, 1.2. Tried for the order: a mark of the "
+        "vertex in its table instead of clearing it, 0.97; eight neighbours copied at a time, 0.9 of the copying.",
         {
             "VTK": Peer(vtk_sinc("Sequential"), "vtk", goal=3.0),
             "VTK, threads": Peer(vtk_sinc("STDThread"), "vtk", goal=2.5),
@@ -185,7 +188,8 @@ CONTESTS = (
         "processor cannot foresee, since vertices have four to eight neighbours: noting what follows each neighbour, without a "
         "search, takes 0.8 of the time of searching. A sweep takes 10 ns a vertex. Vertices sorted by their number of "
         "neighbours take 0.73 of that, which sorting uses up in ten sweeps; a fourth number for each vertex, for wide loads, "
-        "took 1.2. MeshLib has its half-edges before the clock starts, and takes two threads at 10k where we take one.",
+        "took 1.2. MeshLib has its half-edges before the clock starts, and takes two threads at 10k where we take one: two took "
+        "1.2 of the time for these short sweeps, and ten times as long where other programs kept the machine busy.",
         {
             "MeshLib": Peer(meshlib_relax, "meshlib", goal=1.3),
             "pymeshlab": Peer(

@@ -126,7 +126,7 @@ def frequencies(pairs: Any) -> Floats:
 _MULTIGRID = (
     "Up to 50,000 vertices order and factors. Above, memory read out of order: multigrid's cycles read the matrices of all "
     "levels some twenty times, on rows whose columns lie far apart. The order of space is taken where it pays; cycles in single "
-    "precision need as many steps, and 0.96 to 1.15 of the time; factors take 1.05 to 1.15 of it at 100,000, and their memory "
+    "precision need as many steps, and 0.96 to 1.15 of the time; factors take 0.86 of it at 100,000 and 1.7 of the memory, which "
     "grows faster."
 )
 

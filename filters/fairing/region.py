@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, NamedTuple, TypeAlias, get_args
@@ -10,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import ConvergenceError, FilterInputError, check_choice
+from ..compilation import compiled
 from ..execution import Progress, ignore_progress
-from ..geometry import cross_products
 from ..libraries import sparse
 from ..linear_solvers import RefinedSolution, laplacian_power, refined_solution
 from ..mesh import Bools, Floats, Ints, Longs, bounding_box, check_healthy, check_mesh, check_vertex_mask, normalised_mesh, spikes
@@ -103,34 +104,33 @@ def fair_region(
         progress(1.0)
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     mesh = normalised_mesh(part.points, part.faces)
-    operator = surface_operator(mesh.points, part.faces)
+    operator = surface_operator(mesh.points, part.faces, masses=order > 1)
     system = _system(operator, part._replace(points=mesh.points), order, dense)
     _check_anchored(system, part._replace(points=system.points))
     low, high = bounding_box(system.points)
     extent = float(np.linalg.norm(high - low))
     thrown, irregular = np.ones(len(mesh.points), dtype=np.bool_), 0
+    places = np.flatnonzero(part.free)
+    before = system.points.take(places, axis=0)
     try:
         solution = system.solution(extent, progress)
         thrown[:] = False
-        thrown[part.free] = spikes(system.points[part.free], solution.values, extent)
+        thrown[places] = spikes(before, solution.values, extent)
     except ConvergenceError:
         pass  # the failing element is unknown
     if thrown.any():
         operator, even = evened_operator(operator, part.faces, thrown)
         system = _system(operator, part._replace(points=mesh.points), order, dense)
         solution, irregular = system.solution(extent, progress), int((even & part.free).sum())
+        check_healthy(before, solution.values, extent, part.vertices[part.free], _ADVICE[energy])
     progress(1.0)
-    check_healthy(system.points[part.free], solution.values, extent, part.vertices[part.free], _ADVICE[energy])
-    moved = points.copy()
-    moved[part.vertices[part.free]] = solution.values / mesh.scale + mesh.middle
+    moved, faired, freed = points.copy(), system.points.copy(), part.vertices.take(places)
+    moved[freed] = solution.values / mesh.scale + mesh.middle
+    faired[places] = solution.values
     everywhere = np.zeros(len(points), dtype=np.bool_)
-    everywhere[part.vertices[part.free]] = True
-    faired = system.points.copy()
-    faired[part.free] = solution.values
-    a, b, c = part.free[part.faces].T
-    touching = part.faces[a | b | c]
-    before, after = _area(system.points, touching), _area(faired, touching)
-    share = after / before if before > 0.0 else 1.0
+    everywhere[freed] = True
+    area_before, area_after = _areas(system.points, faired, part.free, part.faces)
+    share = area_after / area_before if area_before > 0.0 else 1.0
     return FairedRegion(
         moved, everywhere, solution.backward_error, solution.last_correction / extent, solution.refinements, share, irregular
     )
@@ -140,7 +140,6 @@ class _System(NamedTuple):
     """(S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
 
     dirichlet: sparse.csr_matrix
-    columns: sparse.csr_matrix  # those of the free vertices
     inverse_mass: Floats
     order: int
     points: Floats
@@ -148,16 +147,21 @@ class _System(NamedTuple):
 
     def matrix(self) -> sparse.csr_matrix:
         """The columns and rows of the free vertices, (f, f)."""
-        columns = self.columns
         if self.order == 1:
-            return sparse.csr_matrix(columns[self.free])
+            starts, columns, data = _principal(self.dirichlet.indptr, self.dirichlet.indices, self.dirichlet.data, self.free)
+            return sparse.csr_matrix((data, columns, starts))
+        columns = sparse.csr_matrix(self.dirichlet[:, self.free])
         scaled = sparse.csr_matrix(sparse.diags_array(self.inverse_mass) @ columns)
         product = columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled)
         return sparse.csr_matrix(product)
 
     def solution(self, extent: float, progress: Progress) -> RefinedSolution:
         """The solution at the free vertices."""
-        return refined_solution(self.matrix(), self.residual, self.points[self.free], extent=extent, progress=progress)
+        # A membrane's condition leaves most digits to the first step, which the next one only completes.
+        first = -(self.dirichlet @ self.points).compress(self.free, axis=0) if self.order == 1 else None
+        return refined_solution(
+            self.matrix(), self.residual, self.points.compress(self.free, axis=0), extent=extent, first=first, progress=progress
+        )
 
     def residual(self, values: Floats) -> Floats:
         """-(S M^-1)^(k-1) S p at the free vertices, in twice the precision, for their places."""
@@ -171,8 +175,7 @@ def _system(operator: SurfaceOperator, part: Submesh, order: int, dense: bool) -
     # no whole star to take a Laplacian on.
     mass = _rim_as_dense(operator, part.free) if dense and order == 2 else operator.mass
     inverse = np.where(part.border, 0.0, float(mass.mean()) / mass)
-    columns = sparse.csr_matrix(operator.dirichlet[:, part.free])
-    return _System(operator.dirichlet, columns, inverse, order, part.points, part.free)
+    return _System(operator.dirichlet, inverse, order, part.points, part.free)
 
 
 def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
@@ -185,17 +188,42 @@ def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
     return mass
 
 
-def _area(points: Floats, faces: Ints) -> float:
-    x, y, z = cross_products(points, faces).T  # numpy sums along rows of three an order of magnitude more slowly
-    return 0.5 * float(np.sqrt(x * x + y * y + z * z).sum())
+@compiled
+def _principal(starts: Ints, columns: Ints, data: Floats, free: Bools) -> tuple[Ints, Ints, Floats]:
+    """The rows and columns of the free vertices, compressed."""
+    number = np.cumsum(free).astype(np.int32) - np.int32(1)
+    kept_starts = np.zeros(number[-1] + 2, dtype=np.int32)
+    kept_columns, kept_data = np.empty(data.shape[0] + 1, dtype=np.int32), np.empty(data.shape[0] + 1)
+    at = 0
+    for i in range(free.shape[0]):
+        if free[i]:
+            for k in range(starts[i], starts[i + 1]):
+                kept_columns[at], kept_data[at] = number[columns[k]], data[k]
+                at += free[columns[k]]
+            kept_starts[number[i] + 1] = at
+    return kept_starts, kept_columns[:at].copy(), kept_data[:at].copy()
+
+
+@compiled
+def _areas(before: Floats, after: Floats, free: Bools, faces: Ints) -> tuple[float, float]:
+    """The area of the triangles with a free vertex by two places of the points."""
+    sums = np.zeros(2)
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f]
+        if free[a] or free[b] or free[c]:
+            for k, points in enumerate((before, after)):
+                ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+                vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+                x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+                sums[k] += 0.5 * math.sqrt(x * x + y * y + z * z)
+    return sums[0], sums[1]
 
 
 def _check_anchored(system: _System, part: Submesh) -> None:
     """Refuses free vertices that are connected with no fixed one, or with less than a triangle of them."""
-    count, labels = sparse.csgraph.connected_components(system.columns[part.free], directed=False)
-    anchored = np.zeros(count, dtype=np.bool_)
-    beside = system.columns[~part.free]
-    anchored[labels[beside.indices[beside.data != 0.0]]] = True
+    dirichlet = system.dirichlet
+    labels, anchored = _labelled(dirichlet.indptr, dirichlet.indices, dirichlet.data, part.free)
+    count = len(anchored)
     if anchored.all():
         _check_spanned(system.dirichlet, part, system.order, labels, count)
         return
@@ -207,11 +235,35 @@ def _check_anchored(system: _System, part: Submesh) -> None:
     )
 
 
+@compiled
+def _labelled(starts: Ints | Longs, columns: Ints | Longs, data: Floats, free: Bools) -> tuple[Ints, Bools]:
+    """The connected part of each free vertex, in ascending order of the lowest one, and whether each part touches a fixed one."""
+    n, count, found = free.shape[0], 0, 0
+    labels, queue = np.full(n, -1, dtype=np.int32), np.empty(n, dtype=np.int32)
+    anchored = np.zeros(n, dtype=np.bool_)
+    for first in range(n):
+        if not free[first] or labels[first] >= 0:
+            continue
+        begin, found = found, found + 1
+        queue[begin], labels[first] = first, count
+        while begin < found:
+            for k in range(starts[queue[begin]], starts[queue[begin] + 1]):
+                j = columns[k]
+                if not free[j]:
+                    anchored[count] |= data[k] != 0.0
+                elif labels[j] < 0:
+                    labels[j] = count
+                    queue[found] = j
+                    found += 1
+            begin += 1
+        count += 1
+    return labels[free], anchored[:count]
+
+
 def _check_spanned(dirichlet: sparse.csr_matrix, part: Submesh, rings: int, labels: Ints, count: int) -> None:
     """Refuses parts within whose rings lie no three fixed vertices that span a triangle, unless all is in one line with them."""
-    pattern = sparse.csr_matrix((np.ones(dirichlet.nnz), dirichlet.indices, dirichlet.indptr), shape=dirichlet.shape)
     places = np.flatnonzero(part.free)
-    for label, holding in enumerate(_holding(pattern, part.free, rings, labels, count)):
+    for label, holding in enumerate(_holding(dirichlet, part.free, rings, labels, count)):
         if len(holding) >= 3 and not _in_line(part.points[holding]):
             continue
         own = places[labels == label]
@@ -226,13 +278,14 @@ def _check_spanned(dirichlet: sparse.csr_matrix, part: Submesh, rings: int, labe
         )
 
 
-def _holding(pattern: sparse.csr_matrix, free: Bools, rings: int, labels: Ints, count: int) -> list[Longs]:
+def _holding(dirichlet: sparse.csr_matrix, free: Bools, rings: int, labels: Ints, count: int) -> list[Longs]:
     """The fixed vertices within the rings of each of `count` parts of the free ones."""
     if count == 1:  # without products of matrices
         near = free
         for _ in range(rings):
-            near = near | (pattern @ near.astype(np.float64) > 0.0)
+            near = _with_neighbours(dirichlet.indptr, dirichlet.indices, near)
         return [np.flatnonzero(near & ~free)]
+    pattern = sparse.csr_matrix((np.ones(dirichlet.nnz), dirichlet.indices, dirichlet.indptr), shape=dirichlet.shape)
     places = np.flatnonzero(free)
     reached = sparse.csr_matrix((np.ones(len(places)), (labels, places)), shape=(count, len(free)))
     fixed = sparse.diags_array((~free).astype(np.float64))
@@ -241,6 +294,17 @@ def _holding(pattern: sparse.csr_matrix, free: Bools, rings: int, labels: Ints, 
         around = sparse.csr_matrix(around + around @ pattern @ fixed)
         around.data[:] = 1.0
     return [around.indices[start:end] for start, end in pairwise(around.indptr)]
+
+
+@compiled
+def _with_neighbours(starts: Ints | Longs, columns: Ints | Longs, near: Bools) -> Bools:
+    """These vertices and their neighbours."""
+    wider = near.copy()
+    for i in range(near.shape[0]):
+        if near[i]:
+            for k in range(starts[i], starts[i + 1]):
+                wider[columns[k]] = True
+    return wider
 
 
 def _in_line(points: Floats) -> bool:

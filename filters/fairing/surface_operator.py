@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..compilation import compiled
 from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints
-from ..operators import surface_laplacian
+from ..operators import surface_laplacian, surface_stiffness
 
 # Masses below this share of the largest among their neighbours count as that: the slivers of a bad triangulation would spoil the
 # conditioning of all. Parts may be as much smaller than others as they like, down to the second share, of the mean: triangles of
@@ -29,10 +30,12 @@ class SurfaceOperator(NamedTuple):
     mass: Floats
 
 
-def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
-    """The operator of `surface_laplacian`, with a lower bound on the masses."""
-    laplacian, _ = surface_laplacian(points, faces)
-    return SurfaceOperator(sparse.csr_matrix(-laplacian.stiffness), _floored(laplacian.mass, faces))
+def surface_operator(points: Floats, faces: Ints, *, masses: bool = True) -> SurfaceOperator:
+    """The operator of `surface_laplacian`, with a lower bound on the masses; without `masses`, which take time, these are 1."""
+    if masses:
+        laplacian, _ = surface_laplacian(points, faces)
+        return SurfaceOperator(sparse.csr_matrix(-laplacian.stiffness), _floored(laplacian.mass, faces))
+    return SurfaceOperator(sparse.csr_matrix(-surface_stiffness(points, faces)), np.ones(len(points)))
 
 
 def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) -> tuple[SurfaceOperator, Bools]:
@@ -73,10 +76,18 @@ def _floored(mass: Floats, faces: Ints) -> Floats:
     mean = float(mass.mean()) if len(mass) else 0.0
     if not mean > 0.0:
         return np.ones(len(mass))
-    around = mass.copy()
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        np.maximum.at(around, faces[:, a], mass[faces[:, b]])
-        np.maximum.at(around, faces[:, b], mass[faces[:, a]])
+    around = _largest_around(mass, faces)
     # Where there is no mass at all around, as at triangles without area, any will do.
     around[around <= _NO_MASS * mean] = mean
     return np.asarray(np.maximum(mass, _LEAST_MASS * around))
+
+
+@compiled
+def _largest_around(mass: Floats, faces: Ints) -> Floats:
+    """The largest mass at each vertex and its neighbours."""
+    largest = mass.copy()
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        most = max(mass[a], mass[b], mass[c])
+        largest[a], largest[b], largest[c] = max(largest[a], most), max(largest[b], most), max(largest[c], most)
+    return largest

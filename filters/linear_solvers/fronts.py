@@ -78,7 +78,8 @@ class Fronts(NamedTuple):
         values, pivots = np.empty(int(self.numbers[-1])), np.empty(len(self.order))
         entries, firsts = _compressed(matrix), self.firsts
         ends = self.parts[:, 1] - 1
-        begins = np.append(0, np.cumsum((self.starts[ends + 1] - self.starts[ends]) ** 2))
+        counts = self.starts[ends + 1] - self.starts[ends]
+        begins = np.append(0, np.cumsum(counts * (counts + 1) // 2))
         changes = np.empty(int(begins[-1]))
         with threads_for(len(self.order)):
             _factorise_parts(self, entries, begins, changes, values, pivots)
@@ -87,7 +88,7 @@ class Fronts(NamedTuple):
         for g in self.last:
             own, changed = firsts[g + 1] - firsts[g], self.starts[g + 1] - self.starts[g]
             if part < len(ends) and g == ends[part]:
-                change = changes[begins[part] : begins[part + 1]].reshape(changed, changed)
+                change = changes[begins[part] : begins[part + 1]]
                 part += 1
             else:
                 front = np.empty((own + changed, own + changed))
@@ -102,7 +103,9 @@ class Fronts(NamedTuple):
                     with threads_for(_WORK * len(front)):
                         _subtract_panel_by_threads(front, begin, end)
                 _store(own, front, values[self.numbers[g] :], pivots[firsts[g] :])
-                change = front[own:, own:].copy()
+                change = np.empty(int(changed * (changed + 1) // 2))
+                _keep(own, front, change)
+                del front
             waiting.append((g, change))
         return values, pivots
 
@@ -193,6 +196,12 @@ def _changed_rows(matrix: CompressedRows, order: Ints, places: Ints, firsts: Lon
     return rows[:at].copy()
 
 
+@compiled(nogil=True)
+def _triangle(rows: int) -> int:
+    """The numbers on and below the diagonal."""
+    return rows * (rows + 1) // 2
+
+
 @compiled(parallel=True)
 def _factorise_parts(
     fronts: Fronts, matrix: CompressedRows, begins: Longs, changes: Floats, values: Floats, pivots: Floats
@@ -219,18 +228,17 @@ def _factorise_part(fronts: Fronts, matrix: CompressedRows, part: int, changes: 
         while top > 0 and firsts[waiting[top - 1]] >= lows[g]:
             top -= 1
             count = starts[waiting[top] + 1] - starts[waiting[top]]
-            full -= count * count
+            full -= _triangle(count)
             begin = starts[waiting[top]]
-            _add(rows[begin : begin + count], held[full : full + count * count].reshape(count, count), local, front)
+            _add(rows[begin : begin + count], held[full:], local, front)
         for begin in range(0, own, _PANEL):
             end = min(begin + _PANEL, own)
             _eliminate_panel(front, begin, end)
             for left in range(end, size, _STRIP):
                 _subtract_panel(front, begin, end, left)
         _store(own, front, values[fronts.numbers[g] :], pivots[firsts[g] :])
-        for j in range(own, size):
-            held[full + (j - own) : full + changed] = front[j, j:]
-            full += changed
+        _keep(own, front, held[full:])
+        full += _triangle(changed)
         waiting[top] = g
         top += 1
     changes[:] = held[full - changes.shape[0] : full]
@@ -246,10 +254,10 @@ def _room(fronts: Fronts, groups: Longs) -> tuple[int, int]:
         widest = max(widest, fronts.firsts[g + 1] - fronts.firsts[g] + changed)
         while top > 0 and fronts.firsts[waiting[top - 1]] >= fronts.lows[g]:
             top -= 1
-            held -= (fronts.starts[waiting[top] + 1] - fronts.starts[waiting[top]]) ** 2
+            held -= _triangle(fronts.starts[waiting[top] + 1] - fronts.starts[waiting[top]])
         waiting[top] = g
         top += 1
-        held += changed * changed
+        held += _triangle(changed)
         most = max(most, held)
     return widest, most
 
@@ -276,10 +284,21 @@ def _assemble(
 @compiled(nogil=True)
 def _add(rows: Ints, change: Floats, local: Ints, front: Floats) -> None:
     """Adds what an earlier group changes in these rows."""
-    for j in range(np.uint64(change.shape[0])):
+    begin, count = np.uint64(0), np.uint64(rows.shape[0])
+    for j in range(count):
         column = front[np.uint32(local[rows[j]])]
-        for i in range(np.uint64(j), np.uint64(change.shape[0])):
-            column[np.uint32(local[rows[i]])] += change[j, i]
+        for i in range(np.uint64(j), count):
+            column[np.uint32(local[rows[i]])] += change[begin + i]
+        begin += count - j - np.uint64(1)
+
+
+@compiled(nogil=True)
+def _keep(own: int, front: Floats, change: Floats) -> None:
+    """Writes what a group changes in later rows, by columns from the diagonal on."""
+    at = 0
+    for j in range(own, front.shape[0]):
+        change[at : at + front.shape[0] - j] = front[j, j:]
+        at += front.shape[0] - j
 
 
 @compiled(nogil=True)
@@ -302,10 +321,10 @@ def _eliminate_panel(front: Floats, begin: int, end: int) -> None:
             column = front[j]
             for k in range(first, j):
                 before, factor = front[k], front[k, j] * front[k, k]
-                for i in range(j, size):
+                for i in range(np.uint64(j), np.uint64(size)):
                     column[i] -= before[i] * factor
             inverse = 1.0 / column[j]
-            for i in range(j + 1, size):
+            for i in range(np.uint64(j + 1), np.uint64(size)):
                 column[i] *= inverse
         _subtract(front, first, last, last, end)
 
@@ -343,7 +362,8 @@ def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> No
         x = f[j] * f[first + 5] if count > 5 else 0.0
         y = g[j] * g[first + 6] if count > 6 else 0.0
         z = h[j] * h[first + 7] if count > 7 else 0.0
-        for i in range(j, front.shape[0]):
+        # Signed indices, which might count from the end, would keep the compiler from vectors.
+        for i in range(np.uint64(j), np.uint64(front.shape[0])):
             one = (a[i] * s + b[i] * t) + (c[i] * u + d[i] * v)
             column[i] -= one + ((e[i] * w + f[i] * x) + (g[i] * y + h[i] * z))
 

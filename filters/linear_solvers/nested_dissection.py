@@ -8,7 +8,7 @@ import numpy as np
 
 from ..compilation import compiled, prange
 from ..execution import SERIAL_BELOW, threads_for
-from ..mesh import Ints, Longs
+from ..mesh import Bools, Ints, Longs
 from .conjugate_gradients import CompressedRows
 
 #: Parts of at most this many vertices are not cut further.
@@ -44,142 +44,125 @@ def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
     firsts, lows = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.int64)
     if hub.any():
         firsts[-1] = n - int(hub.sum())
-    part, level, queue = np.where(hub, -1, 0), np.full(n, -1, dtype=np.int32), np.empty(n, dtype=np.int32)
+    inside = np.zeros(n, dtype=np.bool_)
     ranges = np.array([[0, n - int(hub.sum())]])
     if n >= SERIAL_BELOW:
-        ranges = _dissect(matrix, order, part, firsts, lows, level, queue, PARTS, ranges)
+        ranges = _dissect(matrix, order, firsts, lows, inside, PARTS, 0, n - int(hub.sum()))
     with threads_for(n):
-        _dissect_all(matrix, order, part, firsts, lows, level, queue, ranges)
+        _dissect_all(matrix, order, firsts, lows, inside, ranges)
     ends = firsts >= 0
     return order, np.append(firsts[ends], n), lows[ends]
 
 
-@compiled(nogil=True)
-def _levels(matrix: CompressedRows, part: Longs, name: int, first: int, level: Ints, queue: Ints, at: int) -> int:
-    """Writes the vertices of a part, by their distance from `first`, into `queue` from `at` on; returns its end.
-
-    `level` is -1 at all vertices of the part before the call, and their distance in edges after it.
-    """
-    queue[at] = first
-    level[first] = 0
-    now, end = at, at + 1
-    while now < end:
-        i = queue[now]
-        now += 1
-        for p in range(matrix.indptr[i], matrix.indptr[i + 1]):
-            j = matrix.indices[p]
-            if part[j] == name and level[j] < 0:
-                level[j] = level[i] + 1
-                queue[end] = j
-                end += 1
-    return end
-
-
 @compiled(parallel=True)
-def _dissect_all(
-    matrix: CompressedRows, order: Ints, part: Longs, firsts: Longs, lows: Longs, level: Ints, queue: Ints, ranges: Longs
-) -> None:
-    """Cuts ranges of `order` until nothing is left to cut."""
+def _dissect_all(matrix: CompressedRows, order: Ints, firsts: Longs, lows: Longs, inside: Bools, ranges: Longs) -> None:
+    """Cuts ranges of `order`, between which there are no edges, until nothing is left to cut."""
     for k in prange(ranges.shape[0]):
-        _dissect(matrix, order, part, firsts, lows, level, queue, order.shape[0] + 1, ranges[k : k + 1])
+        _dissect(matrix, order, firsts, lows, inside, order.shape[0] + 1, ranges[k, 0], ranges[k, 1])
 
 
 @compiled(nogil=True)
 def _dissect(
-    matrix: CompressedRows,
-    order: Ints,
-    part: Longs,
-    firsts: Longs,
-    lows: Longs,
-    level: Ints,
-    queue: Ints,
-    most: int,
-    ranges: Longs,
+    matrix: CompressedRows, order: Ints, firsts: Longs, lows: Longs, inside: Bools, most: int, begin: int, end: int
 ) -> Longs:
-    """Cuts ranges of `order` until nothing is left to cut, or there are at least `most`; returns those that are left, (k, 2).
+    """Cuts a range of `order` until nothing is left to cut, or there are at least `most`; returns those that are left, (k, 2).
 
-    `part` is the number of each vertex's part, the beginning of its range plus 1.
+    `inside` is false at all vertices of the range before the call and after it.
     """
-    stack = [(ranges[k, 0], ranges[k, 1]) for k in range(ranges.shape[0])]
-    while 0 < len(stack) < most:
-        low, high = stack.pop(0)
+    queue, bounds = np.empty(end - begin + 1, dtype=np.int32), np.empty(end - begin + 1, dtype=np.int32)
+    waiting = [(begin, end)]
+    done = 0
+    while 0 < len(waiting) - done < most:
+        low, high = waiting[done]
+        done += 1
         if high - low <= _LEAF:
             if high > low:
                 firsts[high - 1], lows[high - 1] = low, low
             continue
         for k in range(low, high):
-            part[order[k]] = low + 1
-        end = _levels(matrix, part, low + 1, order[low], level, queue, low)
-        if end < high:
+            inside[order[k]] = True
+        reached = bounds[_levels(matrix, order[low], inside, queue, bounds)]
+        if reached < high - low:
             # It is not connected: each of its components is a part.
-            stack.append((low, end))
+            waiting.append((low, low + reached))
             for k in range(low, high):
-                if level[order[k]] < 0:
-                    begin, end = end, _levels(matrix, part, low + 1, order[k], level, queue, end)
-                    stack.append((begin, end))
-            order[low:high] = queue[low:high]
-            front = back = low
-        else:
-            # Levels counted from the vertex that is farthest from any other are many and narrow.
-            far = queue[end - 1]
-            for k in range(low, high):
-                level[queue[k]] = -1
-            _levels(matrix, part, low + 1, far, level, queue, low)
-            front, back = _cut(matrix, order, part, level, queue, low, high)
-            firsts[high - 1], lows[high - 1] = back, low
-        for k in range(low, high):
-            level[order[k]] = -1
-            part[order[k]] = 0
-        if back > low:
-            stack.append((low, front))
-            stack.append((front, back))
-    left = np.empty((len(stack), 2), dtype=np.int64)
-    for k, (low, high) in enumerate(stack):
-        left[k] = low, high
+                if inside[order[k]]:
+                    start = reached
+                    reached += bounds[_levels(matrix, order[k], inside, queue[start:], bounds)]
+                    waiting.append((low + start, low + reached))
+            order[low:high] = queue[:reached]
+            continue
+        for k in range(reached):
+            inside[queue[k]] = True
+        # Levels counted from the vertex that is farthest from any other are many and narrow.
+        depth = _levels(matrix, queue[reached - 1], inside, queue, bounds)
+        front, back = _cut(matrix, order[low:high], inside, queue, bounds, depth)
+        firsts[high - 1], lows[high - 1] = low + back, low
+        if back > 0:
+            waiting.append((low, low + front))
+            waiting.append((low + front, low + back))
+    left = np.empty((len(waiting) - done, 2), dtype=np.int64)
+    for k in range(left.shape[0]):
+        left[k] = waiting[done + k]
     return left
 
 
 @compiled(nogil=True)
-def _cut(matrix: CompressedRows, order: Ints, part: Longs, level: Ints, queue: Ints, low: int, high: int) -> tuple[int, int]:
+def _levels(matrix: CompressedRows, first: int, inside: Bools, queue: Ints, bounds: Ints) -> int:
+    """Writes the vertices that are inside and connected with `first`, level by level of their distance, into `queue`.
+
+    They are not inside afterwards. The level k begins at ``bounds[k]``; returns their number.
+    """
+    queue[0], bounds[0], inside[first] = first, 0, False
+    depth, end = 0, 1
+    while bounds[depth] < end:
+        depth += 1
+        bounds[depth] = end
+        for now in range(bounds[depth - 1], end):
+            i = np.uint32(queue[now])  # for signed numbers the compiler adds the test whether they count from the end
+            for p in range(matrix.indptr[i], matrix.indptr[i + np.uint32(1)]):
+                j = np.uint32(matrix.indices[p])
+                queue[end] = j  # overwritten if it is not inside: a branch would be unpredictable
+                end += inside[j]
+                inside[j] = False
+    return depth
+
+
+@compiled(nogil=True)
+def _cut(matrix: CompressedRows, order: Ints, inside: Bools, queue: Ints, bounds: Ints, depth: int) -> tuple[int, int]:
     """Puts the near side of a part first, then the far side, then its separator; returns where these two begin.
 
     The separator are the vertices that touch the far side of the narrowest level among those that leave at least a third of the
     part on either side, or among all if none does. A part of two levels stays whole.
     """
-    depth = level[queue[high - 1]] + 1
+    count = order.shape[0]
     if depth < 3:
-        return low, low
-    middle, least, begin = 0, np.inf, low
-    for k in range(low, high):
-        if level[queue[k]] == depth - 1:
-            break
-        if level[queue[k + 1]] > level[queue[k]]:
-            share = (k + 1 - low) / (high - low)
-            cost = (k + 1 - begin) * (1.0 + _UNEVEN * abs(share - 0.5))
-            if min(share, 1.0 - share) < 1.0 / 3.0:
-                cost += high - low
-            if cost < least:
-                middle, least = level[queue[k]], cost
-            begin = k + 1
-    front, count = low, 0
-    for k in range(low, high):
+        return 0, 0
+    middle, least = 0, np.inf
+    for k in range(depth - 1):
+        share = bounds[k + 1] / count
+        cost = (bounds[k + 1] - bounds[k]) * (1.0 + _UNEVEN * abs(share - 0.5))
+        if min(share, 1.0 - share) < 1.0 / 3.0:
+            cost += count
+        if cost < least:
+            middle, least = k, cost
+    start, far = bounds[middle], bounds[middle + 1]
+    for k in range(far, bounds[middle + 2]):
+        inside[queue[k]] = True
+    order[:start] = queue[:start]
+    front, back = start, count
+    for k in range(start, far):
         i = queue[k]
         touches = False
-        if level[i] == middle:
-            for p in range(matrix.indptr[i], matrix.indptr[i + 1]):
-                j = matrix.indices[p]
-                if part[j] == low + 1 and level[j] == middle + 1:
-                    touches = True
-                    break
+        for p in range(matrix.indptr[i], matrix.indptr[i + 1]):
+            touches |= inside[np.uint32(matrix.indices[p])]
         if touches:
-            order[high - 1 - count] = i
-            count += 1
-        elif level[i] <= middle:
+            back -= 1
+            order[back] = i
+        else:
             order[front] = i
             front += 1
-    back = front
-    for k in range(low, high):
-        if level[queue[k]] > middle:
-            order[back] = queue[k]
-            back += 1
+    for k in range(far, bounds[middle + 2]):
+        inside[queue[k]] = False
+    order[front:back] = queue[far:count]
     return front, back

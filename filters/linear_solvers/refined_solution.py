@@ -30,7 +30,7 @@ class RefinedSolution:
 
     Attributes:
         values: x, (n, k).
-        backward_error: |r| / (|A| |x| + |b|) after scaling A to unit diagonal.
+        backward_error: |r| / (|A| |x| + |b|), measured as if A had a unit diagonal.
         last_correction: the largest entry of the last correction, in the unit of x: larger than the remaining error.
         refinements: the corrections after the first solution.
     """
@@ -47,6 +47,7 @@ def refined_solution(
     start: Floats,
     *,
     extent: float,
+    first: Floats | None = None,
     solve: Callable[[Floats], Floats] | None = None,
     progress: Progress = ignore_progress,
 ) -> RefinedSolution:
@@ -60,6 +61,7 @@ def refined_solution(
         residual: b - A x of (n, k) values x, with more digits than the condition number of A takes.
         start: (n, k) a first guess.
         extent: the length against which errors in x count.
+        first: (n, k) b - A x of the first guess where ordinary precision will do; None for that of `residual`.
         solve: solves A x = r to a few digits for (n, k) residuals; None for factors.
         progress: called meanwhile; may raise to stop.
 
@@ -68,13 +70,13 @@ def refined_solution(
         ConvergenceError: A is singular to rounding, or the corrections do not shrink.
     """
     system = SpdSystem.of(matrix)
-    scale = system.scale[:, None]
-    solve = solve or _scaled_factors(system, progress)
+    solve = solve or Cholesky(system.matrix, progress=progress, done=0.1).solve
     x = np.array(start, dtype=np.float64)
     before, steps = np.inf, 0
     while True:
-        correction = solve(residual(x))
-        x += correction
+        rest = first if steps == 0 and first is not None else residual(x)
+        correction = solve(rest)
+        before_it, x = x, x + correction
         moved = float(np.abs(correction).max(initial=0.0))
         progress(0.9 + 0.1 * steps / (steps + 1))
         if moved == 0.0 or (steps > 0 and moved * (moved / before) <= _REFINED * extent):
@@ -84,19 +86,12 @@ def refined_solution(
         before, steps = moved, steps + 1
     if not moved <= _UNREFINED * extent:
         raise ConvergenceError(f"refinement of {len(x)} equations stalls at corrections of {moved / extent:.3g} of the extent")
-    left_over = residual(x)
+    # The last step is so short that the rounding of its product with A does not count.
+    left_over = rest - system.matrix @ (x - before_it)
+    scale = np.repeat(system.scale, x.shape[1]).reshape(x.shape)
     size = system.norm * _length(x / scale) + _length(scale * (left_over + system.matrix @ x))
     backward = _length(scale * left_over) / size if size > 0.0 else 0.0
     return RefinedSolution(x, backward, moved, steps)
-
-
-def _scaled_factors(system: SpdSystem, progress: Progress) -> Callable[[Floats], Floats]:
-    """Solves A x = r by the factors of A scaled to unit diagonal."""
-    matrix, scale = system.matrix, system.scale
-    data = matrix.data * np.repeat(scale, np.diff(matrix.indptr)) * scale[matrix.indices]
-    scaled = sparse.csr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
-    factors = Cholesky(scaled, progress=progress, done=0.1)
-    return lambda right_side: scale[:, None] * factors.solve(scale[:, None] * right_side)
 
 
 def _length(values: Floats) -> float:

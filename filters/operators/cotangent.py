@@ -11,15 +11,17 @@ from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..libraries import sparse
 from ..mesh import Floats, Ints, Longs, scaled_to_unit
-from ..topology import position, ring_ends, sort_slice
+from ..topology import SLOTS, distinct_ends, position, ring_ends, slot_of, sort_slice
 from .laplacian import Laplacian, csr_of_rows, row_starts
 
 #: A triangle whose doubled area is below this share of the sum of its squared edges is given that area in the cotangents, which
 #: keeps them below 1e10. A triangle of three coincident vertices contributes nothing.
 SMALLEST_AREA = 1e-10
 NEVER_ZERO = 1e-300
-# Comparing all ends of a vertex with each other takes quadratic time; above so many they are sorted.
+# Ends that are compared with each other; above so many, which takes quadratic time, they are sorted.
 _FEW = 48
+# Vertices of a block, which share a table.
+_BLOCK = 1024
 
 
 def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
@@ -90,21 +92,18 @@ def halved_cotangents(
 @compiled(parallel=True)
 def count_entries(end_offsets: Longs, ends: Ints, sizes: Longs) -> None:
     """Writes the number of entries of every row, the neighbours and the diagonal, to ``sizes[i + 1]``."""
-    for i in prange(end_offsets.shape[0] - 1):
-        start, stop = end_offsets[i], end_offsets[i + 1]
-        count = 1
-        if stop - start <= _FEW:
-            for k in range(start, stop):
-                repeated = False
-                for m in range(start, k):
-                    repeated |= ends[m] == ends[k]
-                count += not repeated
-        else:
-            ring = ends[start:stop].copy()
-            sort_slice(ring, 0, stop - start)
-            for k in range(stop - start):
-                count += k == 0 or ring[k] != ring[k - 1]
-        sizes[i + 1] = count
+    n = end_offsets.shape[0] - 1
+    for block in prange(-(-n // _BLOCK)):
+        seen, owner = np.full(SLOTS, -1, dtype=np.int32), np.full(SLOTS, -1, dtype=np.int32)
+        for i in range(block * _BLOCK, min((block + 1) * _BLOCK, n)):
+            count, clashes = 1, 0
+            for k in range(end_offsets[i], end_offsets[i + 1]):
+                slot = slot_of(ends[k])
+                new = (seen[slot] != ends[k]) | (owner[slot] != i)
+                clashes += new & (owner[slot] == i)
+                count += new
+                seen[slot], owner[slot] = ends[k], i
+            sizes[i + 1] = count if clashes == 0 else 1 + distinct_ends(ends, end_offsets[i], end_offsets[i + 1]).shape[0]
 
 
 @compiled(parallel=True)

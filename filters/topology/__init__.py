@@ -19,7 +19,7 @@ from .edge_lists import (
 from .flips import corner_at, diamond, fan_size, flip, relink
 from .parts import Submesh, connected_components, root_of, submesh_around
 from .rings import OneRings, VertexFaces, one_rings, position, ring_ends, sort_slice, vertex_faces
-from .vertex_stars import CLOSED, IRREGULAR, NO_STAR, OPEN, Stars, stars
+from .vertex_stars import CLOSED, IRREGULAR, NO_STAR, OPEN, SLOTS, Stars, distinct_ends, slot_of, stars
 
 __all__ = [
     "BORDER_POLICIES",
@@ -27,6 +27,7 @@ __all__ = [
     "IRREGULAR",
     "NO_STAR",
     "OPEN",
+    "SLOTS",
     "BorderPolicy",
     "Boundary",
     "BoundaryLoop",
@@ -42,6 +43,7 @@ __all__ = [
     "connected_components",
     "corner_at",
     "diamond",
+    "distinct_ends",
     "edge_face_counts",
     "edge_faces",
     "edges",
@@ -58,6 +60,7 @@ __all__ = [
     "relink",
     "ring_ends",
     "root_of",
+    "slot_of",
     "sort_slice",
     "stars",
     "submesh_around",

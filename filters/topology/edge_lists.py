@@ -30,9 +30,7 @@ def edge_face_counts(faces: Ints) -> tuple[Ints, Ints]:
 
 def non_manifold_edges(faces: Ints) -> Ints:
     """(k, 2) the edges with more than two faces, lower vertex first, rows ascending."""
-    pairs, counts = edge_face_counts(faces)
-    crowded: Ints = pairs[counts > 2]
-    return crowded
+    return _crowded_edges(*faces_by_edge(np.ascontiguousarray(faces, dtype=np.int32), vertex_bound(faces)))
 
 
 def referenced_vertices(faces: Ints, n_vertices: int) -> Bools:
@@ -115,6 +113,22 @@ def count_edges(offsets: Longs, keys: Longs) -> tuple[int, int]:
             two_faced += int(end - start == 2)
             start = end
     return count, two_faced
+
+
+@compiled(nogil=True)
+def _crowded_edges(offsets: Longs, keys: Longs) -> Ints:
+    """The edges with more than two faces."""
+    pairs = np.empty((keys.shape[0] // 3, 2), dtype=np.int32)  # of which the system gives what is written to
+    count = 0
+    for i in range(offsets.shape[0] - 1):
+        start, stop = offsets[i], offsets[i + 1]
+        while start < stop:
+            end = end_of_edge(keys, start, stop)
+            if end - start > 2:
+                pairs[count, 0], pairs[count, 1] = i, keys[start] >> 32
+                count += 1
+            start = end
+    return pairs[:count].copy()
 
 
 @compiled(nogil=True)

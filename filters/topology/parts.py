@@ -6,7 +6,7 @@ import numpy as np
 
 from ..compilation import compiled
 from ..mesh import Bools, Floats, Ints, Longs
-from .edge_lists import edge_face_counts
+from .edge_lists import end_of_edge, faces_by_edge
 
 
 def connected_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
@@ -81,41 +81,41 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
         rings: the number of rings, from 1.
     """
     inside = free.copy()
-    touched = _touching(faces, inside)
+    chosen = _touching(faces, inside)
     for _ in range(rings - 1):
-        inside[faces[touched]] = True
-        touched = _touching(faces, inside)
-    chosen = faces[touched]
+        inside[chosen] = True
+        chosen = _touching(faces, inside)
     # A mark for each vertex gives them in ascending order without sorting.
     marked = np.zeros(len(points), dtype=np.bool_)
     marked[chosen] = True
     vertices = np.flatnonzero(marked).astype(np.int32)
     number = np.empty(len(points), dtype=np.int32)
     number[vertices] = np.arange(len(vertices), dtype=np.int32)
-    local = np.ascontiguousarray(number[chosen])
-    pairs, counts = edge_face_counts(local)
-    complete = inside[vertices]
-    # An edge of the outermost ring may have lost faces; one that ends further inside has all of them.
-    border_pairs = pairs[counts == 1]
-    border_pairs = border_pairs[complete[border_pairs].any(axis=1)]
+    local = number.take(chosen)
     border = np.zeros(len(vertices), dtype=np.bool_)
-    border[border_pairs] = True
-    return Submesh(vertices, local, points[vertices], free[vertices] & ~border, border)
+    _mark_border(*faces_by_edge(local, len(vertices)), inside.take(vertices), border)
+    return Submesh(vertices, local, points.take(vertices, axis=0), free.take(vertices) & ~border, border)
 
 
 @compiled
-def _touching(faces: Ints, marked: Bools) -> Longs:
-    """The triangles with a marked vertex, ascending."""
-    count = 0
-    for f in range(faces.shape[0]):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        if (marked[a] or marked[b] or marked[c]) and a != b and b != c and c != a:
-            count += 1
-    rows = np.empty(count, dtype=np.int64)
+def _touching(faces: Ints, marked: Bools) -> Ints:
+    """The triangles with a marked vertex, in their order."""
+    touching = np.empty((faces.shape[0] + 1, 3), dtype=np.int32)  # of which the system gives what is written to
     at = 0
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        if (marked[a] or marked[b] or marked[c]) and a != b and b != c and c != a:
-            rows[at] = f
-            at += 1
-    return rows
+        touching[at, 0], touching[at, 1], touching[at, 2] = a, b, c
+        at += (marked[a] | marked[b] | marked[c]) & (a != b) & (b != c) & (c != a)  # branches would be unpredictable
+    return touching[:at].copy()
+
+
+@compiled
+def _mark_border(offsets: Longs, keys: Longs, complete: Bools, border: Bools) -> None:
+    """Marks the ends of edges with one face; where neither end is complete another face may be missing."""
+    for i in range(offsets.shape[0] - 1):
+        start, stop = offsets[i], offsets[i + 1]
+        while start < stop:
+            end, j = end_of_edge(keys, start, stop), keys[start] >> 32
+            if end - start == 1 and (complete[i] or complete[j]):
+                border[i] = border[j] = True
+            start = end

@@ -19,10 +19,11 @@ Kinds: TypeAlias = NDArray[np.uint8]
 NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
 # Sorting the triangles round a vertex takes quadratic time; the hub of a fan larger than this counts as irregular.
 _LARGEST_WALK = 64
-# Vertices of a block, which share a table of so many slots.
+# Vertices of a block, which share a table.
 _BLOCK = 4096
 _SLOT_BITS = 10
-_SLOTS = 1 << _SLOT_BITS
+#: of a table in which kernels look vertices up, see `slot_of`
+SLOTS = 1 << _SLOT_BITS
 # Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
 _U: Any = np.uint64
 
@@ -133,8 +134,8 @@ def _name(names: Ints, i: int) -> int:
 def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neighbours: Ints, at: int, end: int) -> None:
     """Write the neighbours of one vertex, whose pairs are ordered, from `at` to `end`, in the order that `Stars` states."""
     if kind == CLOSED:
-        for m in range(at, end):
-            neighbours[m] = ends[start + m - at]
+        for m in range(_U(at), _U(end)):
+            neighbours[m] = ends[_U(start - at) + m]
     elif kind == OPEN:
         forward = _name(names, ends[start]) < _name(names, ends[stop - 1])
         for m in range(at, end - 1):
@@ -156,7 +157,7 @@ def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, sizes:
     """
     n = kinds.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
-        known, following = np.full(_SLOTS, -1, dtype=np.int32), np.empty(_SLOTS, dtype=np.int32)
+        known, following = np.full(SLOTS, -1, dtype=np.int32), np.empty(SLOTS, dtype=np.int32)
         walk = np.empty(_LARGEST_WALK, dtype=np.int32)
         for i in range(block * _BLOCK, min((block + 1) * _BLOCK, n)):
             start, stop = end_offsets[i], end_offsets[i + 1]
@@ -172,7 +173,7 @@ def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, sizes:
 
 
 @compiled
-def _slot(vertex: int) -> int:
+def slot_of(vertex: int) -> int:
     """The place of a vertex in a small table, far from that of most of its neighbours however they are numbered."""
     slot: int = (_U(vertex) * _U(0x9E3779B97F4A7C15)) >> _U(64 - _SLOT_BITS)
     return slot
@@ -187,14 +188,14 @@ def _walk_round(ends: Ints, start: int, stop: int, known: Ints, following: Ints,
     """
     first, last = _U(start), _U(stop)
     for k in range(first, last, _U(2)):
-        known[_slot(ends[k + _U(1)])] = -1
+        known[slot_of(ends[k + _U(1)])] = -1
     for k in range(first, last, _U(2)):
-        slot = _slot(ends[k])
+        slot = slot_of(ends[k])
         known[slot], following[slot] = ends[k], ends[k + _U(1)]
     vertex = begin = ends[first]
     size, wrong = (last - first) // _U(2), 0
     for m in range(size):
-        slot = _slot(vertex)
+        slot = slot_of(vertex)
         wrong += (known[slot] != vertex) | ((m > _U(0)) & (vertex == begin))
         walk[m] = vertex
         vertex = following[slot]
