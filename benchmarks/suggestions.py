@@ -19,6 +19,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pymeshlab
@@ -26,6 +27,7 @@ import trimesh
 from denoising_holdouts import depth_map, in_order, remeshed
 from denoising_metrics import Floats, Ints
 from denoising_pairs import Noise, along_an_axis, along_normals, level_set, uniform
+from numpy.typing import NDArray
 
 import pymeshfair
 from pymeshfair.filters.geometry import mean_edge_length
@@ -67,7 +69,7 @@ def doughnut() -> Mesh:
     return made(create_torus={"hradius": 2.0, "vradius": 0.7, "hsubdiv": 90, "vsubdiv": 30})
 
 
-def cells(index: Ints) -> Ints:
+def cells(index: NDArray[np.integer[Any]]) -> Ints:
     """The triangles between rows of vertices."""
     a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
     return np.concatenate([np.stack(corners, -1).reshape(-1, 3) for corners in ((a, b, c), (a, c, d))]).astype(np.int32)
@@ -124,7 +126,7 @@ def hand() -> Mesh:
             along = np.subtract(end, start)
             share = np.clip((points - start) @ along / (along @ along), 0.0, 1.0)
             near += np.exp(-12.0 * (np.linalg.norm(points - start - share[:, None] * along, axis=1) - thick))
-        return 1.0 - near
+        return np.asarray(1.0 - near)
 
     return level_set(value, 70, 1.2)
 
@@ -140,7 +142,8 @@ def pipe() -> Mesh:
     bores = [trimesh.creation.cylinder(radius=0.8, height=5.0, sections=90)]
     for k in range(6):
         bore = trimesh.creation.cylinder(radius=0.25, height=1.5, sections=40)
-        bore.apply_transform(trimesh.transformations.rotation_matrix(0.5 * np.pi, [np.cos(k), np.sin(k), 0.0]))
+        turn = trimesh.transformations.rotation_matrix(0.5 * np.pi, [np.cos(k), np.sin(k), 0.0])  # type: ignore[no-untyped-call]
+        bore.apply_transform(turn)
         bore.apply_translation([-np.sin(k) * 0.9, np.cos(k) * 0.9, 0.5 * k - 1.25])
         bores.append(bore)
     whole = trimesh.creation.cylinder(radius=1.0, height=4.0, sections=90)
@@ -213,7 +216,7 @@ def shared(level: float) -> Noise:
             sums = np.bincount(corners, np.repeat(away[f].mean(axis=1), 3), len(v))
             away = sums / np.bincount(corners, minlength=len(v))
         depth = np.linalg.norm(v, axis=1)
-        return v * (1.0 + level * mean_edge_length(v, f) * away / away.std() / depth)[:, None]
+        return np.asarray(v * (1.0 + level * mean_edge_length(v, f) * away / away.std() / depth)[:, None])
 
     return displaced
 
@@ -238,7 +241,7 @@ FIRST: Kinds = {
     "range map of hills, noise": (hills, noisy, 0.2),
     "range map of steps, noise": (lambda: hills(8.0), noisy, 0.15),
     "range map of hills, no noise": (hills, noisy, 0.0),
-    "open tube, noise": (lambda: turned(np.ones(40), 0.07 * np.arange(40)), noisy, 0.2),
+    "open tube, noise": (lambda: turned(np.ones(40), 0.07 * np.arange(40.0)), noisy, 0.2),
     "box, impulses": (box, partial(noisy, share=0.2), 0.6),
 }
 SECOND: Kinds = {
