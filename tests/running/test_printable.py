@@ -64,6 +64,16 @@ def test_an_open_cube_and_one_inside_out_are_refused(tmp_path: Path) -> None:
     assert "look inwards" in _faults(_saved(tmp_path / "in.stl", (vertices, faces[:, ::-1])), tmp_path / "b")[0]
 
 
+def test_a_face_turned_over_and_parts_that_touch_have_a_place(tmp_path: Path) -> None:
+    """A turned face has three edges around it; cubes that share a corner touch there."""
+    vertices, faces = cube()
+    turned = np.concatenate([faces[:1, ::-1], faces[1:]])
+    told = _faults(_saved(tmp_path / "turned.stl", (vertices, turned)), tmp_path / "a")
+    assert told[0].startswith("the written file has 3 edges whose two faces look to different sides, around ")
+    told = _faults(_saved(tmp_path / "corner.stl", (vertices, faces), (vertices + 1.0, faces)), tmp_path / "b")
+    assert told == ["the written file has 1 vertices where it touches itself, around 1, 1, 1"]
+
+
 def test_lids_that_cross_are_an_error_with_places(tmp_path: Path) -> None:
     """Half a torus has two round borders, one within the other, whose lids lie in each other: nothing is written."""
     vertices, faces = torus(30, 16)
