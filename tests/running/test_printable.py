@@ -97,6 +97,14 @@ def test_balls_that_cut_each_other_are_wrapped_in_one_surface(tmp_path: Path) ->
     assert made.volume == pytest.approx(both, rel=0.06)
 
 
+def test_a_wrap_tells_what_it_closes_in(tmp_path: Path) -> None:
+    """A ball in a ball is, and a third of the area of both."""
+    vertices, faces = icosphere(4)
+    scan = _saved(tmp_path / "balls.ply", (vertices, faces), (np.sqrt(0.5) * vertices, faces))
+    result = pymeshfair.run("wrap_for_print", scan, tmp_path / "out.stl", settings={"alpha": "10%", "offset": "0.5%"})
+    assert result.steps[-1].messages[-1].startswith("33.3% of the scanned area is closed in")
+
+
 def test_the_walls_are_told(tmp_path: Path) -> None:
     """A cube of side 1 is 1 thick; the run says so with its last step."""
     result = pymeshfair.run("prepare_for_print", _saved(tmp_path / "cube.ply", cube()), tmp_path / "out.stl")

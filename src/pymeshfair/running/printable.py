@@ -11,6 +11,7 @@ import numpy as np
 from ..declaration import Floats, Ints
 from ..files.equal_rows import numbered
 from ..files.inputs import read_file
+from ..filters.geometry import vector_lengths
 from ..filters.inspection.surface_measures import surface_measures
 from ..filters.libraries import sparse
 from ..filters.mesh import Bools, Longs
@@ -77,6 +78,20 @@ def wall_words(mesh: MeshData, unit: str | None) -> str:
         f"walls: half of the area is thicker than {found.below(0.5):.4g}{of}, 1 % is thinner than {found.below(0.01):.4g}{of}, "
         f"the thinnest place is {found.values[thinnest]:.4g}{of} at {place}; thin walls are kept as they are"
     )
+
+
+def wrap_words(scan: MeshData, wrap: MeshData) -> str:
+    """The share of the area of a scan that a wrap has closed in: that lies twice as deep as the wrap is away from the scan."""
+    from ..filters.inspection import Surface
+
+    if not len(scan.faces):
+        return ""
+    corners = scan.vertices[scan.faces]
+    areas = vector_lengths(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    away = np.abs(Surface.of(scan.vertices, scan.faces).nearest(wrap.vertices).signed).mean()
+    depths = np.abs(Surface.of(wrap.vertices, wrap.faces).nearest(corners.mean(axis=1)).signed)
+    share = areas[depths > 2.0 * away].sum() / max(areas.sum(), np.finfo(np.float64).tiny)
+    return f"{share:.1%} of the scanned area is closed in, inside or in hollows narrower than alpha; a smaller alpha keeps these"
 
 
 def _uses(faces: Ints) -> tuple[Longs, Bools, Ints]:
