@@ -15,7 +15,7 @@ from ..filters.geometry import vector_lengths
 from ..filters.inspection.surface_measures import surface_measures
 from ..filters.libraries import sparse
 from ..filters.mesh import Bools, Longs
-from ..filters.topology import IRREGULAR, stars
+from ..filters.topology import IRREGULAR, proper_faces, stars
 from ..mesh_data import MeshData
 from .guarding import Breach
 from .self_intersections import self_intersecting
@@ -51,7 +51,7 @@ def print_faults(written: Path, folder: Path, *, wrapped: bool = False) -> Itera
         if wrong.any():
             yield _fault(what, int(wrong.sum()), vertices, ends[wrong])
     if measures.closed and not measures.non_manifold_edges and measures.non_manifold_vertices:
-        touching = np.flatnonzero(stars(faces, len(vertices)).kinds == IRREGULAR).astype(np.int32)
+        touching = np.flatnonzero(stars(faces[proper_faces(faces)], len(vertices)).kinds == IRREGULAR).astype(np.int32)
         yield _fault("vertices where it touches itself", len(touching), vertices, touching[:, None])
     if measures.oriented and measures.volume is not None and measures.volume <= 0.0:
         yield Breach("require", "the written file has no volume, or its faces look inwards", amount=measures.volume)
@@ -81,7 +81,7 @@ def wall_words(mesh: MeshData, unit: str | None) -> str:
 
 
 def wrap_words(scan: MeshData, wrap: MeshData) -> str:
-    """The share of the area of a scan that a wrap has closed in: that lies twice as deep as the wrap is away from the scan."""
+    """The share of the area of a scan that a wrap has closed in: over twice as deep as the wrap is away from it."""
     from ..filters.inspection import Surface
 
     if not len(scan.faces):
