@@ -49,6 +49,16 @@ def test_what_only_merging_and_looking_shows_has_a_place(tmp_path: Path, other: 
     assert "around" in told
 
 
+def test_a_face_that_merging_collapses_is_no_error_of_ours(tmp_path: Path) -> None:
+    """Two of its points are one: that is a fault of the file, and what cuts others is found beside it."""
+    vertices, faces = cube()
+    doubled, sliver = np.concatenate([vertices, vertices[:1]]), np.array([[0, len(vertices), 1]], dtype=np.int32)
+    written = _saved(tmp_path / "cubes.stl", (doubled, np.concatenate([sliver, faces])), (vertices + 0.4, faces))
+    told = _faults(written, tmp_path)
+    assert "1 border edges, around 0, 0, 0" in told[0]
+    assert "faces that cut others" in told[-1]
+
+
 def test_a_wrap_is_no_remedy_for_a_wrap(tmp_path: Path) -> None:
     """Where faces of a wrap cut each other the way out is not wrap_for_print."""
     vertices, faces = cube()
