@@ -9,7 +9,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.commands.suggest import _by_evidence
+from pymeshfair.commands.suggest import _by_evidence, _trials
 from pymeshfair.filters.denoising.automatic import automatic_choice
 from pymeshfair.recipe import shipped_recipes
 from pymeshfair.scripts import parse_script
@@ -124,6 +124,11 @@ def test_a_recipe_is_not_written_under_the_name_of_a_mesh(scan: Path) -> None:
     before = scan.read_bytes()
     assert invoke("suggest", scan, "-o", scan).exit_code != 0
     assert scan.read_bytes() == before
+
+
+def test_recipes_are_not_tried_where_no_setting_was() -> None:
+    """Fused maps get a strong setting without a trial: there is nothing that recipes could be compared with."""
+    assert _trials(Path("fused.ply"), {"mesh": 1.0}, {"shape": "correlated"}, None, None) == {}
 
 
 def test_noise_of_impulses_counts_by_what_removing_it_moves() -> None:

@@ -49,6 +49,16 @@ def test_what_only_merging_and_looking_shows_has_a_place(tmp_path: Path, other: 
     assert "around" in told
 
 
+def test_a_face_that_merging_collapses_is_no_error_of_ours(tmp_path: Path) -> None:
+    """Two of its points are one: that is a fault of the file, and what cuts others is found beside it."""
+    vertices, faces = cube()
+    doubled, sliver = np.concatenate([vertices, vertices[:1]]), np.array([[0, len(vertices), 1]], dtype=np.int32)
+    written = _saved(tmp_path / "cubes.stl", (doubled, np.concatenate([sliver, faces])), (vertices + 0.4, faces))
+    told = _faults(written, tmp_path)
+    assert "1 border edges, around 0, 0, 0" in told[0]
+    assert "faces that cut others" in told[-1]
+
+
 def test_a_wrap_is_no_remedy_for_a_wrap(tmp_path: Path) -> None:
     """Where faces of a wrap cut each other the way out is not wrap_for_print."""
     vertices, faces = cube()
@@ -62,6 +72,16 @@ def test_an_open_cube_and_one_inside_out_are_refused(tmp_path: Path) -> None:
     vertices, faces = cube()
     assert "3 border edges" in _faults(_saved(tmp_path / "open.stl", (vertices, faces[1:])), tmp_path / "a")[0]
     assert "look inwards" in _faults(_saved(tmp_path / "in.stl", (vertices, faces[:, ::-1])), tmp_path / "b")[0]
+
+
+def test_a_face_turned_over_and_parts_that_touch_have_a_place(tmp_path: Path) -> None:
+    """A turned face has three edges around it; cubes that share a corner touch there."""
+    vertices, faces = cube()
+    turned = np.concatenate([faces[:1, ::-1], faces[1:]])
+    told = _faults(_saved(tmp_path / "turned.stl", (vertices, turned)), tmp_path / "a")
+    assert told[0].startswith("the written file has 3 edges whose two faces look to different sides, around ")
+    told = _faults(_saved(tmp_path / "corner.stl", (vertices, faces), (vertices + 1.0, faces)), tmp_path / "b")
+    assert told == ["the written file has 1 vertices where it touches itself, around 1, 1, 1"]
 
 
 def test_lids_that_cross_are_an_error_with_places(tmp_path: Path) -> None:
@@ -85,6 +105,14 @@ def test_balls_that_cut_each_other_are_wrapped_in_one_surface(tmp_path: Path) ->
     assert made.is_winding_consistent
     both = 2.0 * 4.0 / 3.0 * np.pi - np.pi * (4.0 + 1.0) * 1.0 / 12.0  # less the lens that they share
     assert made.volume == pytest.approx(both, rel=0.06)
+
+
+def test_a_wrap_tells_what_it_closes_in(tmp_path: Path) -> None:
+    """A ball in a ball is, and a third of the area of both."""
+    vertices, faces = icosphere(4)
+    scan = _saved(tmp_path / "balls.ply", (vertices, faces), (np.sqrt(0.5) * vertices, faces))
+    result = pymeshfair.run("wrap_for_print", scan, tmp_path / "out.stl", settings={"alpha": "10%", "offset": "0.5%"})
+    assert result.steps[-1].messages[-1].startswith("33.3% of the scanned area is closed in")
 
 
 def test_the_walls_are_told(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from pymeshfair.recipe import RecipeHead, load_recipe, shipped_heads
 from pymeshfair.running.origins import Origins
 from pymeshfair.running.plain_values import plain
 from pymeshfair.running.shape_change import ShapeChange, milder, shape_change, warnings_of
+from pymeshfair.scripts.overrides import override
 from tests.commands.command_line import document, run_process
 from tests.meshes import Mesh, cube, grid, icosphere
 
@@ -55,6 +56,13 @@ def test_a_recipe_is_told_what_it_has(head: RecipeHead) -> None:
     names = {s.name for s in script.settings} | {p.name for step in script.steps for p in step.filter.parameters}
     assert not said or said.removeprefix("a smaller ") in names
     assert not said or head.name != "fair_selection"
+
+
+def test_the_step_that_smoothed_first_is_to_do_less() -> None:
+    """clean_range_map removes noise by itself, and waves of detail_size only if that is set."""
+    script = load_recipe("clean_range_map").script
+    assert milder(script.steps) == "a smaller outer_iterations"
+    assert milder(override(script, ("detail_size=6edge",)).steps) == "a smaller detail_size"
 
 
 def test_much_new_surface_is_a_warning() -> None:

@@ -212,10 +212,19 @@ def test_a_recipe_for_meshes_refuses_a_cloud_before_the_first_step(tmp_path: Pat
 
 @pytest.mark.parametrize(
     ("task", "asked", "warned"),
-    [("denoise", ("a=12edge",), True), ("smooth", (), True), ("smooth", ("a=12edge",), False), ("repair", (), False)],
+    [
+        ("denoise", ("a=12edge",), True),
+        ("clean", (), True),
+        ("smooth", (), True),
+        ("smooth", ("a=12edge",), False),
+        ("repair", (), False),
+    ],
 )
 def test_a_run_that_takes_relief_warns(task: str, asked: tuple[str, ...], warned: bool, tmp_path: Path) -> None:
-    """Bumps of ten edges that a filter of 12 edges takes are detail, unless one that smooths was set to that."""
+    """Bumps of ten edges that a filter of 12 edges takes are detail, unless one that smooths was set to that.
+
+    The warning names another recipe, which moves nothing where there is no noise.
+    """
     vertices, faces = icosphere(4)
     x, y, z = 9.0 * vertices.T
     meshes = pymeshlab.MeshSet()
@@ -224,7 +233,9 @@ def test_a_run_that_takes_relief_warns(task: str, asked: tuple[str, ...], warned
     step = load_recipe("smooth_implicit").script.steps[0].with_values({"detail_size": "12edge"})
     recipe = Recipe("own", Script((step,), f"Own\n\nTask: {task}"))
     result = run_job(Job(recipe, tmp_path / "bumps.ply", tmp_path / "out.ply", overrides=asked))
-    assert any("of the relief beside the noise is gone" in text for text in result.warnings) == warned
+    told = [text for text in result.warnings if "of the relief beside the noise is gone" in text]
+    assert bool(told) == warned
+    assert all("a smaller detail_size, or take smooth_implicit, or leave it as it is" in text for text in told)
 
 
 def test_a_run_of_a_superseded_recipe_says_what_to_take(tmp_path: Path) -> None:

@@ -125,7 +125,7 @@ def _trials(
     from ..running.trials import moving_script, trials
 
     is_correlated = values["shape"] == "correlated"
-    errors = [trial["error"] for trial in values["tried"]] if is_correlated else []
+    errors = [trial["error"] for trial in values.get("tried", ())] if is_correlated else []
     if is_correlated and not errors:
         return {}
     fitting = [s.recipe for s in ranked(traits) if s.fits and s.task in ("denoise", "smooth", "clean")]

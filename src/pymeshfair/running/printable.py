@@ -11,9 +11,11 @@ import numpy as np
 from ..declaration import Floats, Ints
 from ..files.equal_rows import numbered
 from ..files.inputs import read_file
+from ..filters.geometry import vector_lengths
 from ..filters.inspection.surface_measures import surface_measures
 from ..filters.libraries import sparse
-from ..filters.mesh import Longs
+from ..filters.mesh import Bools, Longs
+from ..filters.topology import IRREGULAR, proper_faces, stars
 from ..mesh_data import MeshData
 from .guarding import Breach
 from .self_intersections import self_intersecting
@@ -39,16 +41,19 @@ def print_faults(written: Path, folder: Path, *, wrapped: bool = False) -> Itera
     firsts, numbers = numbered(mesh.vertices)
     vertices, faces = mesh.vertices[firsts], numbers[mesh.faces].astype(np.int32)
     measures = surface_measures(vertices, faces)
-    counts, ends = _uses(faces)
-    for what, wrong in (("border edges", counts == 1), ("edges with more than two faces", counts > 2)):
+    counts, same_way, ends = _uses(faces)
+    wrong_edges = {
+        "border edges": counts == 1,
+        "edges with more than two faces": counts > 2,
+        "edges whose two faces look to different sides": same_way & (counts == 2),
+    }
+    for what, wrong in wrong_edges.items():
         if wrong.any():
             yield _fault(what, int(wrong.sum()), vertices, ends[wrong])
     if measures.closed and not measures.non_manifold_edges and measures.non_manifold_vertices:
-        text = f"the written file touches itself at {measures.non_manifold_vertices:,} vertices"
-        yield Breach("require", text, amount=measures.non_manifold_vertices, allowed=0)
-    if not measures.oriented:
-        yield Breach("require", "neighbouring faces of the written file look to different sides")
-    elif measures.volume is not None and measures.volume <= 0.0:
+        touching = np.flatnonzero(stars(faces[proper_faces(faces)], len(vertices)).kinds == IRREGULAR).astype(np.int32)
+        yield _fault("vertices where it touches itself", len(touching), vertices, touching[:, None])
+    if measures.oriented and measures.volume is not None and measures.volume <= 0.0:
         yield Breach("require", "the written file has no volume, or its faces look inwards", amount=measures.volume)
     cuts = self_intersecting(MeshData(vertices=vertices, faces=faces), folder)
     if cuts.any():
@@ -75,17 +80,35 @@ def wall_words(mesh: MeshData, unit: str | None) -> str:
     )
 
 
-def _uses(faces: Ints) -> tuple[Longs, Ints]:
-    """How many faces each edge has, and its (e, 2) vertices; those of faces that merging has collapsed count, as for a slicer."""
-    ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    edges, counts = np.unique(ends, axis=0, return_counts=True)
-    return counts.astype(np.int64), edges
+def wrap_words(scan: MeshData, wrap: MeshData) -> str:
+    """The share of the area of a scan that a wrap has closed in: over twice as deep as the wrap is away from it."""
+    from ..filters.inspection import Surface
+
+    if not len(scan.faces):
+        return ""
+    corners = scan.vertices[scan.faces]
+    areas = vector_lengths(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    away = np.abs(Surface.of(scan.vertices, scan.faces).nearest(wrap.vertices).signed).mean()
+    depths = np.abs(Surface.of(wrap.vertices, wrap.faces).nearest(corners.mean(axis=1)).signed)
+    share = areas[depths > 2.0 * away].sum() / max(areas.sum(), np.finfo(np.float64).tiny)
+    return f"{share:.1%} of the scanned area is closed in, inside or in hollows narrower than alpha; a smaller alpha keeps these"
+
+
+def _uses(faces: Ints) -> tuple[Longs, Bools, Ints]:
+    """How many faces each edge has, whether they run along it in one direction, and its (e, 2) vertices.
+
+    Those of faces that merging has collapsed count, as for a slicer.
+    """
+    ends = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    edges, which, counts = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
+    upwards = np.bincount(which.ravel(), weights=ends[:, 0] < ends[:, 1], minlength=len(edges))
+    return counts.astype(np.int64), (upwards == 0) | (upwards == counts), edges
 
 
 def _fault(what: str, count: int, vertices: Floats, cells: Ints) -> Breach:
-    """The fault of (k, 2) edges or (k, 3) faces, with the middles of the largest places that they form."""
+    """The fault of (k, 1) vertices, (k, 2) edges or (k, 3) faces, with the middles of the largest places that they form."""
     n = len(vertices)
-    ends = np.concatenate([cells[:, :2], cells[:, [0, -1]]])
+    ends = np.concatenate([cells[:, [0, -1]], cells[:, [0, len(cells[0]) // 2]]])
     links = sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
     place_of = sparse.csgraph.connected_components(links, directed=False)[1][cells[:, 0]]
     places, sizes = np.unique(place_of, return_counts=True)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..declaration import Bools
 from ..errors import RunError
+from ..filters.topology import proper_faces
 from ..mesh_data import MeshData
 from ..processes.order import Order
 from ..processes.pool import Pool
@@ -28,13 +29,16 @@ def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
     Raises:
         MeshLabLoadError: MeshLab cannot be loaded.
     """
-    if not len(mesh.faces):
-        return np.zeros(0, dtype=np.bool_)
+    proper = proper_faces(mesh.faces)  # MeshLab drops the others, which cut nothing
+    if not proper.any():
+        return proper
     middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
     document = Document(folder)
-    document.add(MeshData(vertices=mesh.vertices - middle, faces=mesh.faces))
+    document.add(MeshData(vertices=mesh.vertices - middle, faces=mesh.faces[proper]))
     document.apply(Step(find_filter("compute_selection_by_self_intersections_per_face"), {}, 0))
-    return document.current.face_selection
+    cuts = np.zeros(len(proper), dtype=np.bool_)
+    cuts[proper] = document.current.face_selection
+    return cuts
 
 
 def self_intersecting_apart(mesh: MeshData) -> Bools:

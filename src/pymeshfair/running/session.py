@@ -33,7 +33,7 @@ from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, Ste
 from .measuring import Found, Measuring, change_of
 from .origins import Origins, find_origins
 from .plain_values import plain
-from .printable import PRINTABLE, print_faults, wall_words
+from .printable import PRINTABLE, print_faults, wall_words, wrap_words
 from .report import Report, StepDone
 from .shape_change import ShapeChange, milder, warnings_of
 from .suitability import ERASED, instead, traits_asked_for
@@ -299,7 +299,7 @@ class Session:
             report = self._watched(report, origins, change, before)
         if not report.breaches or self._job.keep_broken:
             try:
-                report = self._checked(self._saved(report, after), report, after.mesh)
+                report = self._checked(self._saved(report, after), report, before.mesh, after.mesh)
             except OSError as error:
                 raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
         return replace(report, warnings=tuple(self.warnings))
@@ -331,7 +331,7 @@ class Session:
         described = [described_file(f.staged, named=f.target) for f in staged] + [described_file(path) for path in saved.reused]
         return replace(report, output=described[0] | {"side_files": described[1:]}, staged=staged)
 
-    def _checked(self, saved: Report, unsaved: Report, mesh: MeshData) -> Report:
+    def _checked(self, saved: Report, unsaved: Report, scan: MeshData, mesh: MeshData) -> Report:
         """The report of the written file, with its walls; where it must be printable and is not, of a run that wrote none."""
         if (PRINTABLE, None) not in self._job.all_guards.require:
             return saved
@@ -341,11 +341,11 @@ class Session:
         broken = (*saved.breaches, *faults)
         if broken:
             return replace(saved if self._job.keep_broken or not faults else unsaved, breaches=broken)
-        last, words = saved.steps[-1], wall_words(mesh, self._unit)
-        if not words:
-            return saved
-        self._event(Message(words, step=len(saved.steps)))
-        return replace(saved, steps=(*saved.steps[:-1], replace(last, messages=(*last.messages, words))))
+        last = saved.steps[-1]
+        words = [text for text in (wall_words(mesh, self._unit), wrapped and wrap_words(scan, mesh)) if text]
+        for text in words:
+            self._event(Message(text, step=len(saved.steps)))
+        return replace(saved, steps=(*saved.steps[:-1], replace(last, messages=(*last.messages, *words))))
 
     def _watched(self, report: Report, origins: Origins, change: ShapeChange | None, before: Found) -> Report:
         """Find the limits that were broken, and write the intervention map."""

@@ -267,9 +267,9 @@ def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callab
 def milder(steps: Sequence[Step]) -> str:
     """What makes the steps that smooth do less, a setting of the recipe or else a parameter; empty if they have none."""
     smoothing = [step for step in steps if step.filter.classes & FilterClass.SMOOTHING]
-    found = [(step, p.name) for n in _AMOUNTS for step in smoothing for p in step.filter.parameters if p.name == n]
-    found = [(step, name) for step, name in found if step.values.get(name) != 1]
-    named = [step.settings[name] for step, name in found if name in step.settings] or [name for _, name in found]
+    found = [(step, name) for step in smoothing for name in _AMOUNTS if step.values.get(name, 1) != 1]
+    said = [step.settings[name] for step, name in found if name in step.settings and step.values[name] != "auto"]
+    named = said or [name for _, name in found]
     return f"a smaller {named[0]}" if named else ""
 
 

@@ -252,7 +252,7 @@ def instead(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> str:
         found: what is known of the mesh that it was run on.
         attributes: what that has.
     """
-    if found.measures is None or recipe.info.task not in _ALIKE:
+    if found.measures is None or recipe.info.task not in _REPLACEABLE:
         return ""
     suited = ranked(traits_of(found.mesh.vertices, found.mesh.faces, found.measures, attributes))
     alike = [s.recipe for s in suited if s.fits and s.task in _ALIKE]
