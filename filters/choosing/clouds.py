@@ -57,8 +57,8 @@ def chosen_projection(
 ) -> Choice[Projection] | None:
     """The setting of `bilateral_projection` that best predicts points which it has not seen.
 
-    1. A cloud is clean, and left alone, if hardly any noise is left where it is calmest, or if neighbours agree in what is left.
-       Where the noise is above half a spacing a quarter of the points decides, with a quarter of the neighbours.
+    1. A cloud is clean, and left alone, if hardly any noise is left where it is calmest. Where the noise is above half a spacing
+       a quarter of the points decides, with a quarter of the neighbours.
     2. Some points, no two of them near neighbours, are held out, see `CloudSample.without`, four times. Settings that fall behind
        are dropped, see `cross_validate`; what counts is how far along the normal the results are from the points as measured.
     3. Of the settings within one standard error of the best the one with the fewest iterations times neighbours is taken, where
@@ -115,7 +115,7 @@ def _choice(
     local, origin, inner = cloud_patches(part.points / spacing, numbers)
     _, directions, moves = part.of(origin)
     sample = CloudSample(local, inner if moves is None else inner & moves, _smooth_normals(local))
-    if sample.quietest < tuned.CLOUD_NO_NOISE or sample.correlation > tuned.CLOUD_SURFACE:
+    if sample.quietest < tuned.CLOUD_NO_NOISE:
         return None
     if sample.quietest > tuned.CLOUD_THICK and sample.correlation > tuned.CLOUD_INDEPENDENT:
         quarter = np.flatnonzero(numbers < 1.0 / 4).astype(np.int32)

@@ -159,5 +159,6 @@ def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Boo
     # In mean edges, so that no square is too small or too large for a number.
     lengths = np.linalg.norm(ways / (mean_edge_length(vertices, faces) or 1.0), axis=1)
     of_others, of_outliers = (float(np.mean(lengths[which] ** 2)) for which in (others, outlying))
-    share = 1.0 - of_others / of_outliers if of_others < of_outliers else 0.0
+    # Ways that are hardly longer are by chance.
+    share = 1.0 - of_others / of_outliers if tuned.LARGER * of_others < of_outliers else 0.0
     return np.where(outlying[:, None], vertices + share * ways, vertices)

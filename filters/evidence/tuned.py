@@ -34,7 +34,7 @@ SURFACE_WHERE_CALM = 0.16
 #: Two levels of noise that differ by more are two. Where neighbours agree, filters that take details err by 1.22 times the level
 #: of the noise and more, others by up to 1.18. Beside vertices that stand out of uneven noise the others are 1.2 times as far off
 #: as elsewhere and more, beside impulses up to 1.1 times, and by more than `WEAK`: without it 8.3 in place of 1.3 on a gear with
-#: noise along one axis.
+#: noise along one axis. Mean squares of ways along the surface: of outliers and of others.
 LARGER = 1.2
 #: The calmest part, by which the noise is bounded from below.
 CALMEST = 0.05
@@ -71,7 +71,7 @@ ROUNDED = 2.0
 # Clouds.
 #: Clouds have so much noise at least in the calmest part, in spacings; exact surfaces and smoothed scans less than half.
 CLOUD_NO_NOISE = 0.03
-#: Neighbours correlate by -0.2 to -0.1 with independent noise; by up to 0.28 where it is strong, and by 0.6 without noise.
-CLOUD_INDEPENDENT, CLOUD_SURFACE = -0.085, 0.4
+#: Neighbours correlate by -0.2 to -0.1 with independent noise; by up to 0.28 where it is strong.
+CLOUD_INDEPENDENT = -0.085
 #: Noise of more than half a spacing has so much in the calmest part: a quarter of the points then decides.
 CLOUD_THICK = 0.33

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import check_finite, check_positive, check_whole_number
+from ..denoising.noise_level import smooth_normals
 from ..execution import Progress, ignore_progress
 from ..geometry import WalkableSurface, face_normals, mean_edge_length, vertex_normals_by_area
 from ..inspection import sharp_edges
@@ -24,6 +27,8 @@ _LONGEST_STEP = 0.5
 _HALVINGS = 4
 # How far triangles at sharp edges may get from the surface, as a share of what others may: farther ones fray the edges.
 _AT_RIDGES = 0.2
+# How far smoothed normals across a sharp edge are apart, 25 degrees; beside edges of noise they are nearer.
+_TURNED = 2.0 * math.sin(math.radians(12.5))
 # The least cosine of the angle between the normal of a triangle and its normal before, and that of the surface under it.
 _LEAST_COSINE = 0.25
 
@@ -187,7 +192,9 @@ class KeptSurface:
         self.walkable = WalkableSurface.of(points, faces)
         self._normals = face_normals(points, faces)
         self._on_ridge = np.zeros(len(points), dtype=np.bool_)
-        self._on_ridge[sharp_edges(points, faces).pairs] = True
+        sharp, normals = sharp_edges(points, faces), smooth_normals(points, faces)
+        first, second = (normals[faces[sharp.faces[:, k]]].sum(axis=1) for k in range(2))
+        self._on_ridge[sharp.pairs[np.linalg.norm(first - second, axis=1) > _TURNED]] = True
         self.at = self.walkable.first_faces()
 
     def moved(self, points: Floats, step: Floats, moves: Bools) -> Floats:

@@ -23,12 +23,14 @@ class SharpEdges(NamedTuple):
 
     Attributes:
         pairs: (k, 2) their vertices.
+        faces: (k, 2) their faces.
         middles: (k, 3) their middles.
         lengths: (k,) their lengths.
         angles: (k,) degrees between the normals of their faces.
     """
 
     pairs: Ints
+    faces: Ints
     middles: Floats
     lengths: Floats
     angles: Floats
@@ -58,7 +60,7 @@ def sharp_edges(vertices: ArrayLike, faces: ArrayLike, *, angle: float = SHARP) 
     pairs = shared[sharp]
     ends = points[pairs]
     lengths = np.linalg.norm((ends[:, 1] - ends[:, 0]) * mesh.scale, axis=1) / mesh.scale
-    return SharpEdges(pairs, ends[:, 0] * 0.5 + ends[:, 1] * 0.5, lengths, angles[sharp])
+    return SharpEdges(pairs, neighbours[sharp], ends[:, 0] * 0.5 + ends[:, 1] * 0.5, lengths, angles[sharp])
 
 
 def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float | None:
