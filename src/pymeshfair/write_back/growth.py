@@ -19,9 +19,6 @@ from ..errors import MeshError
 from .arrays import read_array
 from .workbench import Workbench
 
-#: A morph is s + (t - s) in floating point, which small whole numbers reach in two.
-_MOST_MORPHS = 3
-
 
 def check_growable(mesh: Any) -> None:
     """Raise `MeshError` if nothing can be added to the mesh without changing what is there."""
@@ -151,9 +148,5 @@ def _send(bench: Workbench, mesh: Any, target: NDArray[np.intp]) -> None:
     """Move vertex i to (target[i], 0, 0)."""
     places = np.zeros((len(target), 3))
     places[:, 0] = target
-    with bench.helper_layer(pymeshlab.Mesh(vertex_matrix=places)) as helper:
-        for _ in range(_MOST_MORPHS):
-            bench.apply("compute_coord_linear_morphing", targetmesh=helper, percentmorph=100)
-            if np.array_equal(read_array(mesh, "vertices"), places):
-                return
-    raise MeshError(f"MeshLab did not take the places of the new vertices of {mesh.label()!r}; please report this mesh")
+    if not bench.move_to(mesh, places):
+        raise MeshError(f"MeshLab did not take the places of the new vertices of {mesh.label()!r}; please report this mesh")
