@@ -29,7 +29,6 @@ else:  # importing them takes longer than importing pymeshlab, and a program may
     registry = ImportedWhenUsed("pymeshfair.registry")
     scripts = ImportedWhenUsed("pymeshfair.scripts")
     supervise = ImportedWhenUsed("pymeshfair.running.supervise")
-    words = ImportedWhenUsed("pymeshfair.authoring.building")
     warnings = ImportedWhenUsed("pymeshfair.scripts.warnings")
 
 

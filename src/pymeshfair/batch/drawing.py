@@ -105,7 +105,7 @@ def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
         left_out=["No spectrum: `pymeshfair spectrum` tells it."],
         run=RunPart(steps_of(record), change, record["recipe"]["text"], json.dumps(record, indent=2, ensure_ascii=False)),
     )
-    (stage / "new" / "page.html").write_bytes(page.encode("utf-8", "replace"))
+    (stage / "new" / "page.html").write_bytes(page)
     picture = draw_meshes([read.mesh for read in meshes], ["", ""], Appearance(width=_SMALL, height=_SMALL, titles=False))
     small = figure_of(picture, "", "")
     return {"source": small.source, "width": small.width, "height": small.height}

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 from ..files.writing import StagedFile, stage_file, write_file
 from ..looking.mesh_state import MeshState, state_of
-from ..report.comparison_page import RunPart, Verdict, verdict_of
+from ..report.comparison_page import RunPart, Verdict, comparison_page, verdict_of
 from ..report.scene import Marker
 from ..running.errors import GuardBroken
 from ..running.read import read_mesh
 from ..running.supervise import run_job
 from ..scripts.write import format_script
-from .report_file import check_report, compared_files, report_page, say_report
+from .report_file import check_report, compared_files, page_numbers, say_report
 from .streams import say
 
 if TYPE_CHECKING:
@@ -63,15 +63,17 @@ def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool
     compared = replace(compared, found=replace(compared.found, displacement=None))
     places = [(breach["place"], f"{breach['guard']}, vertex {breach['vertex']}") for breach in result.breaches if breach["place"]]
     written = f"written to {job.output.name}" if kept else "no output was written"
-    return report_page(
+    return comparison_page(
         compared,
         title=f"{job.input.name}: {job.recipe.title}",
         subtitle=f"The recipe {job.recipe.name} on {job.input.name}, {written}.",
-        numbers={
-            "files": {"before": job.input, "after": job.output if kept else None},
-            "change": result.change,
-            "comparison": compared.found,
-        },
+        numbers=page_numbers(
+            {
+                "files": {"before": job.input, "after": job.output if kept else None},
+                "change": result.change,
+                "comparison": compared.found,
+            }
+        ),
         up=up,
         unit=result.unit,
         warnings=result.warnings,

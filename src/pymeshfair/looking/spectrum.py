@@ -24,7 +24,7 @@ def measured_spectrum(
 
     Args:
         mesh: the file; it is not changed.
-        modes: how many modes are told one by one.
+        modes: how many modes are listed one by one.
         timeout: seconds, or None.
         on_event: called with what goes on.
 

@@ -113,8 +113,8 @@ def comparison_page(
     limits: Limits | None = None,
     planes: Sequence[Plane] = (),
     unit: str | None = None,
-) -> str:
-    """The report as the text of an HTML file.
+) -> bytes:
+    """The report as the bytes of an HTML file.
 
     Args:
         compared: the meshes.
@@ -134,7 +134,7 @@ def comparison_page(
     ends = limits or _limits(compared)
     curvatures = _curvatures(compared)
     scene, shown = _scene(compared, up, markers or _markers(compared.found, unit), ends, curvatures, unit)
-    return render(
+    text = render(
         "report.html",
         title=title,
         subtitle=subtitle,
@@ -158,6 +158,7 @@ def comparison_page(
         numbers_text=json.dumps(numbers, indent=1, ensure_ascii=False),
         made=f"Made by pymeshfair on {datetime.now(timezone.utc):%Y-%m-%d %H:%M} UTC. This page needs no network.",
     )
+    return text.encode("utf-8", "replace")  # names of files may hold bytes that are no text
 
 
 def verdict_of(found: Comparison, change: Mapping[str, Any] | None = None, unit: str | None = None) -> Verdict:

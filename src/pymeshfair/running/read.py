@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +46,7 @@ class ReadMesh:
     @property
     def measures(self) -> dict[str, Any]:
         """`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name."""
-        assert self.found.measures is not None
-        return dict(plain(asdict(self.found.measures)))
+        return self.found.described or {}
 
 
 def read_mesh(
