@@ -22,7 +22,7 @@ from .errors import ContentsError, OutputError
 from .formats import WRITABLE, Format, attributes_of, extension
 from .outputs import material_path
 from .provenance import recorded_digest, sha256_of
-from .writing import StagedFile
+from .writing import StagedFile, to_disk
 
 
 @dataclass(frozen=True)
@@ -211,19 +211,14 @@ def save_mesh(
             warnings += [f"{output.name}: {note}" for note in write(mesh, file, writing)]
         except ContentsError as error:
             raise OutputError(output, str(error)) from error
-        _to_disk(file)
+        to_disk(file)
     if writing.materials:
         beside = StagedFile(material_path(staged), material_path(output))
         with beside.staged.open("xb") as file:
             file.writelines(writing.materials)
-            _to_disk(file)
+            to_disk(file)
         side_files.append(beside)
     return Saved(StagedFile(staged, output), tuple(side_files), reused, tuple(warnings))
-
-
-def _to_disk(file: BinaryIO) -> None:
-    file.flush()
-    os.fsync(file.fileno())
 
 
 def _check_precision(kind: Format, mesh: MeshData, resolve: Callable[[], float], output: Path) -> list[str]:

@@ -33,9 +33,9 @@ EXPLICIT, TAUBIN, NORMALS = "apply_coord_explicit_smoothing", "apply_coord_taubi
 MESHLAB = "apply_coord_taubin_smoothing"
 #: operators whose weights need nothing but the one-ring
 _LOCAL = ("uniform", "cotangent")
-#: what else the filter does, where nobody says
+#: defaults of the other parameters
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
-#: and what its authors take
+#: defaults of the filter itself, by its authors
 _AUTHORS = {field.name: field.default for field in fields(NormalFilter) if field.name != "radius"} | {
     name: inspect.signature(normal_filtering).parameters[name].default for name in ("vertex_iterations", "outer_iterations")
 }

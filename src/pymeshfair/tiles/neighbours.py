@@ -95,7 +95,7 @@ def search_tile(cells: Cells, k: int, most: int, first: int, last: int, inside: 
         inside: called with what is found in the tile, in parallel for different rows; not if the tile has too few points.
         around: called afterwards with the points that have, or may have, neighbours in other tiles, some at a time.
     """
-    begin, end = int(cells.starts[first]), int(cells.starts[last])
+    begin, end = cells.slots_of(first, last)
     numbers = cells.numbers.read(begin, end)
     by_number = np.argsort(numbers)
     places = cells.points.read(begin, end)[by_number]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from io import BytesIO
@@ -20,6 +19,7 @@ from ..files.las import NORMAL, chunks, header_of, las_unit, opened, write_las_p
 from ..files.ply import SCALAR
 from ..files.ply_header import PlyElement, PlyProperty, header_bytes
 from ..files.ply_write import write_ply
+from ..files.writing import to_disk
 from ..mesh_data import MeshData
 from .ply_slices import PlySlices
 
@@ -118,8 +118,7 @@ class LasCloud:
                     writer.write_points(points)
                 if records:
                     writer.write_evlrs(records)
-            file.flush()
-            os.fsync(file.fileno())
+            to_disk(file)
 
 
 class PlyCloud(PlySlices):
@@ -163,8 +162,7 @@ class PlyCloud(PlySlices):
                     for name, numbers in zip(_PLY[one], np.atleast_2d(column[kept].T), strict=True):
                         new[name] = numbers
                 file.write(new.tobytes())
-            file.flush()
-            os.fsync(file.fileno())
+            to_disk(file)
 
 
 @dataclass(frozen=True)
