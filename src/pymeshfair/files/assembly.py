@@ -34,7 +34,6 @@ class Assembly:
     """
 
     def __init__(self) -> None:
-        """See the class."""
         self.textures: list[Texture] = []
         self.lost: dict[str, None] = {}
         self._parts: list[tuple[MeshData, NDArray[np.float64]]] = []

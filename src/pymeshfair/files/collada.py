@@ -31,12 +31,7 @@ _PARAMETERS = {"VERTEX": "XYZ", "NORMAL": "XYZ", "TEXCOORD": "ST", "COLOR": "RGB
 
 
 def read_collada(path: Path, references: References) -> Reading:
-    """Read a COLLADA document.
-
-    Raises:
-        ContentsError: it is none, or names what is not there.
-        InputError: it names a file that must not be opened.
-    """
+    """Read a COLLADA document."""
     root = read_tree(path.read_bytes())
     if root.tag != "COLLADA":
         raise ContentsError("it holds no COLLADA document")

@@ -41,12 +41,7 @@ class GltfError(ContentsError):
 
 
 def read_gltf(path: Path, references: References) -> Reading:
-    """Read a glTF file.
-
-    Raises:
-        GltfError: it is none, or declares what its buffers do not hold.
-        InputError: it names what must not be opened.
-    """
+    """Read a glTF file."""
     text, binary = _chunks(path.read_bytes())
     if sum(text.count(mark) for mark in (b",", b"{", b"[")) > _PARTS:
         raise GltfError(f"its document has more than {_PARTS:,} parts")

@@ -115,12 +115,7 @@ def chunks(reader: Any, size: int) -> Iterator[Any]:
 
 
 def read_las(path: Path, references: References) -> Reading:
-    """Read a LAS, LAZ or COPC file.
-
-    Raises:
-        ContentsError: it is none, ends too early, or laspy is missing.
-        OSError: it cannot be read.
-    """
+    """Read a LAS, LAZ or COPC file."""
     with opened(path) as reader:
         header = copy.deepcopy(reader.header)
         names = [name for name in header.point_format.dimension_names if name not in _PLACE]

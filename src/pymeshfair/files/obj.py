@@ -94,13 +94,7 @@ class _Corners:
 
 
 def read_obj(path: Path, references: References) -> Reading:
-    """Read an OBJ file and its materials.
-
-    Raises:
-        ContentsError: it is no OBJ file, or lies.
-        InputError: it names what must not be opened.
-        OSError: it cannot be read.
-    """
+    """Read an OBJ file and its materials."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")

@@ -22,12 +22,7 @@ _PREFIXES = ("", "C", "N", "CN", "NC", "ST", "STC", "STN", "STCN", "STNC")
 
 
 def read_off(path: Path, references: References) -> Reading:
-    """Read an OFF file.
-
-    Raises:
-        ContentsError: it is none, or says what cannot be.
-        OSError: it cannot be read.
-    """
+    """Read an OFF file."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is binary; OFF files are read as texts alone")

@@ -70,13 +70,7 @@ class PlyDocument:
 
 
 def read_ply(path: Path, references: References) -> Reading:
-    """Read a PLY file.
-
-    Raises:
-        PlyError: it is none, or its rows are not what it declares.
-        InputError: a texture that it names must not be opened.
-        OSError: it cannot be read.
-    """
+    """Read a PLY file."""
     header = read_header(path)
     _check_names(header)
     with path.open("rb") as file:

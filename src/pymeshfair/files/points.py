@@ -47,12 +47,7 @@ class PointsDocument:
 
 
 def read_points(path: Path, references: References) -> Reading:
-    """Read a text of points.
-
-    Raises:
-        ContentsError: it is none, or says what cannot be.
-        OSError: it cannot be read.
-    """
+    """Read a text of points."""
     data = path.read_bytes()
     if data.startswith(_EXPE):
         return Reading(_expe(path, data))

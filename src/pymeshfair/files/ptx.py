@@ -23,12 +23,7 @@ _ROUNDED = 1e-6
 
 
 def read_ptx(path: Path, references: References) -> Reading:
-    """Read the points of all grids, transformed by the matrices of their heads.
-
-    Raises:
-        ContentsError: it is no PTX file, or has fewer points than it declares.
-        OSError: it cannot be read.
-    """
+    """Read the points of all grids, transformed by the matrices of their heads."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")

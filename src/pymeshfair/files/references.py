@@ -31,7 +31,6 @@ class References:
     """
 
     def __init__(self, mesh: Path, *, allow_outside: bool = False) -> None:
-        """See the class."""
         self.mesh = mesh
         self._folder = mesh.parent.resolve()
         self._allow_outside = allow_outside

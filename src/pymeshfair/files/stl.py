@@ -43,12 +43,7 @@ class StlDocument:
 
 
 def read_stl(path: Path, references: References) -> Reading:
-    """Read an STL file; corners with equal coordinates are one vertex.
-
-    Raises:
-        ContentsError: it is none, or declares what it does not hold.
-        OSError: it cannot be read.
-    """
+    """Read an STL file; corners with equal coordinates are one vertex."""
     data = path.read_bytes()
     doubts: tuple[str, ...] = ()
     extras = []

@@ -148,12 +148,7 @@ def _check_extensions(named: dict[str, str]) -> None:
 
 
 def read_3mf(path: Path, references: References) -> Reading:
-    """Read a 3MF file.
-
-    Raises:
-        ContentsError: it is none, or declares what cannot be.
-        InputError: an image in it is none.
-    """
+    """Read a 3MF file."""
     try:
         with zipfile.ZipFile(path) as archive:
             reader = _Reader(archive, path.stat().st_size, references)
