@@ -47,6 +47,15 @@ class Step:
         settings = {name: setting for name, setting in self.settings.items() if name not in unset}
         return replace(self, values=self.filter.in_order({**self.values, **values}), settings=settings)
 
+    def in_mesh_units(self, *, diagonal: float, mean_edge: float) -> Step:
+        """The step with its lengths in mesh units, on a mesh of this size."""
+        lengths = {
+            name: Length(value.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge))
+            for name, value in self.values.items()
+            if isinstance(value, Length)
+        }
+        return self.with_checked(lengths)
+
     def with_defaults(self, *, lengths: bool = True) -> Step:
         """The step with every value said that is known without a mesh; without `lengths`, those that depend on its size are not.
 
