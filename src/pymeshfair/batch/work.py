@@ -212,14 +212,14 @@ def _is_whole(record: Mapping[str, Any], scan: Scan, path: Path) -> bool:
 
 
 class Audience(Listener, Protocol):
-    """Who is told how a batch goes, from its beginning."""
+    """Receives the progress of a batch, from its beginning."""
 
     def begin(self, total: int) -> None:
         """So many scans are to do."""
 
 
 class _Record:
-    """Keeps what came of scans, and passes on what is told."""
+    """Collects outcomes and pages, and passes them on to the audience."""
 
     def __init__(self, audience: Audience, outcomes: Mapping[int, Outcome]) -> None:
         self._audience = audience
@@ -317,7 +317,7 @@ class Task:
         """Do it, and write ``batch.json`` and ``batch.csv``, also if it is interrupted, and ``batch.html`` if a report is wanted.
 
         Args:
-            audience: who is told.
+            audience: receives the progress.
             pool: see `processes`.
 
         Raises:

@@ -70,7 +70,7 @@ def survey_installed() -> Survey:
     Raises:
         SurveyError: the process failed; the message is what it printed last.
     """
-    # Without buffers, where what MeshLab prints would wait until its place is told to be another.
+    # Unbuffered: output in a buffer would appear after stdout has been redirected.
     command = [sys.executable, "-u", "-m", __name__]
     done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False)
     if done.returncode != 0:

@@ -14,7 +14,7 @@ from .origins import Origins, removed_elements
 
 #: what became of an element; the face scalar of the map
 KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3
-#: red, green, blue, opacity: grey, orange, blue, purple; apart from each other for everybody, and in grey
+#: red, green, blue, opacity: grey, orange, blue, purple; distinct for colour-blind readers and in grey
 COLORS: NDArray[np.uint8] = np.array(
     [[200, 200, 200, 255], [222, 143, 5, 255], [1, 90, 178, 255], [120, 40, 110, 255]], dtype=np.uint8
 )

@@ -233,9 +233,9 @@ def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callab
     more = (change.added.share or 0.0) - (change.removed.share or 0.0)
     if change.moved is not None and more > LARGEST_ADDED:
         yield (
-            f"new surface of {more:.0%} of the area that was scanned was added, which nobody measured: look at it"
+            f"new surface of {more:.0%} of the area that was scanned was added without measurements: look at it"
             if change.moved.same
-            else f"the new surface has {more:.0%} more area than the scan, which nobody measured: look at it; where it went "
+            else f"the new surface has {more:.0%} more area than the scan, and no measurements there: look at it; where it went "
             "through an opening to the inside, walls are thin: fill_holes_smoothly and prepare_for_print close openings"
         )
     if change.moved is None or change.turned is None:

@@ -1,4 +1,4 @@
-"""Who may talk to the server: whoever knows the token, from a page of the server itself, under a name of this machine."""
+"""Access to the server: by the token, from a page of the server itself, under a name of this machine."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _HEADERS = [
 
 
 def new_token() -> str:
-    """A token that nobody guesses: 256 random bits."""
+    """A random token of 256 bits."""
     return secrets.token_urlsafe(32)
 
 
@@ -63,7 +63,6 @@ class Guarded:
     """
 
     def __init__(self, application: Application, token: str, names: tuple[str, ...] = ()) -> None:
-        """See the class."""
         self._application = application
         self._start = f"/{token}/".encode()
         self._names = {"localhost", *(name.casefold() for name in names)}

@@ -1,4 +1,4 @@
-"""What the page asks for and what it is told, over one socket: one JSON document a message, and meshes as bytes."""
+"""The messages between page and server over one socket: JSON documents, and meshes as bytes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,6 @@ class Finisher:
     """One run of a file into a file, in a thread."""
 
     def __init__(self) -> None:
-        """See the class."""
         self._stopped = threading.Event()
 
     def stop(self) -> None:
@@ -79,7 +78,6 @@ class Conversation:
     """
 
     def __init__(self, connection: WebSocket, subject: Subject, workshops: dict[bool, Workshop]) -> None:
-        """See the class."""
         self._connection = connection
         self._subject = subject
         self._workshops = workshops

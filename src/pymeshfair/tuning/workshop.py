@@ -132,7 +132,7 @@ class Workshop:
         self._lock = asyncio.Lock()
 
     async def open(self) -> Result:
-        """What is told of the scan, and the scan for the browser; the first time a worker is started that reads it.
+        """The measures of the scan, and the scan for the browser; the first call starts a worker that reads it.
 
         Raises:
             RunError: the scan cannot be read.
