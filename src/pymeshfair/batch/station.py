@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Literal, Protocol, TypeAlias
 
 from ..errors import RunError
@@ -180,7 +179,7 @@ class ThisMachine:
     def __enter__(self) -> ThisMachine:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self.give_up()
         self._station.close()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -33,7 +33,7 @@ from .summary import Summary
 _OPENED = 4
 
 
-def sample(scans: Sequence[Scan], count: int, *, on_opened: Callable[[int, int], None] = lambda i, n: None) -> list[Scan]:
+def sample(scans: Sequence[Scan], count: int) -> list[Scan]:
     """The `count` scans that lie furthest apart in the ranks of their size and of their noise, in the order of the batch.
 
     Size is that of the file; noise is the mean angle between neighbouring faces, of a few scans that are spread by size. One that
@@ -42,16 +42,12 @@ def sample(scans: Sequence[Scan], count: int, *, on_opened: Callable[[int, int],
     Args:
         scans: to choose from.
         count: at least 1.
-        on_opened: called as scans are opened, with how many and of how many.
     """
     if count >= len(scans):
         return list(scans)
     by_size = sorted(scans, key=lambda scan: (scan.input.stat().st_size if scan.input.is_file() else 0, scan.number))
     opened = [by_size[i] for i in _spread(len(by_size), min(len(by_size), _OPENED * count))]
-    noise = []
-    for number, scan in enumerate(opened, 1):
-        noise.append(_noise(scan.input))
-        on_opened(number, len(opened))
+    noise = [_noise(scan.input) for scan in opened]
     ranked = {k: r for r, k in enumerate(sorted(range(len(opened)), key=lambda k: noise[k]))}
     places = [(k / len(opened), ranked[k] / len(opened)) for k in range(len(opened))]
     chosen = [0]  # the smallest
