@@ -30,7 +30,7 @@ from ..filters.denoising import (
 )
 from ..filters.execution import part_of
 from ..filters.mesh import NormalisedMesh, Whole, check_healthy, normalised_mesh
-from ..filters.topology import border_vertices
+from ..filters.topology import border_vertices, proper_faces
 from .cells import Cells, Ranges
 from .cloud import Cloud
 from .columns import Column, Part, in_order
@@ -274,9 +274,8 @@ class MeshTiles:
         And whether there is a border.
         """
         tile = tile_with_rings(self.surface, first, last, 1)
-        a, b, c = tile.faces.T
         used = np.zeros(len(tile.vertices), np.bool_)
-        used[tile.faces[(a != b) & (b != c) & (c != a)]] = True
+        used[tile.faces[proper_faces(tile.faces)]] = True
         points = tile.vertices[used & tile.own]
         border = bool((border_vertices(tile.faces, len(used)) & tile.own).any())
         return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf), border
