@@ -1,4 +1,4 @@
-"""What kind of scan a mesh is, in a few numbers that are quickly measured: they say which recipe suits it."""
+"""Traits of a scan in a few numbers that are quickly measured, by which recipes are recommended."""
 
 from collections.abc import Collection
 from typing import Literal, TypeAlias, get_args

@@ -1,4 +1,4 @@
-"""Where machine code lies: what the installation compiled beside this module, the rest in a folder of the user's.
+"""The store of machine code: code compiled by the installation beside this module, other code in a folder of the user.
 
 A file is named after everything that its content follows from, so that none is ever stale: another version of a function, of
 numba or of Python, and another level of processor look for other files.

@@ -1,4 +1,4 @@
-"""How many threads a parallel kernel may use: OpenMP's, by numba's module, or numba's own where there is no OpenMP."""
+"""The threads of parallel kernels: OpenMP's, through numba's module, or numba's own where there is no OpenMP."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much of the relief of a surface a filter has taken: of the heights over a smoother surface that are no noise."""
+"""Relief lost by a filter: the share of the heights over a smoother surface, noise excluded."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What measures take from faces and edges alone, wherever the vertices are."""
+"""Measures of faces and edges that do not depend on coordinates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a surface lies from another one, and on which side."""
+"""The signed distance of a surface from another one."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args

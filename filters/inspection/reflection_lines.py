@@ -1,4 +1,4 @@
-"""Reflection lines: what a surface would show if it were polished and stood in a hall of parallel lamps."""
+"""Reflection lines: the surface as if polished, in a hall of parallel lamps."""
 
 import numpy as np
 from numpy.typing import ArrayLike

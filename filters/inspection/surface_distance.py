@@ -1,4 +1,4 @@
-"""How far one surface lies from another: sampled on its faces by area, with what the samples can have missed."""
+"""The distance of one surface from another: samples on faces by area, with a bound for the places between samples."""
 
 from __future__ import annotations
 

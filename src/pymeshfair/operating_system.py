@@ -1,4 +1,4 @@
-"""What only some operating systems can: process groups, limits of memory, locks on files, folders that reach the disk.
+"""Features of single operating systems: process groups, limits of memory, locks on files, folders that reach the disk.
 
 `this_system` gives what this machine has. `Portable` is the fallback, for Windows and whatever else is not POSIX: everything
 works with it, but with less protection, as each method says. The environment variable `FORCE_PORTABLE` chooses it anywhere.

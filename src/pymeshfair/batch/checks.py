@@ -1,4 +1,4 @@
-"""What would go wrong: the inputs, the outputs and the room on the disk, looked at before anything is done."""
+"""Checks before a batch: inputs, outputs, and room on the disk."""
 
 from __future__ import annotations
 

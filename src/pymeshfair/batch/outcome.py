@@ -1,4 +1,4 @@
-"""What came of one scan: a line of the journal, a row of the tables."""
+"""The outcome of one scan: a line of the journal, a row of the tables."""
 
 from __future__ import annotations
 

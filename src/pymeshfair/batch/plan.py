@@ -1,4 +1,4 @@
-"""What a batch will do: every scan with its recipe and its output, no two of which meet."""
+"""The plan of a batch: every scan with its recipe and its output; no two outputs are the same file."""
 
 from __future__ import annotations
 

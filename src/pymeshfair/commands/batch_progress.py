@@ -1,4 +1,4 @@
-"""What a batch shows while it goes on: a bar on a terminal, a line a scan elsewhere; always on stderr."""
+"""The progress of a batch: a bar on a terminal, a line a scan elsewhere; always on stderr."""
 
 from __future__ import annotations
 

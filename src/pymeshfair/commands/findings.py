@@ -1,4 +1,4 @@
-"""Checks of this machine: what it has, what is wrong, and what to do about that."""
+"""Checks of this machine, each with advice where something is wrong."""
 
 from __future__ import annotations
 

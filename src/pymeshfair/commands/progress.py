@@ -1,4 +1,4 @@
-"""What a run shows while it goes on: a bar on a terminal, lines elsewhere; always on stderr."""
+"""The progress of a run: a bar on a terminal, lines elsewhere; always on stderr."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report of a run: what the recipe did to the mesh, whether it kept its limits, and where it did not."""
+"""The report of a run: changes of the mesh, and limits kept or broken."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a filter reads and what it returns."""
+"""The input and the result of a filter: `Layer` and `Edit`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every kind of parameter has in common."""
+"""The base class of all kinds of parameter."""
 
 from __future__ import annotations
 

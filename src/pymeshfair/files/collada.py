@@ -1,4 +1,4 @@
-"""Reads COLLADA documents: what their scene shows."""
+"""Reads COLLADA documents: the parts that their scene places."""
 
 from __future__ import annotations
 

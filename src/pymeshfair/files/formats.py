@@ -1,4 +1,4 @@
-"""The mesh files that a run reads and writes, and what each kind can hold."""
+"""The mesh files that a run reads and writes, and the contents that each format holds."""
 
 from __future__ import annotations
 

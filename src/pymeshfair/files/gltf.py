@@ -1,4 +1,4 @@
-"""Reads glTF 2.0 files, text or binary: what their scene shows, every accessor within its buffer."""
+"""Reads glTF 2.0 files, text or binary: the parts that their scene places, every accessor within its buffer."""
 
 from __future__ import annotations
 

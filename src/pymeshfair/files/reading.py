@@ -1,4 +1,4 @@
-"""What a reader gives back, and what all readers check."""
+"""The result of a reader, and the checks that all readers share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes a mesh to the staging folder; what the format cannot keep is named.
+"""Writes a mesh to the staging folder; contents that the format cannot hold are named in warnings.
 
 Textures have the bytes of the input, lie in the folder of the output, and never replace a file that no run wrote.
 """

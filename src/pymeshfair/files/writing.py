@@ -1,4 +1,4 @@
-"""Every file that a command leaves goes through here: what may be replaced, and files that appear whole or not at all.
+"""The one way to write files: rules for replacing them, and files that appear whole or not at all.
 
 Nothing that exists is replaced unless that was asked for, and links, folders, pipes and devices not even then. One file is
 written by `write_file`: a temporary file beside it, flushed to the disk, and renamed. The files of a run are written to a hidden

@@ -1,4 +1,4 @@
-"""What the colours of a picture can say about a mesh."""
+"""Colorings: measures of a mesh that a picture shows as colours."""
 
 from __future__ import annotations
 

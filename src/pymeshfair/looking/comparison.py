@@ -1,4 +1,4 @@
-"""What lies between two meshes: how far each surface is from the other, and what was kept, lost, added and removed.
+"""Comparison of two meshes: the distance of each surface from the other, and what was kept, lost, added and removed.
 
 Two quantities, never mixed: the distance between the surfaces, and the displacement of vertices that are the same in both.
 """

@@ -1,4 +1,4 @@
-"""What one mesh is like, in numbers that a comparison puts beside those of another one."""
+"""Measures of one mesh for a comparison with another one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What filters and parameters of older MeshLab versions have become, as facts with fields, kept in ``former_filters.json``."""
+"""Facts about filters and parameters of older MeshLab versions and today's, kept in ``former_filters.json``."""
 
 from __future__ import annotations
 

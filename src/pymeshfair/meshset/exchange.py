@@ -1,4 +1,4 @@
-"""Between MeshLab's meshes and the arrays that other packages take and give: what is kept, and in words what is not."""
+"""Conversion between MeshLab's meshes and the arrays of other packages; losses are named in words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a result depends on besides the input and the recipe: the versions of packages, and how many threads libraries use."""
+"""The environment that a result depends on: the versions of packages, and the threads of libraries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a result keeps within the guards of a run, and if not where and by how much."""
+"""The guards of a run that a result breaks: where, and by how much."""
 
 from __future__ import annotations
 

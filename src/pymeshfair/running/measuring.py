@@ -1,4 +1,4 @@
-"""What a run finds out about its mesh before and after the steps: its measures, or only what it cannot do without."""
+"""Measures of the mesh of a run before and after the steps; without measures, only the sizes that every run needs."""
 
 from __future__ import annotations
 

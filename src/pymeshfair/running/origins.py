@@ -1,4 +1,4 @@
-"""Where the elements of a result come from: of every vertex and face the number that it had in the input."""
+"""Origins of elements: the number in the input of every vertex and face of a result."""
 
 from __future__ import annotations
 

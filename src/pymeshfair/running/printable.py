@@ -1,4 +1,4 @@
-"""Whether a written file can be printed: it is read back as a slicer reads it, equal points merged, triangles alone."""
+"""Checks whether a written file can be printed: read back as a slicer reads it, equal points merged, triangles alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the work of a run came to; the provenance document and the result that are made of it."""
+"""The report of the work of a run; the provenance document and the result that are made of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run did to the shape: what moved and how far, what was added and removed, and how its dimensions changed."""
+"""The change of shape by a run: moves, additions, removals, and dimensions."""
 
 from __future__ import annotations
 

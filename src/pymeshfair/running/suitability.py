@@ -1,4 +1,4 @@
-"""Which recipes a scan is for: its traits, and what the heads of recipes ask of them."""
+"""The recipes that suit a scan: its traits, compared with the conditions in the heads of recipes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What recipes would do on a scan: the error at vertices that they have not seen, and the relief that they take."""
+"""Trials of recipes on a scan: the error at held-out vertices, and the relief that is lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Makes an output again from its provenance, and says whether it is the same, or what has changed since."""
+"""Repeats a run from its provenance, and compares the outputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The elements of a script as they are written, before anyone asks what they mean."""
+"""The elements of a script as written, before they are checked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a result must not do: the limits that a recipe or a command sets to a run."""
+"""The limits that a recipe or a command sets to the result of a run."""
 
 from __future__ import annotations
 

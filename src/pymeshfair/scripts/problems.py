@@ -1,4 +1,4 @@
-"""Problems of a script, and what an upgrade changed in it: where it is, what is wrong and what to write instead."""
+"""Problems of a script and changes by an upgrade: place, fault, and suggestion."""
 
 from __future__ import annotations
 

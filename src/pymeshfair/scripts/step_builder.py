@@ -1,4 +1,4 @@
-"""What the elements of a script mean: a ``<filter>`` becomes a step, a ``<Param>`` one of its values."""
+"""Checks the elements of a script: a ``<filter>`` becomes a step, a ``<Param>`` one of its values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What to write instead of a name that is wrong: from the facts about older MeshLab versions, else by a slip of spelling."""
+"""Suggestions for wrong names: from the facts about older MeshLab versions, else by similar spelling."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Everything that a valid script may surprise with: steps that hardly do what was meant, and what they will not find."""
+"""Warnings about valid scripts: steps that do little of their purpose, and layers or selections that will be missing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which filters of a mesh can be done by tiles, how many rings of faces around a tile each needs, and the call of each."""
+"""The filters of meshes that work by tiles: the rings of faces that each needs around a tile, and its call."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which recipes can be done by tiles, and what each of their steps does there."""
+"""The steps of a recipe by tiles; refuses recipes that need the whole mesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keeps workers: one that runs what was asked last, and one that is ready when the first had to be killed."""
+"""The workers of the page: one for the last request, and a spare one in case the first is killed."""
 
 from __future__ import annotations
 
