@@ -103,7 +103,7 @@ def numba_type(written: ArgumentType) -> Any:
 
 
 def machine_code(kernel: Any, signature: Signature) -> MachineCode:
-    """What numba makes of a kernel; in the process that compiles."""
+    """The machine code of a kernel by numba; in the process that compiles."""
     dispatcher = kernel.dispatcher
     arguments: Any = tuple(numba_type(written) for written in signature)
     dispatcher.compile(arguments)

@@ -148,7 +148,7 @@ _unpickled: dict[int, Any] = {}
 
 @ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p)
 def _UNPICKLE(data: int, size: int, digest: int) -> Any:  # noqa: N802 - stands for a function in C
-    """What numba's code has as a constant: a class, or the arguments of an exception."""
+    """A constant in numba's code: a class, or the arguments of an exception."""
     if data not in _unpickled:
         _unpickled[data] = pickle.loads(ctypes.string_at(data, size))
     return _unpickled[data]

@@ -42,7 +42,7 @@ def users_folder() -> Path:
 
 
 class Stored(NamedTuple):
-    """What is there for this Python, this numba and this processor.
+    """The compiled functions for this Python, this numba and this processor.
 
     Attributes:
         installed: how many kernels came compiled with the package.
@@ -58,14 +58,14 @@ class Stored(NamedTuple):
 
 
 def stored() -> Stored:
-    """What need not be compiled any more."""
+    """The compiled functions that are stored."""
     folder = users_folder()
     installed, kept = (sum(1 for _ in (place / made_here()).glob("*")) for place in (INSTALLED, folder))
     return Stored(installed, kept, folder, lasts())
 
 
 def read(name: str) -> MachineCode | None:
-    """What is stored under that name, or None."""
+    """The data stored under that name, or None."""
     for place in (INSTALLED, users_folder()):
         with suppress(OSError, EOFError, pickle.UnpicklingError, TypeError, ValueError):  # a disk that was full or has failed
             return MachineCode(*pickle.loads((place / made_here() / name).read_bytes()))

@@ -298,7 +298,7 @@ class Door:
 
 
 class _Measured:
-    """What lengths are relative to."""
+    """The sizes that lengths are relative to."""
 
     def __init__(self, vertices: Any, faces: Any, edges: Any) -> None:
         self._arrays = vertices, faces, edges

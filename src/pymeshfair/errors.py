@@ -80,7 +80,7 @@ class RunError(PymeshfairError):
 
 @dataclass(frozen=True)
 class Place:
-    """Where in a run: at a step of the recipe, or before or after the steps.
+    """A place in a run: a step of the recipe, or before or after the steps.
 
     Attributes:
         doing: what was going on in words: ``"reading scan.ply"``, ``"step 2 of 5, 'Close Holes'"``.

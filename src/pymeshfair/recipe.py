@@ -34,7 +34,7 @@ TASKS = ("clean", "denoise", "smooth", "repair", "prepare", "change the shape", 
 
 @dataclass(frozen=True)
 class RecipeInfo:
-    """What the comment at the head of a recipe says.
+    """The comment at the head of a recipe, taken apart.
 
     The comment is a title on the first line and paragraphs, some of which begin with a word and a colon: ``Task:``, ``For:``,
     ``Fits:``, ``Judged:``, ``Does:``, ``Tune:`` and ``Superseded:``. Any of them may be missing.
@@ -145,7 +145,7 @@ def superseded_recipes() -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class RecipeHead:
-    """What a shipped recipe says of itself, known without looking at its filters.
+    """The head of a shipped recipe, read without its filters.
 
     Attributes:
         name: under which it is loaded.

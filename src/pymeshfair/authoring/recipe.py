@@ -152,7 +152,7 @@ class Recipe(FilterMethods):
 
     @property
     def changes(self) -> tuple[Change, ...]:
-        """How the script that was loaded was upgraded."""
+        """The changes by which the loaded script was upgraded."""
         return self._changes
 
     def __iter__(self) -> Iterator[Step]:
@@ -174,11 +174,11 @@ class Recipe(FilterMethods):
         return building.recipe_table(self.name, self._script)
 
     def differences(self, other: Recipe) -> list[str]:
-        """What `other` does that this recipe does not, or with other values, one sentence each; empty if they do the same."""
+        """The differences of `other` from this recipe, one sentence each; empty if they do the same."""
         return building.differences(self._script, other._script)
 
     def check(self, mesh: MeshSet | str | os.PathLike[str] | None = None, *, layers: int = 1) -> list[str]:
-        """What the recipe may surprise with, one sentence each; its steps and values are valid in any case.
+        """Warnings about the recipe, one sentence each; its steps and values are valid in any case.
 
         Args:
             mesh: a mesh set or a mesh file that the lengths must suit; None looks at no mesh.

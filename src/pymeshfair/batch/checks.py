@@ -27,7 +27,7 @@ _GROWTH = 2.0
 
 @dataclass(frozen=True)
 class Prospect:
-    """What a batch would do.
+    """The work that a batch would do.
 
     Attributes:
         states: of each scan ``"to do"``, ``"done"`` or ``"cannot be done"``, by its number.

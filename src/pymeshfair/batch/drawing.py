@@ -24,7 +24,7 @@ _SMALL = 128
 
 
 def page_path(folder: Path, output: Path) -> Path:
-    """Where the page of a scan goes: ``reports/scan.ply.html`` in the folder of the batch, for its output ``scan.ply``."""
+    """The path of the page of a scan: ``reports/scan.ply.html`` in the folder of the batch, for its output ``scan.ply``."""
     place = output.relative_to(folder)
     return folder / PAGES / place.with_name(f"{place.name}.html")
 
@@ -69,7 +69,7 @@ def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite
 
 
 def _former(kept: Path) -> dict[str, Any]:
-    """What was kept of a page that was made before; empty if there is none."""
+    """The digests and picture of a page that was made before; empty if there is none."""
     try:
         found = json.loads(kept.read_bytes())
     except (OSError, ValueError):

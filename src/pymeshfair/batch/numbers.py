@@ -42,7 +42,7 @@ def area_change(outcome: Outcome) -> float | None:
 
 
 def roughness_before(outcome: Outcome) -> float | None:
-    """How rough the scan was: the mean angle between neighbouring faces in degrees, None for clouds."""
+    """The roughness of the scan: the mean angle between neighbouring faces in degrees, None for clouds."""
     found: float | None = None if outcome.before is None else outcome.before.get("roughness")
     return found
 
@@ -67,7 +67,7 @@ def outliers(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
 
 
 def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
-    """How far each number lies from the median, in standard deviations estimated by the median absolute deviation.
+    """The distance of each number from the median, in standard deviations estimated by the median absolute deviation.
 
     Where more than half of the numbers are the same that is 0, and the mean absolute deviation takes its place [iglewicz1993].
 
@@ -95,7 +95,7 @@ def worst_first(outcomes: Sequence[Outcome]) -> list[Outcome]:
 
 
 def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
-    """What the tables say of a scan, by the names of their columns."""
+    """The row of a scan in the tables, by the names of their columns."""
     before, after, moved = outcome.before or {}, outcome.after or {}, outcome.displacement or {}
     return {
         "input": outcome.input,

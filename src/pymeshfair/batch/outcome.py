@@ -20,7 +20,7 @@ Status = Literal["done", "broken", "failed"]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one scan.
+    """The outcome of one scan.
 
     Attributes:
         input: the mesh file.

@@ -285,7 +285,7 @@ class Task:
         self._renumber = renumber and resume
 
     def look_ahead(self) -> Prospect:
-        """What would be done; nothing is written.
+        """The work that would be done; nothing is written.
 
         Raises:
             ScriptError, InputError: see `pymeshfair.batch.checks.look_ahead`.

@@ -122,7 +122,7 @@ def told(scan: Scan, outcome: Outcome) -> str:
 
 
 def counted_warnings(outcome: Outcome) -> str:
-    """How many warnings a scan had."""
+    """The number of warnings of a scan, in words."""
     return "1 warning" if len(outcome.warnings) == 1 else f"{len(outcome.warnings)} warnings"
 
 

@@ -48,7 +48,7 @@ def look_around() -> Iterator[Finding]:
 
 
 def _safely(look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
-    """What `look` finds; an exception is a finding too, since here nothing may stop the other looks."""
+    """The findings of `look`; an exception is a finding too, so that the other looks go on."""
     try:
         yield from look()
     except Exception as error:

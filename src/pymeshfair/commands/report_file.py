@@ -37,7 +37,7 @@ def check_report(path: Path, up: str, *, overwrite: bool) -> None:
 
 
 def compared_files(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> tuple[Compared, list[str]]:
-    """What lies between two meshes that were read from files, and what is left out of it, with the reason."""
+    """The comparison of two meshes that were read from files, and the parts left out of it, with the reason."""
     from ..errors import PymeshfairError
     from ..looking.comparison import compare
     from ..looking.spectrum import measured_spectrum

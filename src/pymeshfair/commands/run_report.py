@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @contextlib.contextmanager
 def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], Sequence[StagedFile]]]:
-    """What makes the report of a run, to appear with its output; a run that breaks a limit, and so leaves none, is reported, too.
+    """Makes the report of a run, to appear with its output; a run without output, because it broke a limit, is reported, too.
 
     To show what a run without output would have written, it is repeated into a temporary folder.
 

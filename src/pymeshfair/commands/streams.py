@@ -67,13 +67,13 @@ def _lasting(number: int, stream: TextIO | None) -> TextIO:
 
 
 def failure_of_stdout() -> OSError | None:
-    """Why something that was printed on stdout got lost, or None if nothing did."""
+    """The error by which output on stdout got lost, or None."""
     sys.stdout.flush()
     return sys.stdout.failure if isinstance(sys.stdout, LastingStream) else None
 
 
 class Talk(enum.IntEnum):
-    """How much is printed besides results, warnings and errors."""
+    """The amount of output besides results, warnings and errors."""
 
     LITTLE = 0
     USUAL = 1
@@ -84,7 +84,7 @@ _talk = Talk.USUAL
 
 
 def talk(how_much: Talk | None = None) -> Talk:
-    """How much is printed, from now on this much."""
+    """The amount of output; `how_much` sets it."""
     global _talk
     _talk = _talk if how_much is None else how_much
     return _talk

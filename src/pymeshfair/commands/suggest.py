@@ -96,7 +96,7 @@ def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dic
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
-    """What the automatic filter reports of the scan, tried in a process of its own."""
+    """The report of the automatic filter on the scan, run in a process of its own."""
     import tempfile
 
     from ..recipe import Recipe
@@ -115,7 +115,7 @@ def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
 def _trials(
     scan: Path, traits: dict[str, float], values: dict[str, Any], recipe: Recipe | None, timeout: float | None
 ) -> dict[str, Trial]:
-    """What the recipes that smooth and fit would do."""
+    """Trials of the recipes that smooth and fit."""
     from dataclasses import replace
 
     from ..recipe import load_recipe

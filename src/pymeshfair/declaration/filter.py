@@ -45,7 +45,7 @@ class FilterClass(enum.IntFlag):
 
 
 class MeshElement(enum.IntFlag):
-    """What a filter needs or changes, with the bits of MeshLab's ``MeshModel::MeshElement``."""
+    """Parts of a mesh that a filter needs or changes, with the bits of MeshLab's ``MeshModel::MeshElement``."""
 
     NONE = 0
     VERTCOORD = 0x1
@@ -68,7 +68,7 @@ class MeshElement(enum.IntFlag):
 
 
 class Arity(enum.IntEnum):
-    """How many layers a filter reads, with MeshLab's numbers."""
+    """The number of layers that a filter reads, with MeshLab's numbers."""
 
     NONE = 0
     SINGLE_MESH = 1

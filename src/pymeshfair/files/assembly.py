@@ -46,7 +46,7 @@ class Assembly:
         return bool(self._parts)
 
     def enter(self, part: Hashable) -> None:
-        """What is placed from now on belongs to a part: a line may place the one before ten times, and so on, without an end.
+        """Begin a part of the scene. Parts are counted: ten nested groups of ten make 10^10 placements.
 
         Raises:
             ContentsError: the part is open already, or there are too many.

@@ -51,7 +51,7 @@ def read_collada(path: Path, references: References) -> Reading:
 
 @dataclass(frozen=True)
 class _Look:
-    """What a material says of faces: their colour, the number of their texture, and the set of its coordinates."""
+    """The look of faces by a material: their colour, the number of their texture, and the set of its coordinates."""
 
     colour: tuple[float, ...] | None = None
     texture: int = -1
@@ -215,7 +215,7 @@ class _Reader:
         return self._sources[key]
 
     def _look(self, instance: Element) -> _Look:
-        """What a bound material says."""
+        """The look by a bound material."""
         if instance.get("target", "")[1:] not in self._ids:
             self.assembly.lost[f"the material {shown(instance.get('target', ''))}, which is not there"] = None
             return _Look()

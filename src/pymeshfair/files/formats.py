@@ -46,7 +46,7 @@ class Format:
     holds: frozenset[str]
 
     def lost(self, present: set[str]) -> list[str]:
-        """What of `ATTRIBUTES` such a file does not keep of a mesh that has `present`."""
+        """The `ATTRIBUTES` among `present` that such a file does not keep."""
         lost = present - self.holds
         if self.extension in _ONE_PLACE and "wedge texture coordinates" in present:
             lost |= present & {"vertex texture coordinates"}

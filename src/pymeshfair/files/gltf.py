@@ -333,7 +333,7 @@ class _Reader:
 
 
 def _matrix(node: Mapping[str, Any], k: int) -> NDArray[np.float64]:
-    """(4, 4) where a node places its parts."""
+    """(4, 4) the transform of a node."""
     if "matrix" in node:
         matrix = np.array(_numbers(node["matrix"], 16, f"the matrix of node {k}")).reshape(4, 4).T
         if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=_ROUNDED):
@@ -355,7 +355,7 @@ def _matrix(node: Mapping[str, Any], k: int) -> NDArray[np.float64]:
 
 
 def _losses(document: Mapping[str, Any]) -> Iterator[str]:
-    """What a document has that a mesh has not, in words."""
+    """Contents of a document that a mesh cannot hold, in words."""
     yield from (name for name in ("animations", "skins", "cameras") if document.get(name))
     primitives = [p for mesh in document.get("meshes", ()) for p in mesh.get("primitives", ())]
     names = {n for p in primitives for n in p["attributes"]} - {"POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"}

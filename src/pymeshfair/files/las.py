@@ -341,7 +341,7 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, NDArray[
 
 
 def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, notes: list[str]) -> dict[str, _Stored]:
-    """Where each column goes: dimensions that the header lacks are declared; what the format cannot hold is left out.
+    """The dimension of each column: missing ones are declared in the header, columns that the format cannot hold are left out.
 
     A column of the name of one of the format's own dimensions, which cannot hold its numbers, gets a dimension with "_" behind
     its name; but an intensity from 0 to 1, as E57 files have it, becomes one from 0 to 65535.

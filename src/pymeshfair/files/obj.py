@@ -206,7 +206,7 @@ def _rows(
 def _vertices(
     tokens: Tokens, data: bytes, notes: dict[str, None]
 ) -> tuple[int, NDArray[np.float64], NDArray[np.uint8] | None, bool]:
-    """How many numbers a vertex has, the coordinates, the colours, and whether these are levels in the file."""
+    """The numbers per vertex, the coordinates, the colours, and whether these are levels in the file."""
     lines, counts, vertices = _rows(tokens, "v", _VERTEX)
     width = int(counts[0]) if len(lines) else 3
     if (counts != width).any():
@@ -366,7 +366,7 @@ def _materials(
 
 
 def _rest(tokens: Tokens, k: int) -> str:
-    """What stands behind the keyword of a line, without a comment, with one blank between words."""
+    """The rest of a line after its keyword, without a comment, with one blank between words."""
     text = re.sub(rb"(^|[ \t])#.*", b"", tokens.line(k))
     return " ".join(text.decode("utf-8", "surrogateescape").split()[1:])
 

@@ -35,7 +35,7 @@ class Material:
 
 @dataclass
 class Materials:
-    """What is in material files.
+    """The contents of material files.
 
     Attributes:
         named: the materials by their names.

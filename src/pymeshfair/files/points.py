@@ -83,7 +83,7 @@ def read_points(path: Path, references: References) -> Reading:
 
 
 def _separator(data: bytes) -> str:
-    """What stands between numbers besides blanks."""
+    """The separator of numbers besides blanks."""
     head = data[:65536]
     if b";" in head:
         if b"," in data:
@@ -117,7 +117,7 @@ def _are_levels(values: NDArray[np.float64], whole: NDArray[np.bool_], first: in
 
 
 def _guessed(values: NDArray[np.float64], whole: NDArray[np.bool_]) -> tuple[str, ...]:
-    """What columns without titles are: that of a scanner's text, or columns by their numbers."""
+    """The names of columns without titles: as in a scanner's text, or by the ranges of their numbers."""
     width = values.shape[1]
     if width == 6:
         return (*_PLACE, *(_COLOR if _are_levels(values, whole, 3) and values[:, 3:].max() > 1 else _NORMAL))

@@ -22,7 +22,7 @@ def provenance_path(output: Path) -> Path:
 
 
 def read_provenance(output: Path) -> dict[str, Any] | None:
-    """What the file beside `output` says, or None if there is none or it is none of ours."""
+    """The record in the file beside `output`, or None if there is none of ours."""
     try:
         record = json.loads(provenance_path(output).read_bytes())
     except (OSError, ValueError):

@@ -94,7 +94,7 @@ def _count(tokens: Tokens, line: int) -> int:
 
 
 def _width(tokens: Tokens, line: int, points: int) -> int:
-    """How many numbers each point of a grid has."""
+    """The number of values of each point of a grid."""
     lengths = tokens.lengths[line : line + points]
     if len(lengths) < points:
         raise ContentsError(f"one of its grids declares {points:,} points, but {len(lengths):,} lines follow")

@@ -27,7 +27,7 @@ from .writing import StagedFile, to_disk
 
 @dataclass(frozen=True)
 class TexturePlan:
-    """What to do about the textures of a mesh.
+    """The textures to write with a mesh.
 
     Attributes:
         files: those to put in place with the output.
@@ -87,7 +87,7 @@ def _file_name(name: str) -> str:
 
 
 def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any] | None, taken: set[Path]) -> tuple[Path, bool]:
-    """Where a texture is to be written, and whether an identical file is there already."""
+    """The path of a texture to write, and whether an identical file is there already."""
     names = [name, f"{output.stem}-{name}", *(f"{output.stem}-{k}-{name}" for k in range(2, 100))]
     digest = sha256_of(staged)
     for target in (output.with_name(n) for n in names):
@@ -110,7 +110,7 @@ WORTH_A_WARNING, DESTROYED = 1e-3, 0.5
 
 @dataclass(frozen=True)
 class Saved:
-    """What was written to the staging folder.
+    """The files written to the staging folder.
 
     Attributes:
         output: the mesh file.
@@ -127,7 +127,7 @@ class Saved:
 
 @dataclass(frozen=True)
 class Writing:
-    """What a writer is given besides the mesh.
+    """Input of a writer besides the mesh.
 
     Attributes:
         resolution: gives the length that coordinates must be able to tell apart.

@@ -204,7 +204,7 @@ class _Reader:
         return _UNITS[model.unit]
 
     def unread(self) -> Counter[str]:
-        """What is not read of all models."""
+        """The elements and attributes of all models that are not read, with counts."""
         return sum((model.unread for model in self._models.values()), Counter[str]())
 
     def _part(self, name: str) -> bytes:

@@ -48,7 +48,7 @@ class MeshState:
 
     @property
     def attributes(self) -> tuple[str, ...]:
-        """What the mesh has, in the words of `pymeshfair.files.formats.ATTRIBUTES`."""
+        """The attributes of the mesh, in the words of `pymeshfair.files.formats.ATTRIBUTES`."""
         present = attributes_of(self.mesh)
         return tuple(a for a in ATTRIBUTES if a in present)
 

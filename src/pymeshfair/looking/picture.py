@@ -26,7 +26,7 @@ _SCALE_BAR = 0.25
 
 @dataclass(frozen=True)
 class Appearance:
-    """How meshes are shown.
+    """The settings of a picture.
 
     Attributes:
         color: one of `pymeshfair.looking.coloring.COLORINGS` or `OTHERS`.
@@ -124,7 +124,7 @@ def _scenes(
     plain: Container[int],
     numbers: Sequence[Numbers | None] | None,
 ) -> tuple[list[Scene], Limits | None]:
-    """What each panel shows, and the limits of the colour bar if there is one."""
+    """The scene of each panel, and the limits of the colour bar if there is one."""
     bare = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_attributes.get("normals")) for m in meshes]
     if appearance.color in OTHERS:
         return [

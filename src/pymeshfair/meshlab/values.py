@@ -73,7 +73,7 @@ def _is_of_diagonal(declared: Filter, parameter: Parameter, ask: AskMeshLab, lay
 def from_meshlab(
     declared: Filter, told: Mapping[str, Any], given: Mapping[str, Any], ask: AskMeshLab, layer: Layer
 ) -> dict[str, Any]:
-    """What a built-in filter ran with, as declared values.
+    """The values that a built-in filter ran with, as declared values.
 
     Args:
         declared: the filter.

@@ -321,7 +321,7 @@ def _count(layers: list[tuple[str, str, str]]) -> str:
 
 
 def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-    """What pymeshlab's method gives, after MeshLab has been told everything."""
+    """Call a method of pymeshlab's after waiting results were written to MeshLab."""
     meshes._layers.settle()
     with MESHLAB:
         try:
@@ -333,7 +333,7 @@ def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs
 
 
 def _settling(name: str) -> Callable[..., Any]:
-    """Pymeshlab's method of that name, which first lets MeshLab be told everything."""
+    """Pymeshlab's method of that name, which first writes waiting results to MeshLab."""
     original = getattr(BASE, name)
 
     @functools.wraps(original)

@@ -119,7 +119,7 @@ def method_docstring(declared: Filter) -> str:
 
 
 def _about_builtin(declared: Filter) -> str:
-    """What the table of facts tells about a filter of MeshLab's, which has no words of its own there."""
+    """The description of a filter of MeshLab's from the table of facts."""
     menus = ", ".join(str(kind.name).lower().replace("_", " ") for kind in FilterClass if kind in declared.classes)
     return f"MeshLab's filter {declared.name!r}.\n\nMenus: {menus}. What it does: {_FILTER_LIST}#{declared.python_name}"
 

@@ -45,7 +45,7 @@ class Tick:
 
 @dataclass(frozen=True)
 class Chart:
-    """What the template of a chart draws.
+    """The data for the template of a chart.
 
     Attributes:
         title: what is shown.
@@ -77,7 +77,7 @@ class Chart:
 
 
 def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
-    """How often which numbers occur, in percent of each sample; None if there is nothing between the limits.
+    """The histogram of numbers, in percent of each sample; None if there is nothing between the limits.
 
     Args:
         title: of the chart.
@@ -204,7 +204,7 @@ _WIDTH, _HEIGHT, _MARGIN = 460, 320, 16
 
 @dataclass(frozen=True)
 class SectionChart:
-    """What the template of a section draws.
+    """The data for the template of a section.
 
     Attributes:
         title: which plane, and what goes to the right and upwards.

@@ -49,7 +49,7 @@ _AREAS = 20
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of it, in one sentence and some more.
+    """The verdict of a report: one sentence, and some more.
 
     Attributes:
         kind: "good", "info", "warn" or "bad", which the style sheet shows by a colour.
@@ -64,7 +64,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class RunPart:
-    """What the report tells of a run.
+    """The part of the report about a run.
 
     Attributes:
         steps: what they did.
@@ -162,7 +162,7 @@ def comparison_page(
 
 
 def verdict_of(found: Comparison, change: Mapping[str, Any] | None = None, unit: str | None = None) -> Verdict:
-    """How far the surfaces lie apart, and whether within the tolerance; first what a run removed, added and moved.
+    """The distance of the surfaces, compared with the tolerance; after a run first its removals, additions and moves.
 
     Args:
         found: the comparison.

@@ -42,7 +42,7 @@ class Marker:
 
 @dataclass(frozen=True)
 class Scene:
-    """What the viewer shows.
+    """The data of the viewer.
 
     Attributes:
         header: what the body holds and where, in terms of JSON.

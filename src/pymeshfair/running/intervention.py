@@ -26,7 +26,7 @@ def removed_path(path: Path) -> Path:
 
 
 def states_of(origins: Origins, tolerance: float = 0.0) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """(n,) and (m,) what became of the vertices and of the faces.
+    """(n,) and (m,) the state of each vertex and of each face: kept, moved or added.
 
     A vertex is kept if it moved by no more than the tolerance, in mesh units. A face is kept if it has the corners that it had
     and all are kept, moved if one has moved, else added.

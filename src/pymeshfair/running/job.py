@@ -73,7 +73,7 @@ class Job:
 
     @property
     def made_from(self) -> MadeFrom:
-        """What the output is made from."""
+        """The sources of the output."""
         return MadeFrom(self.input, self.recipe.digest, self.others)
 
     @property
@@ -150,7 +150,7 @@ class StepStarted:
 
 @dataclass(frozen=True)
 class StepProgress:
-    """How far a step is: `fraction` from 0 to 1. Not every filter reports it, and some go from 0 to 1 several times."""
+    """Progress of a step: `fraction` from 0 to 1. Not every filter reports it, and some go from 0 to 1 several times."""
 
     index: int
     fraction: float
@@ -204,7 +204,7 @@ Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Me
 
 @dataclass(frozen=True)
 class StepReport:
-    """What one step did.
+    """The report of one step.
 
     Attributes:
         number: from 1.
@@ -227,7 +227,7 @@ class StepReport:
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a run did.
+    """The result of a run.
 
     Attributes:
         output: the file that was written.

@@ -25,7 +25,7 @@ _PLACES = 3
 
 
 def print_faults(written: Path, folder: Path, *, wrapped: bool = False) -> Iterator[Breach]:
-    """What would keep a slicer from knowing what is inside: borders, edges of many faces, faces turned over or cutting others.
+    """Faults by which a slicer cannot tell inside from outside: borders, edges of many faces, faces turned over or intersecting.
 
     Args:
         written: the file.
@@ -58,7 +58,7 @@ def print_faults(written: Path, folder: Path, *, wrapped: bool = False) -> Itera
 
 
 def wall_words(mesh: MeshData, unit: str | None) -> str:
-    """How thick the walls of a closed mesh are, with the place of the thinnest; empty where no wall is opposite of another."""
+    """The thickness of the walls of a closed mesh in words, with the thinnest place; empty if no walls face each other."""
     from ..filters.inspection import wall_thickness
 
     if not len(mesh.faces):
@@ -76,7 +76,7 @@ def wall_words(mesh: MeshData, unit: str | None) -> str:
 
 
 def _uses(faces: Ints) -> tuple[Longs, Ints]:
-    """How many faces each edge has, and its (e, 2) vertices; those of faces that merging has collapsed count, as for a slicer."""
+    """The number of faces of each edge, and its (e, 2) vertices; collapsed faces count, as for a slicer."""
     ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     edges, counts = np.unique(ends, axis=0, return_counts=True)
     return counts.astype(np.int64), edges

@@ -92,7 +92,7 @@ def _guarded(job: Job, report: Report) -> dict[str, Any]:
 
 
 def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:
-    """What `run_job` gives back, from the document that it has written."""
+    """The result of `run_job`, from the document that it has written."""
     run = record["run"]
     return RunResult(
         output=job.output,
@@ -112,7 +112,7 @@ def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], m
 
 
 def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
-    """What every step did, from a provenance document."""
+    """The reports of all steps, from a provenance document."""
     return tuple(
         StepReport(
             step["number"],
@@ -129,7 +129,7 @@ def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
 
 @dataclass(frozen=True)
 class StepDone:
-    """What a step did.
+    """The work of one step.
 
     Attributes:
         parameters: every parameter with its value on this mesh, in terms of JSON.
@@ -146,7 +146,7 @@ class StepDone:
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """What the work of a run came to. Everything that is a mapping is in terms of JSON, as the provenance document has it.
+    """The results of the work of a run. All mappings are in terms of JSON, as in the provenance document.
 
     Attributes:
         input: which files were read.

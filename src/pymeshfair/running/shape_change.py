@@ -35,7 +35,7 @@ Sides: TypeAlias = tuple[float | None, float | None, float | None]
 
 @dataclass(frozen=True)
 class Moved:
-    """How far the vertices have moved that are the same before and after, in mesh units.
+    """Displacement of the vertices that are the same before and after, in mesh units.
 
     Where a step made a new mesh there are none such; then all of the result count, with their distances from the input.
 
@@ -85,7 +85,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Part:
-    """What was added or removed.
+    """Elements that were added or removed.
 
     Attributes:
         vertices: how many.
@@ -125,7 +125,7 @@ class Folded:
 
 @dataclass(frozen=True)
 class ShapeChange:
-    """What a run did to the shape.
+    """The change of shape by a run.
 
     Attributes:
         sides: of the bounding box of what faces use, or of all vertices where there are none, along x, y and z: the change as a
@@ -162,7 +162,7 @@ class ShapeChange:
 
 
 def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:
-    """What lies between two meshes: the one place from which tables, documents, limits, maps and reports take it.
+    """The change of shape between two meshes: the one place from which tables, documents, limits, maps and reports take it.
 
     Args:
         origins: where the elements of the result come from.
@@ -221,7 +221,7 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
 
 
 def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callable[[], str]) -> Iterator[str]:
-    """What the user should know of a change of shape, and what to do about it.
+    """Warnings about a change of shape, with advice.
 
     Of dimensions and moves nothing where elements were added or removed: there the box changes on purpose.
 
@@ -265,7 +265,7 @@ def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callab
 
 
 def milder(steps: Sequence[Step]) -> str:
-    """What makes the steps that smooth do less, a setting of the recipe or else a parameter; empty if they have none."""
+    """Advice to smooth less: a smaller setting of the recipe, or else a parameter; empty if there is none."""
     smoothing = [step for step in steps if step.filter.classes & FilterClass.SMOOTHING]
     found = [(step, p.name) for n in _AMOUNTS for step in smoothing for p in step.filter.parameters if p.name == n]
     found = [(step, name) for step, name in found if step.values.get(name) != 1]
@@ -330,7 +330,7 @@ def _moved(origins: Origins, edge: float | None) -> Moved | None:
 
 
 def _part(vertices: Floats, faces: Ints, of_vertices: Bools, of_faces: Bools, whole: float | None) -> Part:
-    """What part of a mesh some of its vertices and faces are."""
+    """The measures of some vertices and faces of a mesh."""
     inside = faces[of_faces]
     if not len(inside):
         return Part(int(of_vertices.sum()), 0, 0.0, 0.0 if whole else None, 0, 0, 0)

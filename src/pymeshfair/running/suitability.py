@@ -36,7 +36,7 @@ ERASED = 0.1
 
 @dataclass(frozen=True)
 class Trial:
-    """What a recipe did on a sample of a scan, lengths in mean edges.
+    """A trial of a recipe on a sample of a scan, lengths in mean edges.
 
     Attributes:
         error: at vertices that were held out, along the normals; on a scan without noise how far the others were moved.
@@ -59,7 +59,7 @@ class Trial:
 
     @property
     def words(self) -> str:
-        """What a user would say of it."""
+        """The trial in words."""
         if self.error == self.before == 0.0:
             return "it would move nothing, as there is no noise"
         unseen = ", and the relief is too low beside the noise to be measured: look at the result" if self.before else ""
@@ -73,7 +73,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Suitability:
-    """How a recipe and a scan go together.
+    """The conditions of a recipe that a scan meets or not.
 
     Attributes:
         recipe: its name.
@@ -95,7 +95,7 @@ class Suitability:
 
     @property
     def made_for(self) -> int:
-        """How many conditions that are met say what the scan is, and not what it is not."""
+        """The number of met conditions without "no"."""
         return sum(not text.startswith("no ") for text, _ in self.met)
 
     @property
@@ -135,7 +135,7 @@ def traits_of(
 
 
 def judged(name: str, info: RecipeInfo, traits: Mapping[str, float]) -> Suitability:
-    """How a recipe suits a scan."""
+    """The suitability of a recipe for a scan."""
     met = [(c.text, c.found(traits)) for c in info.conditions if c.is_met(traits)]
     unmet = [(c.text, c.found(traits)) for c in info.conditions if not c.is_met(traits)]
     return Suitability(name, info.task, info.title, info.measure, tuple(met), tuple(unmet))
@@ -265,7 +265,7 @@ def needed(conditions: Iterable[Condition]) -> set[str]:
 
 
 def documents(found: Iterable[Suitability]) -> list[dict[str, Any]]:
-    """What `ranked` found in terms of JSON."""
+    """The result of `ranked` in terms of JSON."""
     return [
         {
             "recipe": s.recipe,

@@ -73,7 +73,7 @@ class Watch:
         self._tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
     def until_done(self, started: float) -> Report:
-        """What the worker reports in the end.
+        """The final report of the worker.
 
         Args:
             started: when the job's time began to run (`time.monotonic`).

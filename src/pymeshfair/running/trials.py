@@ -90,7 +90,7 @@ def trials(
 
 
 def risks_of(scan: Scan, scripts: Mapping[str, Script], timeout: float | None = None) -> dict[str, float]:
-    """How far results are expected to be from the truth, from what filters make of the scan and of a little more noise.
+    """The expected distance of results from the truth, by filtering the scan and the scan with a little more noise.
 
     Held-out vertices are few, and their noise is in all errors. With noise of the deviation s, h = n . (f(y) - y), signs b and
     g = n . (f(y + e s b) - f(y)) / e, the squared error is the mean of h^2 + 2 s b g - s^2 over all vertices [stein1981,

@@ -44,7 +44,7 @@ class FilterElement:
 
 @dataclass(frozen=True)
 class Document:
-    """What stands in a file.
+    """The contents of a file.
 
     Attributes:
         name: of the file, for messages.

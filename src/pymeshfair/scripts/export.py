@@ -15,7 +15,7 @@ from .write import NOMINAL_DIAGONAL, NOMINAL_EDGE, format_script
 
 @dataclass(frozen=True)
 class MeshFacts:
-    """What is to be known of the mesh that a script is exported for.
+    """The sizes of the mesh that a script is exported for.
 
     Attributes:
         diagonal: of its bounding box.

@@ -79,7 +79,7 @@ class Condition:
         return value is not None and (self.least <= value <= self.most) != self.outside
 
     def found(self, traits: Mapping[str, float]) -> str:
-        """What the scan has in place of it, or in keeping with it, as the end of a sentence."""
+        """The trait of the scan, as the end of a sentence."""
         value = traits.get(self.trait)
         if value is None:
             return f"its {self.trait} {UNKNOWN}"

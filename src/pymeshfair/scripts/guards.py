@@ -62,7 +62,7 @@ class Guards:
         return cls(**{name: readers[name](name, text) for name, text in texts.items()})  # type: ignore[arg-type]
 
     def texts(self) -> dict[str, str]:
-        """What `parse` reads, of those guards that are set."""
+        """The texts that `parse` reads, of the guards that are set."""
         found = {
             "max_displacement": None if self.max_displacement is None else str(self.max_displacement),
             "max_volume_change": None if self.max_volume_change is None else f"{self.max_volume_change!r}%",

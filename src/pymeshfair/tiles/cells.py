@@ -135,7 +135,7 @@ class Cells:
 
 @lru_cache(maxsize=1)
 def _index(starts: Column, boxes: Column, scale: float) -> tuple[Longs, CellTree]:
-    """What is written down of all cells, read once by every process."""
+    """The index of all cells, read once by every process."""
     first = starts.read(0, len(starts))
     found = boxes.read(0, len(boxes)).reshape(-1, 2, 3) / scale
     return first, CellTree.over(found, np.diff(first))

@@ -166,7 +166,7 @@ class Cloud:
             first += len(places)
 
     def survey(self, size: int) -> tuple[int, Floats, Floats]:
-        """How many points are left, and the corners of their box; refuses coordinates that are not finite."""
+        """The number of points that are left, and the corners of their box; refuses coordinates that are not finite."""
         count, low, high = 0, np.full(3, np.inf), np.full(3, -np.inf)
         for places, numbers in self.slices(size):
             if not np.isfinite(places).all():
@@ -232,7 +232,7 @@ class Judgement:
 
     @property
     def found(self) -> Column:
-        """What was found of each point that is left, in their order."""
+        """The result for each point that is left, in their order."""
         return Column(self.cloud.folder / "found", self.parts[0].dtype)
 
     def gather(self, size: int) -> float:

@@ -31,7 +31,7 @@ class Column:
         return np.dtype(self.dtype).itemsize * self.width
 
     def __len__(self) -> int:
-        """How many rows the file has."""
+        """The number of rows of the file."""
         return self.path.stat().st_size // self.row
 
     def create(self, rows: int) -> Column:

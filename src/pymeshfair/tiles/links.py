@@ -42,7 +42,7 @@ class Links:
         return cls(begin, end, outside, rows.astype(np.int32))
 
     def slots(self) -> Longs:
-        """(n, k) where the points are that links lead to, or `NO_LINK`."""
+        """(n, k) the slots of the points that links lead to, or `NO_LINK`."""
         every = np.concatenate([np.arange(self.begin, self.end), self.outside, [NO_LINK]])
         return np.asarray(every[self.rows])  # the last one is that of `NO_LINK`
 

@@ -17,7 +17,7 @@ SHARE = 0.85
 
 @dataclass(frozen=True)
 class Budget:
-    """What there is.
+    """Workers and their memory.
 
     Attributes:
         workers: processes.

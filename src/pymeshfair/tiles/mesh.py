@@ -67,7 +67,7 @@ class Rounds:
         self.surface.state.write(start, mesh.points)
 
     def measure(self, first: int, last: int) -> tuple[list[float], int]:
-        """What some cells contribute to the mean distance of centres: each face counts with its first vertex."""
+        """The contribution of some cells to the mean distance of centres: each face counts with its first vertex."""
         tile = tile_with_rings(self.surface, first, last, 3, places=self.surface.state)
         return distances_of_part(tile.vertices, tile.faces, tile.own[tile.faces.min(axis=1)])
 
@@ -138,7 +138,7 @@ class Relaxation:
 
     @property
     def _across(self) -> Column:
-        """Where vertices of the outline are without their way along the surface."""
+        """The places of vertices of the outline without their displacement along the surface."""
         return Column(self.surface.cells.folder / "across", "<f8", 3)
 
     @property

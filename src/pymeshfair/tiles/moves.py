@@ -113,7 +113,7 @@ def chosen(values: Mapping[str, Any], vertices: Floats, faces: NDArray[np.int32]
 
 
 def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
-    """Why a step cannot be done by tiles, or None if it can.
+    """The reason why a step cannot be done by tiles, or None if it can.
 
     Args:
         filter: its Python name.
@@ -166,7 +166,7 @@ def cost_of(filter: str, values: Mapping[str, Any]) -> tuple[int, int]:
 
 
 def rings_of(filter: str, values: Mapping[str, Any]) -> int:
-    """How many rings of faces around a vertex decide where steps of Laplacian or of Taubin's take it."""
+    """The number of rings of faces around a vertex on which Laplacian or Taubin steps depend."""
     return 2 * int(values["stepsmoothnum"]) if filter == MESHLAB else int(values["iterations"]) * (2 if filter == TAUBIN else 1)
 
 

@@ -134,7 +134,7 @@ def _none(rows: int, k: int) -> Nearest:
 
 
 def _own_nearest(tile: TilePoints, asking: NDArray[np.intp]) -> Nearest:
-    """What those who ask have found in their tile, by squared distance, then by number."""
+    """The neighbours in the tile of the points that ask, by squared distance, then by number."""
     shape = len(asking), tile.nearest.shape[1]
     nearest = Nearest(np.empty(shape), np.empty(shape, np.int64), np.empty(shape, np.int64))
     for first in range(0, len(asking), _AT_ONCE):

@@ -40,7 +40,7 @@ class NormalTiles:
 
     @property
     def iterations(self) -> int:
-        """How often normals are smoothed."""
+        """The number of smoothing iterations of normals."""
         return int(self.values["smoothiter"])
 
     @property
@@ -119,7 +119,7 @@ class NormalTiles:
         self._parts.write(links.begin, parts + links.begin)
 
     def meet(self, first: int, last: int) -> None:
-        """How the parts of a tile agree with those of others, and how far each looks up."""
+        """The agreement of the parts of a tile with those of others, and the upward component of each."""
         links = Links.read(self._links, self.cells, first, last)
         signed = links.of_all(self.directions(self.iterations)) * links.of_all(self._signs)[:, None]
         parts = links.of_all(self._parts)

@@ -16,7 +16,7 @@ from ..scripts.write import number_text
 
 @dataclass(frozen=True)
 class StepChoices:
-    """What a page says of one step.
+    """The choices of a page for one step.
 
     Attributes:
         on: whether the step is to run.

@@ -55,7 +55,7 @@ class Finisher:
 
 @dataclass(frozen=True)
 class Subject:
-    """What a page is about.
+    """The subject of a page.
 
     Attributes:
         scan: the scan.
@@ -278,7 +278,7 @@ class Conversation:
         write_script(script, path, diagonal=scan.diagonal, mean_edge=scan.mean_edge, overwrite=replace_it)
 
     def _telling(self, number: int) -> Callable[[Any], None]:
-        """What passes the events of a run on to the page."""
+        """A function that passes the events of a run on to the page."""
         loop = asyncio.get_running_loop()
 
         def tell(event: Any) -> None:

@@ -52,7 +52,7 @@ class Tuning:
         self.address = str(told["address"])
 
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
+        """The frame that a notebook shows."""
         return f'<iframe src="{escape(self.address)}" width="100%" height="{self._height}" title="pymeshfair tune"></iframe>'
 
     def close(self) -> None:

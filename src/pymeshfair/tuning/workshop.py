@@ -41,7 +41,7 @@ class Worker:
         self._opening = asyncio.create_task(self._result(Order.of(open_scan, scan, memory_limit=default_memory())))
 
     async def opened(self) -> Result:
-        """What the page shows of the scan.
+        """The measures and the mesh of the scan.
 
         Raises:
             RunError: it cannot be read.

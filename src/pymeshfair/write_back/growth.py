@@ -132,7 +132,7 @@ def _cut_out(bench: Workbench, mark: str) -> None:
 
 
 def _subdivisions(vertices: int, faces: int) -> int:
-    """How often a triangle must be divided to have that many vertices, and that many faces which keep none when cut apart."""
+    """The number of subdivisions of a triangle that give so many vertices, and so many faces that keep none when cut apart."""
     times = 1
     while True:
         side = 2**times
