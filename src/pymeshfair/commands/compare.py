@@ -131,13 +131,7 @@ def compare(
     if json:
         print_document(numbers)
     elif deviations != STANDARD:
-        _show(found, unit)
-        if alignment is not None:
-            spoken = f" {unit}" if unit else ""
-            typer.echo(
-                f"Aligned first: turned by {alignment['degrees']:.4g} degrees, moved by {alignment['shift']:.4g}{spoken}; 80 % "
-                f"of AFTER then lie {alignment['residual']:.4g}{spoken} from BEFORE (root mean square)"
-            )
+        _show(found, alignment, unit)
     if found.passed is False:
         raise typer.Exit(1)
 
@@ -167,7 +161,7 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     return replace(after, mesh=moved(after.mesh, found.vertices), warnings=warnings), told
 
 
-def _show(found: Comparison, unit: str | None) -> None:
+def _show(found: Comparison, alignment: dict[str, Any] | None, unit: str | None) -> None:
     from ..looking.words import area_headers, area_rows, comparison_lines, distance_headers, distance_rows, verdict_text
     from .tables import console, measures_table, table
 
@@ -181,3 +175,9 @@ def _show(found: Comparison, unit: str | None) -> None:
     for line in comparison_lines(found, unit):
         typer.echo(line)
     typer.echo(verdict_text(found, unit))
+    if alignment is not None:
+        spoken = f" {unit}" if unit else ""
+        typer.echo(
+            f"Aligned first: turned by {alignment['degrees']:.4g} degrees, moved by {alignment['shift']:.4g}{spoken}; 80 % "
+            f"of AFTER then lie {alignment['residual']:.4g}{spoken} from BEFORE (root mean square)"
+        )
