@@ -100,8 +100,8 @@ def refuse_unmeasured(guards: Guards) -> None:
     if guards:
         named = ", ".join(f"{name.replace('_', '-')} {text}" for name, text in guards.texts().items())
         raise ParameterError(
-            f"limits need measures: drop --no-measures (measures=False), or the limits {named} (those of a recipe are attributes "
-            "of its <FilterScript>)"
+            f"limits need measures: {named}; leave out --no-measures (measures=False), or the limits (those of a recipe are "
+            "attributes of its <FilterScript>)"
         )
 
 
