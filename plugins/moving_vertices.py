@@ -14,7 +14,7 @@ from pymeshfair.filters.evidence import Trial
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 
-#: what follows when the vertices of a mesh move
+#: the elements that change when the vertices of a mesh move
 MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
 #: the note of a filter whose automatic amount is 0
 NOTHING_TO_REMOVE = "there is no noise to remove: the vertices stay where they are"

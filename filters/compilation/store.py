@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from .machine_code import MachineCode, made_here
 
-#: what comes with the package; only the installation writes it
+#: the kernels that come with the package; only the installation writes there
 INSTALLED = Path(__file__).parent / "kernels"
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from .machine_code import extension
 
-#: what parallel code calls besides ``numba_parallel_for``
+#: the functions that parallel code calls besides ``numba_parallel_for``
 _FUNCTIONS = (
     *("do_scheduling_signed", "do_scheduling_unsigned", "allocate_sched", "deallocate_sched", "get_sched_size"),
     *("get_num_threads", "set_num_threads", "get_thread_id", "set_parallel_chunksize", "get_parallel_chunksize"),

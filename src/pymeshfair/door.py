@@ -517,7 +517,7 @@ def _table(columns: list[tuple[str, str, Any]], chosen: NDArray[np.bool_] | None
 
 
 def load_unchecked(path: Path, folder: Path) -> Reading:
-    """A file of a format that nothing but MeshLab's own reader understands.
+    """A file of a format that only MeshLab's own reader understands.
 
     Args:
         path: the file, which is trusted.

@@ -28,7 +28,7 @@ from .scripts.write import format_script
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
-#: what recipes are there to do, in the order in which one would do it
+#: the tasks of recipes, in the usual order of work
 TASKS = ("clean", "denoise", "smooth", "repair", "prepare", "change the shape", "curves", "look")
 
 

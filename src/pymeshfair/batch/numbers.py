@@ -11,7 +11,7 @@ from .outcome import Outcome
 
 #: of a robust z beyond which a number counts as far from the others [iglewicz1993]
 FAR = 3.5
-#: of fewer numbers none is said to be far from the others
+#: with fewer numbers there are no outliers
 _FEWEST = 5
 #: a normal distribution's standard deviation over its median absolute deviation, and over its mean absolute deviation
 _BY_MEDIAN, _BY_MEAN = 1.482602, 1.253314
@@ -47,7 +47,7 @@ def roughness_before(outcome: Outcome) -> float | None:
     return found
 
 
-#: what a scan can be an outlier in, in words
+#: the numbers in which a scan can be an outlier
 QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
     "displacement": displacement_in_edges,
     "area": area_change,

@@ -16,7 +16,7 @@ from ..running.job import Job
 from ..scripts.warnings import traps
 from .inputs import Asked, labels
 
-#: what a name of outputs may say of an input
+#: placeholders in the name of outputs, which stand for parts of the input's path
 PLACEHOLDERS = ("{stem}", "{name}", "{extension}", "{folder}", "{parent}", "{number}")
 #: so many collisions are named
 _NAMED = 10

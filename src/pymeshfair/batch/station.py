@@ -27,7 +27,7 @@ from .plan import Scan, job_of
 
 #: seconds to wait for another run of the same output: of a lost worker, which may still be clearing up
 _PATIENCE = 20.0
-#: what is done with a scan: it is cleaned, or its page is drawn
+#: the work on a scan: it is cleaned, or its page is drawn
 Kind: TypeAlias = Literal["clean", "draw"]
 
 

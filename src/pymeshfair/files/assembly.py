@@ -21,7 +21,7 @@ MOST_PLACED, MOST_ELEMENTS = 100_000, 100_000_000
 _DEEPEST = 200
 #: units of length in metres
 METRES = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
-#: what a part has instead of an attribute that another part has
+#: values for a part without an attribute that another part has
 _DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}
 
 

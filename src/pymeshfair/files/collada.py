@@ -22,7 +22,7 @@ from .references import References, shown
 from .xml_document import read_tree
 
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
-#: how many numbers each way of placing a node takes
+#: the count of numbers of each transformation of a node
 _TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
 _IDENTITY = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")

@@ -36,9 +36,9 @@ _READERS: Mapping[str, tuple[str, str]] = {
     "x3d": ("x3d", "read_x3d"),
     **dict.fromkeys(("wrl", "x3dv"), ("vrml", "read_vrml")),
 }
-#: how files begin, and what to call it
+#: the first bytes of files, and their name in messages
 _XML = (re.compile(rb"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff"), "'<'")
-#: how a text in UTF-16 begins that is one, and the formats that may be
+#: the first bytes of a text in UTF-16, and the formats that may be in it
 _UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gltf", "dae", "x3d")
 _MAGIC = {
     "ply": (re.compile(rb"ply\s"), "'ply'"),

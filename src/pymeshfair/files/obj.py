@@ -20,7 +20,7 @@ from .reading import Reading, unended
 from .references import References, shown
 from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, at_line, joined, numbers_of, tokenise, word
 
-#: what the lines of the format's own keywords are
+#: names for the lines of each keyword of the format
 KEYWORDS = {
     **{"v": "vertices", "vt": "texture coordinates", "vn": "normals", "f": "faces", "l": "polylines", "p": "point elements"},
     **{"g": "groups", "o": "objects", "s": "smoothing groups", "mg": "smoothing groups"},
@@ -36,9 +36,9 @@ _CODES = {int(word(k.encode())): what for k, what in KEYWORDS.items() if len(k) 
 #: lines that say something of all faces behind them
 STATES = (b"o", b"g", b"s", b"mg")
 _STATES = ("groups", "objects", "smoothing groups")
-#: what `MeshData` has not
+#: contents that `MeshData` does not have
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
-#: of how many numbers a vertex is made: its place, with a weight, with a colour, with a colour and its opacity
+#: the possible counts of numbers of a vertex: its place, with a weight, with a colour, with a colour and its opacity
 _VERTEX = (3, 4, 6, 7)
 #: corners of the largest face; the time to cut it into triangles grows with their square
 LARGEST_FACE = 10_000

@@ -17,7 +17,7 @@ from .saving import Writing
 from .texts import rows, runs
 from .tokens import INTEGER, REAL, Tokens, at_line, joined, numbers_of, tokenise
 
-#: what may stand before ``OFF``: texture coordinates, colours and normals
+#: the prefixes of ``OFF``: texture coordinates, colours and normals
 _PREFIXES = ("", "C", "N", "CN", "NC", "ST", "STC", "STN", "STCN", "STNC")
 
 

@@ -13,7 +13,7 @@ from ..filters.compilation import compiled
 from .ply_header import KINDS, SIZES, PlyElement, PlyError, PlyHeader
 from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, tokenise
 
-#: what may stand behind the last row: ends of lines, and what some programs fill a file up with
+#: bytes that may follow the last row: ends of lines, and the padding of some programs
 PADDING = b" \t\r\n\0\x1a"
 Array: TypeAlias = NDArray[Any]
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-#: what a provenance file calls itself; the number grows when the meaning of a field changes
+#: the name of the format in a provenance file; the number grows when the meaning of a field changes
 SCHEMA = "pymeshfair-provenance-1"
 
 

@@ -219,7 +219,7 @@ def _runs(geometry: Node, name: str, count: int) -> tuple[NDArray[np.int64], NDA
     return numbers[numbers >= 0], np.diff(ends, prepend=-1) - 1
 
 
-#: what nodes say of a geometry: the attribute, the field of indices, and the one that says they are one a face
+#: types of nodes: the attribute, the field of indices, and the field that tells whether there is one a vertex or one a face
 _SAID = (
     (("Color", "ColorRGBA"), "colors", "colorIndex", "colorPerVertex"),
     (("Normal",), "normals", "normalIndex", "normalPerVertex"),

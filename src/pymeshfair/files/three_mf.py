@@ -29,10 +29,10 @@ from .references import References, check_image, shown
 from .saving import Writing
 from .xml_document import parse_xml
 
-#: how many times as large as the file, and bytes besides, all that it holds may be: numbers written as text shrink to a tenth
+#: the contents may be so many times as large as the file, plus so many bytes: numbers written as text shrink to a tenth
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
-#: what the library raises on an archive that is none, or encrypted, or of a kind that it does not know
+#: errors of the library about an archive that is damaged, encrypted, or of an unknown kind
 _BROKEN = (zipfile.BadZipFile, RuntimeError, EOFError, zlib.error, lzma.LZMAError, struct.error, ValueError, LookupError, OSError)
 #: the elements that are read with their attributes; identifiers and names of spaces say nothing of a mesh
 _KNOWN = {
@@ -53,7 +53,7 @@ _UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "inch": "in", 
 
 @dataclass
 class _Object:
-    """An object: its vertices and triangles as the texts of their numbers, what is said of triangles, and its components."""
+    """An object: its vertices and triangles as the texts of their numbers, the attributes of triangles, and its components."""
 
     properties: tuple[str, str]
     coordinates: list[str] = field(default_factory=list)
@@ -246,7 +246,7 @@ class _Reader:
         self.assembly.leave(id(item))
 
     def _mesh(self, item: _Object, model: _Model, what: str) -> MeshData:
-        """The mesh of an object, with what is said of its triangles."""
+        """The mesh of an object, with the attributes of its triangles."""
         points = rows("\n".join(item.coordinates), 3, f"the coordinates of {what}")
         corners = indices("\n".join(item.corners), f"the corners of {what}")
         if len(points) * 3 != len(item.coordinates) or len(corners) != len(item.corners):

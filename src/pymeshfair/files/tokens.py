@@ -254,7 +254,7 @@ def spans(text: Bytes, starts: Any, columns: Any, found: Any) -> None:
                 k += 1
 
 
-#: what a token is: a word, a whole number, a number, or one that is not finite; nothing between two slashes or at a slash's end
+#: kinds of tokens: a word, a whole number, a number, one that is not finite; empty between slashes or after the last
 WORD, INTEGER, REAL, NOT_FINITE, EMPTY = 0, 1, 2, 3, 4
 #: added to the kind of a token that follows a slash instead of a blank
 AFTER_SLASH = 8

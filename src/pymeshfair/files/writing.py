@@ -24,7 +24,7 @@ from .staging import staging_folder
 
 #: bytes of a name, as usual file systems have it
 LONGEST_NAME = 255
-#: what to do about a file that is not replaced
+#: the advice about a file that is not replaced
 OVERWRITE = "name another output, or ask to overwrite"
 _KINDS = (
     (stat.S_ISLNK, "a link: name the file itself that it leads to"),

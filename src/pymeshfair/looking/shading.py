@@ -23,7 +23,7 @@ from .camera import Camera
 
 #: each pixel is the mean of so many by so many
 SUPERSAMPLING = 2
-#: what has no colour of its own
+#: the colour of a mesh without one of its own
 CLAY = np.array([0.72, 0.745, 0.78])
 #: the inner side of a surface is mixed with this, so that it cannot be taken for the outer one
 _INSIDE = np.array([0.55, 0.36, 0.30])

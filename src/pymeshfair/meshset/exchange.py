@@ -16,9 +16,9 @@ from ..declaration import Floats, Ints
 from ..meshlab.errors import ForeignMeshError
 from ..write_back import Workbench, custom_attributes
 
-#: what a scalar of MeshLab's is called among the values of another package
+#: the name of MeshLab's scalar among the values of another package
 SCALAR = "scalar"
-#: what values are called that follow from the faces
+#: names of values that follow from the faces
 NORMALS = frozenset({"normals", "normal"})
 #: names that hide what MeshLab calls so in its expressions
 _VARIABLES = frozenset(

@@ -27,7 +27,7 @@ MatrixLike: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
 ColorLike: TypeAlias = Sequence[int] | Color
 
 _WIDTH = 120
-#: where the makers of MeshLab tell what each of its filters does
+#: the description of MeshLab's filters by its makers
 _FILTER_LIST = "https://pymeshlab.readthedocs.io/en/latest/filter_list.html"
 
 

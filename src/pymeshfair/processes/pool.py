@@ -14,7 +14,7 @@ from .forked import can_fork
 from .order import Answer, Order
 from .process import LostProcessError, Process
 
-#: how many processes may be lost with one task
+#: the count of processes that may be lost with one task
 _LOST = 4
 
 

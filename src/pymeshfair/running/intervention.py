@@ -12,7 +12,7 @@ from ..files.writing import StagedFile
 from ..mesh_data import MeshData
 from .origins import Origins, removed_elements
 
-#: what became of an element; the face scalar of the map
+#: the fate of an element; the face scalar of the map
 KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3
 #: red, green, blue, opacity: grey, orange, blue, purple; distinct for colour-blind readers and in grey
 COLORS: NDArray[np.uint8] = np.array(

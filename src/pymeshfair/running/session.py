@@ -43,7 +43,7 @@ from .talk import mark
 _SMALLEST_PROGRESS = 0.005
 
 
-#: what is known of a mesh, the traits that a recipe asks for, and the warning if it is not for such a scan
+#: the measures of a mesh, the traits that a recipe asks for, and the warning if it is not for such a scan
 _Measured: TypeAlias = tuple[Found, Mapping[str, Any], str | None]
 
 

@@ -23,7 +23,7 @@ _ALIKE = ("denoise", "smooth")
 _REPLACEABLE = (*_ALIKE, "clean")
 
 
-#: what is said where a recipe has nothing to do, by the trait that says so
+#: the reason why a recipe has nothing to do, by the trait that shows it
 _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "the triangles are good as they are"}
 
 #: the order of recipes

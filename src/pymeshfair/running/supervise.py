@@ -203,7 +203,7 @@ class Watch:
             return False
 
 
-#: what a worker of a run imports before its first order comes
+#: the modules that a worker of a run imports before its first order
 MODULES = ("pymeshfair.running.session",)
 #: does the work of a run: is given the job, the staging folder, what takes signals, and what to call with each event
 Work: TypeAlias = "Callable[[Job, Path, Items, Callable[[Event], None]], Report]"

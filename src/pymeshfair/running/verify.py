@@ -33,7 +33,7 @@ Verdict: TypeAlias = Literal[
 ]
 #: of the diagonal, how far the numbers of a .3mf file may be apart, which has a random number and so other bytes each time
 _ROUNDING = 1e-6
-#: what weakens a run, so that a provenance alone does not decide it
+#: options that weaken a run, so that a provenance alone must not set them
 _WEAKENING = ("allow_outside", "unchecked")
 
 

@@ -11,7 +11,7 @@ from ..declaration import Length, nearest
 from ..declaration.units import PhysicalLength, parse_length
 from ..errors import ParameterError
 
-#: what a result can be required to be, and whether it takes a number
+#: the requirements on a result, and whether each takes a number
 REQUIREMENTS = {
     "watertight": False,
     "manifold": False,

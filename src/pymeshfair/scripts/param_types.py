@@ -10,7 +10,7 @@ from ..declaration import Parameter
 from .problems import shortened
 
 Attributes = Mapping[str, str]
-#: what is wrong, and what to write instead
+#: the mistake, and the text to write instead
 Complaint = tuple[str, "str | None"]
 
 _NUMBERS = frozenset({"RichFloat", "RichDynamicFloat", "RichAbsPerc"})

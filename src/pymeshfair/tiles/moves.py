@@ -31,7 +31,7 @@ from .halo import TileMesh
 EXPLICIT, TAUBIN, NORMALS = "apply_coord_explicit_smoothing", "apply_coord_taubin_fairing", "apply_coord_normal_filtering"
 #: MeshLab's own Taubin Smooth
 MESHLAB = "apply_coord_taubin_smoothing"
-#: operators whose weights need nothing but the one-ring
+#: operators whose weights need only the one-ring
 _LOCAL = ("uniform", "cotangent")
 #: defaults of the other parameters
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}

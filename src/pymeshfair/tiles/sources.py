@@ -29,7 +29,7 @@ _SCALAR = "outlier_probability"
 _COUNT = b"element vertex %020d\n"
 #: formats of clouds that tiles can read and write
 CLOUD_FORMATS = ("ply", "las", "laz")
-#: what points get that they had not, of "scalars" (the probability) and "normals"
+#: the new attributes of points, of "scalars" (the probability) and "normals"
 Added: TypeAlias = tuple[str, ...]
 #: for every slice of a cloud the points to keep (a mask), and by name what all its points get
 Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], dict[str, NDArray[np.float64]]]]

@@ -1,4 +1,4 @@
-"""Adds given vertices and faces to a mesh in place, by way of several filters of MeshLab, none of which does it alone.
+"""Adds given vertices and faces to a mesh in place, by several filters of MeshLab in turn, as no single one does it.
 
 Subdivision makes vertices and faces in place, and merging vertices that coincide gives faces any vertices. So one face, the seed,
 is cut out and subdivided until there are enough faces; these are cut apart; every vertex is sent to (i, 0, 0), where i is the
