@@ -426,7 +426,7 @@ def _parameters(setting: Setting) -> dict[str, Any]:
 
 
 def _findings(made: AutomaticChoice) -> dict[str, Any]:
-    """What the mesh was found to be, and the numbers that this rests on."""
+    """The kind of mesh and noise that was found, and the numbers behind it."""
     findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
     if made.evidence is not None:
         findings["tried"] = [

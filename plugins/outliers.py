@@ -33,7 +33,7 @@ _SOME = 10_000
 
 
 def _counted(selected: Bools, kind: str) -> tuple[str, ...]:
-    """How many points are of a kind; nothing of none."""
+    """The count of points of a kind, in words; empty if there are none."""
     count = int(np.count_nonzero(selected))
     return (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
 

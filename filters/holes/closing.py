@@ -269,7 +269,7 @@ class Patches:
             self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))
 
     def reach(self, new_vertices: Floats) -> Floats:
-        """(count,) how far each patch would leave the box of its rim, in diagonals of that box.
+        """(count,) the distance by which each patch leaves the box of its rim, in diagonals of that box.
 
         `new_vertices` are coordinates of the new vertices, in the order of `gathered`.
         """

@@ -112,7 +112,7 @@ def look_at_numba() -> Iterator[Finding]:
     from ..filters.compilation import processor, stored
 
     njit: Any = numba.njit
-    works = bool(njit(_successor)(1) == 2)
+    works = bool(njit(lambda number: number + 1)(1) == 2)
     found = stored()
     detail = f"compiles; {found.installed} functions came compiled for {processor()}, {found.kept} more are in {found.folder}"
     advice = ""
@@ -121,10 +121,6 @@ def look_at_numba() -> Iterator[Finding]:
     elif found.installed + found.kept == 0:
         advice = "first runs take some seconds longer; `pymeshfair doctor --warm` compiles everything now"
     yield Finding("numba", works and found.lasts, detail, advice)
-
-
-def _successor(number: int) -> int:
-    return number + 1
 
 
 def look_at_plugins() -> Iterator[Finding]:

@@ -171,7 +171,7 @@ def _octahedral(normals: Floats) -> NDArray[np.uint16]:
 
 
 def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
-    """(n,) where between the limits each number is, in 255 steps; the middle where there is no number."""
+    """(n,) the place of each number between the limits, in 255 steps; the middle where there is no number."""
     low, high = limits
     shares = np.full(len(values), 0.5)
     if high > low:
