@@ -1,7 +1,7 @@
 """Writes PLY files: with header, elements, types and comments of the PLY file that a mesh comes from, else in double precision.
 
-What has not changed is written as it was, byte for byte. Rows follow their elements: those of deleted ones go, an added one has 0
-for what nothing says.
+What has not changed is written as it was, byte for byte. Rows of deleted elements are left out; in a row of an added element
+properties without a value are 0.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class _Rows:
     Attributes:
         element: for the header.
         columns: by property.
-        source: the table that they come from, if it is written as it was but for `changed`.
-        changed: the properties that are other than there.
+        source: the table that they come from, if only the `changed` properties differ from it.
+        changed: the properties that differ.
     """
 
     element: PlyElement
@@ -70,7 +70,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
             type that they have in the file which the mesh was read from.
 
     Returns:
-        What is otherwise than it was in that file, in words.
+        The differences from that file, in words.
     """
     resolution, textures = (None, None) if writing is None else (writing.resolution, writing.textures)
     document = mesh.source.document if mesh.source is not None else None
@@ -171,7 +171,7 @@ def _rows(
     before: Mapping[str, Array | Lists] = {} if table is None else table.columns
     for p in () if table is None else table.element.properties:
         if p.name in meanings and p.name not in values and p.name not in (*COLOR, ALPHA, *CORNERS, WEDGES, TEXTURE_NUMBER):
-            continue  # a step has taken it away
+            continue  # a step has removed it
         if p.name in (*COLOR, ALPHA) and p.name in meanings and "colors" not in attributes:
             continue
         base = _chosen(before[p.name], ids)
@@ -347,9 +347,7 @@ def _rows_of_known_faces(
     ids = np.arange(len(mesh.faces)) if mesh.face_ids is None else mesh.face_ids
     row_of_face = np.arange(table.element.count) if document.row_of_face is None else document.row_of_face
     row = np.where(ids < 0, -1, row_of_face[ids])
-    whole = np.zeros(table.element.count, np.bool_)
-    counts = np.bincount(row[row >= 0], minlength=table.element.count)
-    whole[:] = counts == lists.lengths - 2
+    whole = np.bincount(row[row >= 0], minlength=table.element.count) == lists.lengths - 2
     own_wedges = table.lists(WEDGES)
     same_wedges = (own_wedges is not None) == (wedges is not None) and (
         own_wedges is None or wedges is None or _are_same(mesh, document, ids, wedges)
