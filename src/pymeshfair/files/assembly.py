@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -190,7 +191,7 @@ def triangles_of(corners: NDArray[np.int64], lengths: NDArray[np.int64], *, fans
 def turned_over(part: MeshData) -> MeshData:
     """The part with its faces seen from the other side."""
     wedges = part.face_attributes.get("wedge_texture_coordinates")
-    turned = part.replaced(faces=part.faces[:, [0, 2, 1]])
+    turned = replace(part, faces=part.faces[:, [0, 2, 1]])
     return turned if wedges is None else turned.with_attributes(face={"wedge_texture_coordinates": wedges[:, [0, 2, 1]]})
 
 
@@ -219,7 +220,7 @@ def _placed(part: MeshData, matrix: NDArray[np.float64]) -> MeshData:
         return part
     turn = matrix[:3, :3]
     with np.errstate(all="ignore"):
-        placed = part.replaced(vertices=part.vertices @ turn.T + matrix[:3, 3])
+        placed = replace(part, vertices=part.vertices @ turn.T + matrix[:3, 3])
         largest = np.abs(turn).max() or 1.0
         a, b, c = turn / largest
         side = np.sign(np.dot(a, np.cross(b, c)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -45,7 +45,7 @@ def read_collada(path: Path, references: References) -> Reading:
     extras += [f"its unit of {metres:g} m"] if unit_of(metres) is None else []
     extras += [f"its upright axis {shown(axis, 30)}"] if axis != "Y_UP" else []
     source = Source(path, "dae", extras=(*extras, *reader.assembly.lost))
-    mesh = reader.assembly.mesh().replaced(unit=None if unit is None else unit_of(metres), source=source)
+    mesh = replace(reader.assembly.mesh(), unit=None if unit is None else unit_of(metres), source=source)
     return Reading(mesh, side_files=reader.assembly.side_files())
 
 
@@ -183,7 +183,7 @@ class _Reader:
             points, np.concatenate(corners), np.concatenate(lengths), what, of_corners=joined, of_polygons=of_polygons
         )
         self.assembly.lost |= dict.fromkeys(lost)
-        return part.replaced(edges=np.concatenate(edges))
+        return replace(part, edges=np.concatenate(edges))
 
     def _values(self, part: Element, semantic: str) -> NDArray[np.float64]:
         """(n, w) the values of an input, those that its accessor names."""

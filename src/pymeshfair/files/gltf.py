@@ -8,6 +8,7 @@ import io
 import json
 import struct
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -59,7 +60,7 @@ def read_gltf(path: Path, references: References) -> Reading:
         if isinstance(error, ContentsError):
             raise
         raise GltfError(f"its document lacks something or has it wrong ({type(error).__name__}: {str(error)[:60]})") from error
-    mesh = mesh.replaced(unit="m", source=Source(path, path.suffix[1:].lower(), extras=extras))
+    mesh = replace(mesh, unit="m", source=Source(path, path.suffix[1:].lower(), extras=extras))
     return Reading(mesh, side_files=(*reader.files, *reader.assembly.side_files()))
 
 
@@ -189,7 +190,7 @@ class _Reader:
                 "colors": levels(shades) if (shades != 1.0).any() else None,
             },
         )
-        part = part.replaced(edges=np.concatenate(edges))
+        part = replace(part, edges=np.concatenate(edges))
         normals = self._attribute(k, attributes, "NORMAL") if "NORMAL" in attributes else None
         colors = levels(self._attribute(k, attributes, "COLOR_0")) if "COLOR_0" in attributes else None
         return part.with_attributes({"normals": normals, "colors": colors})

@@ -290,10 +290,7 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
         shape = outlines(mesh.faces, polygon)
         notes += shape.notes
         first = shape.triangles
-        mesh = mesh.replaced(
-            faces=mesh.faces[first], face_attributes={name: value[first] for name, value in mesh.face_attributes.items()}
-        )
-        rows = _rows(mesh, "face", None, None, {name: value[first] for name, value in values.items()}, {})
+        rows = _rows(_with_faces(mesh, first), "face", None, None, {name: value[first] for name, value in values.items()}, {})
         lists: dict[str, Lists] = {CORNERS[0]: Lists(corner_vertices[shape.places], shape.lengths)}
         if wedges is not None:
             lists[WEDGES] = Lists(wedges.reshape(-1, 2)[shape.places].reshape(-1), 2 * shape.lengths)
@@ -306,6 +303,11 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
     if unchanged and _are_equal(wedges, document.wedges):
         return [_rows_of_same_faces(mesh, table, document, values)]
     return [_rows_of_known_faces(mesh, table, document, corners, values, wedges, notes)]
+
+
+def _with_faces(mesh: MeshData, numbers: NDArray[np.int64]) -> MeshData:
+    attributes = {name: values[numbers] for name, values in mesh.face_attributes.items()}
+    return replace(mesh, faces=mesh.faces[numbers], face_attributes=attributes)
 
 
 def _without_rows(table: Table) -> _Rows:
@@ -327,8 +329,7 @@ def _rows_of_same_faces(mesh: MeshData, table: Table, document: PlyDocument, val
     if document.row_of_face is not None:
         first = np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
         values = {name: value[first] for name, value in values.items()}
-        attributes = {name: value[first] for name, value in mesh.face_attributes.items()}
-        mesh = mesh.replaced(faces=mesh.faces[first], face_attributes=attributes)
+        mesh = _with_faces(mesh, first)
     return _rows(mesh, "face", table, None, values, {})
 
 
@@ -365,10 +366,7 @@ def _rows_of_known_faces(
     kept = np.flatnonzero(first)
     row, inside = row[kept], inside[kept]
     shown = {name: value[kept] for name, value in values.items()}
-    part = mesh.replaced(
-        faces=mesh.faces[kept], face_attributes={name: value[kept] for name, value in mesh.face_attributes.items()}
-    )
-    rows = _rows(part, "face", table, row, shown, {})
+    rows = _rows(_with_faces(mesh, kept), "face", table, row, shown, {})
     columns = dict(rows.columns)
     columns[corners] = _corners(mesh, lists, row, inside, kept)
     properties = list(rows.element.properties)

@@ -13,7 +13,7 @@ import struct
 import zipfile
 import zlib
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO
 
@@ -159,7 +159,7 @@ def read_3mf(path: Path, references: References) -> Reading:
     except _BROKEN as error:
         raise ContentsError(f"it is no whole archive ({str(error)[:80]})") from error
     extras = (*sorted(lost), *(f"{what} ({number:,})" for what, number in sorted(reader.unread().items())))
-    return Reading(reader.assembly.mesh().replaced(unit=unit, source=Source(path, "3mf", extras=extras)))
+    return Reading(replace(reader.assembly.mesh(), unit=unit, source=Source(path, "3mf", extras=extras)))
 
 
 class _Reader:

@@ -112,10 +112,6 @@ class MeshData:
         for name in ("vertex_attributes", "face_attributes"):
             object.__setattr__(self, name, {key: _frozen(value) for key, value in getattr(self, name).items()})
 
-    def replaced(self, **changes: Any) -> MeshData:
-        """The mesh with other values of its fields."""
-        return replace(self, **changes)
-
     def with_attributes(
         self, vertex: Mapping[str, Array | None] | None = None, face: Mapping[str, Array | None] | None = None
     ) -> MeshData:
