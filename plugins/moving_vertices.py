@@ -114,7 +114,7 @@ def smoothed_by_amount(
         amount: how much.
         smooth: the filter: vertices, faces, amount, which vertices may move, progress.
         tried: amounts for a mesh whose mean edge is 1.
-        unit: what these are multiplied with for the layer.
+        unit: their factor for the layer.
         selected: whether the selected vertices alone move.
         progress: called with the share that is done.
     """

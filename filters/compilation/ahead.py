@@ -53,7 +53,7 @@ def compile_ahead(
     """Compile what is not stored yet; the texts of what went wrong.
 
     Args:
-        signatures: what to compile.
+        signatures: the kernels to compile.
         processes: how many at a time; None is one a processor.
         progress: called with the share that is done.
     """

@@ -47,7 +47,7 @@ class Stored(NamedTuple):
     Attributes:
         installed: how many kernels came compiled with the package.
         kept: how many have been compiled since.
-        folder: where those are.
+        folder: their place.
         lasts: whether that folder can be written to; else every process compiles anew what is not there.
     """
 

@@ -56,7 +56,7 @@ def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress:
     Args:
         declared: the filter.
         inputs: all its values, of `resolved`.
-        layer: what it reads.
+        layer: the mesh that it reads.
         on_progress: called with the share of the work that is done; an exception that it raises stops the work.
 
     Raises:

@@ -45,7 +45,7 @@ class Layer:
     """A layer as it went in.
 
     Attributes:
-        mesh: what it was.
+        mesh: the mesh.
         visible: whether it was visible.
     """
 

@@ -41,14 +41,14 @@ class RecipeInfo:
 
     Attributes:
         title: the first line.
-        task: what it is there to do (``Task:``), one of `TASKS` for shipped recipes.
+        task: its task (``Task:``), one of `TASKS` for shipped recipes.
         fits: for which scans the recipe is, in numbers (``Fits:``); `pymeshfair.scripts.fits.parse_fits` reads it.
         judged: by what measure it is the best choice for these (``Judged:``).
         purpose: for which scans the recipe is (``For:``).
-        does: what it does to them (``Does:``).
-        tune: what to change when the result is not right (``Tune:``).
+        does: its effect on them (``Does:``).
+        tune: the settings to change when the result is not right (``Tune:``).
         more: the other paragraphs.
-        superseded: what to take instead (``Superseded:``), of a recipe that is kept only because it was shipped once.
+        superseded: the better choice (``Superseded:``), of a recipe that is kept only because it was shipped once.
     """
 
     title: str = ""

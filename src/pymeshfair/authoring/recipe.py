@@ -99,7 +99,7 @@ class Recipe(FilterMethods):
             name: letters, digits and underscores.
             default: the value as text, such as ``"6edge"``.
             unit: in which it is, for readers.
-            description: what it does, for readers.
+            description: its effect, for readers.
 
         Raises:
             ParameterError: the name has other characters.

@@ -32,7 +32,7 @@ def workers_of_scheduler(
 
     Args:
         scheduler: of dask.
-        template: what all runs share.
+        template: the options that all runs share.
         scans: of the batch.
         folder: of outputs.
         items: takes what has ended.

@@ -34,7 +34,7 @@ def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite
 
     Args:
         input: the mesh file.
-        output: what it became.
+        output: the result.
         page: the .html file to write; what is needed to take it again goes beside it.
         memory: bytes that the process may take.
         overwrite: whether to replace files there that are no page of ours.

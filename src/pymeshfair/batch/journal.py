@@ -30,7 +30,7 @@ class Journal:
         """Open and lock the journal.
 
         Args:
-            folder: where the outputs go.
+            folder: that of the outputs.
             resume: keep the lines of earlier batches; else they are deleted when the first scan ends.
 
         Raises:

@@ -48,7 +48,7 @@ class Station:
         """See the class.
 
         Args:
-            template: what all runs share.
+            template: the options that all runs share.
             slots: tasks at a time; each takes its share of processors and memory.
             pool: lends the processes, see `pool_of`; it is closed with the station.
         """

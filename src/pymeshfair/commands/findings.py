@@ -29,10 +29,10 @@ class Finding:
     """One thing that was looked at.
 
     Attributes:
-        name: what was looked at.
+        name: the examined part.
         ok: whether it is as it should be.
-        detail: what was found.
-        advice: what to do, when it is not.
+        detail: the result.
+        advice: the remedy, when it is not.
     """
 
     name: str

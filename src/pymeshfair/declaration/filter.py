@@ -128,8 +128,8 @@ class Filter:
         name: the name in MeshLab's menus and in .mlx scripts, e.g. ``Taubin Fairing``.
         info: what it does, in plain text; the first line is a summary.
         classes: MeshLab's menus.
-        requires: what the mesh must have.
-        changes: what the filter changes.
+        requires: elements that the mesh must have.
+        changes: elements that the filter changes.
         arity: how many layers it reads.
         parameters: in declared order, which is the order in .mlx scripts.
         references: keys of docs/bibliography.bib.

@@ -31,7 +31,7 @@ class Assembly:
 
     Attributes:
         textures: of all parts.
-        lost: what the scene has and a mesh has not, in words, each once.
+        lost: contents of the scene that a mesh cannot have, in words, each once.
     """
 
     def __init__(self) -> None:

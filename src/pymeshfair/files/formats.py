@@ -38,7 +38,7 @@ class Format:
     Attributes:
         extension: without the dot, in lower case; the first of those that it has.
         rounding: how far writing moves a coordinate at most, as a share of its amount, and in units besides.
-        holds: what of `ATTRIBUTES` it keeps; everything else that a mesh has is named in a warning.
+        holds: the `ATTRIBUTES` that it keeps; everything else that a mesh has is named in a warning.
     """
 
     extension: str

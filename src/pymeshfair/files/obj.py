@@ -54,7 +54,7 @@ class ObjDocument:
     Attributes:
         data: its bytes.
         tokens: its lines alone.
-        mesh: what was read of it.
+        mesh: the mesh in it.
         width: how many numbers stand on the line of a vertex.
         normals: (k, 3) of the ``vn`` lines.
         corner_normals: (m, 3) which of them the corners of the triangles name, -1 for none; None if they name none.
@@ -62,7 +62,7 @@ class ObjDocument:
         materials: of its material files.
         names: of the materials that its faces use.
         material_of_face: (m,) which of them, -1 for none.
-        lost: what cannot be written anew, in words.
+        lost: contents that cannot be written anew, in words.
     """
 
     data: bytes

@@ -46,7 +46,7 @@ class Table:
     """The rows of one element.
 
     Attributes:
-        element: what the header says of it.
+        element: its declaration in the header.
         columns: by property, (n,) values, or lists.
         rows: the rows as they are in a binary file where they are equally long; None elsewhere.
         bytes: where they begin and end in the file.

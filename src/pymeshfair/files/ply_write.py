@@ -64,7 +64,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
     """Write a mesh without a matrix.
 
     Args:
-        mesh: what to write.
+        mesh: the mesh.
         target: the open file.
         writing: names of textures, and the length that coordinates must be able to tell apart; without it coordinates have the
             type that they have in the file which the mesh was read from.

@@ -32,9 +32,9 @@ class PointsDocument:
     """A text of points, for the writer.
 
     Attributes:
-        columns: what they are.
+        columns: the attribute of each.
         titles: the line of titles, if there is one.
-        separator: what stands between numbers.
+        separator: the characters between numbers.
         counted: whether the number of points stands before them.
         top: the highest value of a colour, 0 if colours are none.
     """

@@ -22,7 +22,7 @@ class Reading:
     """A mesh file that was read.
 
     Attributes:
-        mesh: what is in it.
+        mesh: the mesh in it.
         doubts: sentences that the user should read about it.
         side_files: the files that belong to it.
     """

@@ -116,7 +116,7 @@ class Saved:
         output: the mesh file.
         side_files: its textures and material file.
         reused: textures of the output that were in place already.
-        warnings: what the file does not hold of the mesh.
+        warnings: contents of the mesh that the file does not hold.
     """
 
     output: StagedFile
@@ -174,7 +174,7 @@ def save_mesh(
     """Write a mesh to the staging folder, and flush it to the disk.
 
     Args:
-        mesh: what to write, without a matrix.
+        mesh: the mesh, without a matrix.
         output: where the file will go.
         stage: the staging folder.
         resolution: gives the mean edge, or the mean distance of points, that coordinates must be able to tell apart.

@@ -98,7 +98,7 @@ def write_file(path: Path, data: bytes, *, overwrite: bool) -> None:
 
     Args:
         path: the file; its extension was checked before, see `check_target`.
-        data: what it holds.
+        data: its contents.
         overwrite: whether a regular file may be replaced.
 
     Raises:

@@ -39,7 +39,7 @@ class Appearance:
         height: of a panel, in pixels.
         stripes: of reflection lines, all round.
         titles: whether every panel has a title.
-        label: what stands at the colour bar; the words of the coloring if it is empty.
+        label: the text at the colour bar; the words of the coloring if it is empty.
         columns: panels beside each other; more go below.
         limits: the ends of the colour bar; found from the numbers if it is None.
         tolerance: distances up to it have one colour; 0 for none.
@@ -86,7 +86,7 @@ def draw_meshes(
         titles: one for each.
         appearance: how.
         plain: the numbers of panels that are not coloured.
-        numbers: what each mesh is coloured by; measured if it is None.
+        numbers: those that colour each mesh; measured if it is None.
 
     Raises:
         ParameterError: an unknown coloring, or a picture without extent.

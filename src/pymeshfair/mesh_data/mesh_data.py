@@ -43,8 +43,8 @@ class Source:
     Attributes:
         path: the file.
         format: its format, an extension in lower case.
-        document: what the reader of that format keeps for its writer, so that what has not changed is written as it was.
-        extras: what the file has and `MeshData` has not, in words; only a file of the same format can keep it.
+        document: kept by the reader of that format for its writer, so that unchanged parts are written as they were.
+        extras: contents of the file that `MeshData` cannot have, in words; only a file of the same format can keep it.
         side_files: the files that belong to it: materials, textures, buffers.
         images: those that its materials name besides textures; only a file of the same format can keep them.
         vertices: how many vertices it has.

@@ -28,7 +28,7 @@ class Former:
         relabelled: parameters whose choices have other words today, while their numbers do what they did.
         layers: ``"left"`` if the filter once left the current layer alone and its result is current today; ``"current"`` if
             its result was current in every version.
-        note: what changes in the result, or what to do when the filter is gone; empty if the meaning is the same.
+        note: the change of the result, or advice when the filter is gone; empty if the meaning is the same.
     """
 
     now: str | None

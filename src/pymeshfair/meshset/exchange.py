@@ -40,7 +40,7 @@ class Arrays:
         uv: (n, 2) texture coordinates of the vertices, or None.
         of_vertices: by name, values of the vertices, (n,) or (n, 3).
         of_faces: the same of the faces.
-        lost: what the other side does not take, in words.
+        lost: contents that the other side does not take, in words.
     """
 
     vertices: Floats

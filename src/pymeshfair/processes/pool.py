@@ -39,7 +39,7 @@ class Pool:
         Args:
             most: processes at a time.
             threads: that a filter may use in each, see `pymeshfair.processes.environment.worker_environment`.
-            modules: what each imports until its first order comes.
+            modules: those that each imports before its first order.
             rest_after: seconds after which processes that have nothing to do are ended; None keeps them.
         """
         self._rest_after = rest_after

@@ -25,7 +25,7 @@ class Line:
     """One line of a chart.
 
     Attributes:
-        name: what it belongs to, such as "before".
+        name: that of its sample, such as "before".
         path: of the SVG.
         kind: "before" or "after", which the style sheet tells apart by colour and dashes.
     """
@@ -48,11 +48,11 @@ class Chart:
     """The data for the template of a chart.
 
     Attributes:
-        title: what is shown.
+        title: the subject.
         summary: the same in a sentence, for those who do not see it.
-        across: what the horizontal axis tells.
-        upwards: what the vertical axis tells.
-        lines: what is drawn.
+        across: the quantity of the horizontal axis.
+        upwards: the quantity of the vertical axis.
+        lines: the curves.
         ticks_across: the marks at the horizontal axis.
         ticks_upwards: the marks at the vertical axis.
         headers: of the table.
@@ -81,10 +81,10 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
 
     Args:
         title: of the chart.
-        across: what the numbers are, with their unit.
+        across: the quantity, with its unit.
         samples: numbers by "before" and "after".
-        low: where the first bar begins; lower numbers count in it.
-        high: where the last bar ends; higher numbers count in it.
+        low: the start of the first bar; lower numbers count in it.
+        high: the end of the last bar; higher numbers count in it.
     """
     finite = {name: values if np.isfinite(values).all() else values[np.isfinite(values)] for name, values in samples.items()}
     finite = {name: values for name, values in finite.items() if len(values)}

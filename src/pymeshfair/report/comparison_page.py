@@ -54,7 +54,7 @@ class Verdict:
     Attributes:
         kind: "good", "info", "warn" or "bad", which the style sheet shows by a colour.
         text: the sentence.
-        lines: what else is to be said first.
+        lines: further sentences.
     """
 
     kind: str
@@ -67,8 +67,8 @@ class RunPart:
     """The part of the report about a run.
 
     Attributes:
-        steps: what they did.
-        change: what came of it, `pymeshfair.running.shape_change.ShapeChange` by name; empty if that was not measured.
+        steps: the reports of the steps.
+        change: of the shape, `pymeshfair.running.shape_change.ShapeChange` by name; empty if that was not measured.
         recipe: the script as text.
         provenance: the record as text.
     """
@@ -121,11 +121,11 @@ def comparison_page(
         title: of the page.
         subtitle: a sentence below it.
         numbers: the same document that the command prints with ``--json``, in terms of JSON.
-        verdict: what came of it; made of the comparison if it is None.
+        verdict: made of the comparison if it is None.
         markers: places to show; the areas out of tolerance, or the largest distance, if there are none.
-        warnings: what is to be known.
-        left_out: what the page does not show, and why.
-        run: what lay between the meshes, if that is known.
+        warnings: for the reader.
+        left_out: the parts that the page does not show, and why.
+        run: the run between the meshes, if that is known.
         up: the upright axis, "y" or "z".
         limits: the ends of the colours of distances; found from them if it is None.
         planes: of the sections to show.

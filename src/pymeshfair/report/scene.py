@@ -31,7 +31,7 @@ class Marker:
 
     Attributes:
         place: (x, y, z).
-        label: what is there.
+        label: the words.
         mesh: the number of the mesh that it belongs to.
     """
 
@@ -45,7 +45,7 @@ class Scene:
     """The data of the viewer.
 
     Attributes:
-        header: what the body holds and where, in terms of JSON.
+        header: the contents of the body and their places, in terms of JSON.
         body: the bytes, compressed by zlib.
     """
 

@@ -31,9 +31,9 @@ class ReadMesh:
 
     Attributes:
         path: the file.
-        mesh: what is in it.
-        found: what is known of it.
-        warnings: what the user should know about the file.
+        mesh: the mesh in it.
+        found: its measures.
+        warnings: about the file.
         self_intersecting: (m,) which faces cut others; None if that was not asked for, or could not be told.
     """
 

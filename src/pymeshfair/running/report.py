@@ -19,8 +19,8 @@ def record_of(job: Job, report: Report, *, started: datetime, seconds: float) ->
     """The provenance document of a finished run.
 
     Args:
-        job: what was asked for.
-        report: what the work came to.
+        job: the order.
+        report: the results of the work.
         started: when.
         seconds: how long it took.
     """
@@ -133,9 +133,9 @@ class StepDone:
 
     Attributes:
         parameters: every parameter with its value on this mesh, in terms of JSON.
-        values: what the filter reported, in terms of JSON.
+        values: those that the filter reported, in terms of JSON.
         seconds: how long it took.
-        messages: what it said.
+        messages: those of the filter.
     """
 
     parameters: Mapping[str, Any]
@@ -155,9 +155,9 @@ class Report:
         staged: the output and its side files in the staging folder.
         before: the measures of the mesh as read; None if none are wanted. So the next two.
         after: those of the mesh as written.
-        change: what lies between them.
-        traits: what the recipe asked of the scan.
-        warnings: what the user should know.
+        change: of the shape between them.
+        traits: those of the scan that the recipe asked for.
+        warnings: for the user.
         breaches: the limits that were broken.
         maps: the files of the intervention map in the staging folder.
         tiles: how the work was cut; None if it was done in one piece.

@@ -55,7 +55,7 @@ class Outcome:
         before: the mesh as it was read.
         result: the mesh after the steps, without a matrix.
         steps: the report of each step.
-        traits: what the recipe asked of the scan.
+        traits: those of the scan that the recipe asked for.
     """
 
     before: Found
@@ -103,7 +103,7 @@ class Session:
     """One run in this process.
 
     Attributes:
-        warnings: what the user should know so far.
+        warnings: those so far.
     """
 
     def __init__(self, job: Job, stage: Path, on_event: Callable[[Event], None]) -> None:
@@ -149,7 +149,7 @@ class Session:
         Args:
             read: the mesh.
             others: further layers.
-            earlier: what runs on the same meshes have kept, and this one adds to.
+            earlier: states kept by runs on the same meshes; this run adds to them.
 
         Raises:
             StepFailedError, MemoryError: as `run`.

@@ -45,10 +45,10 @@ class Moved:
         moved: how many of them lie elsewhere now.
         mean: of the distances.
         rms: the root of the mean of their squares.
-        most: what 99 % of them stay below.
+        most: the bound below which 99 % of them stay.
         largest: of them.
         vertex: the number in the result of the vertex that moved furthest.
-        place: where it is now, (x, y, z).
+        place: its place now, (x, y, z).
         edges: the largest distance in mean edges of the input; None if it has no edges.
         mean_edges: the mean in the same way.
     """
@@ -135,8 +135,8 @@ class ShapeChange:
         area: its change as a share; None where there was none.
         volume: the same, of closed meshes.
         moved: how far vertices moved; None if no vertex counts.
-        added: what the result has and the input had not.
-        removed: what the input had and the result has not.
+        added: elements of the result that the input did not have.
+        removed: elements of the input that the result does not have.
         turned: how many faces look more than a right angle away from where they did; None if vertices or faces were added or
             removed.
         folded: which faces were folded over, `pymeshfair.filters.inspection.folded_faces`, if there are more of them than before;

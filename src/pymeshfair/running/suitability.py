@@ -77,12 +77,12 @@ class Suitability:
 
     Attributes:
         recipe: its name.
-        task: what it is there to do.
+        task: that of the recipe.
         title: its title.
         measure: by which it is judged, empty if it does not say.
         met: the conditions that the scan meets, each with what was found.
         unmet: those that it does not.
-        trial: what the recipe did on a sample of the scan, if it was tried.
+        trial: the result on a sample of the scan, if it was tried.
     """
 
     recipe: str
@@ -113,7 +113,7 @@ def traits_of(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         measures: of both.
-        attributes: what the scan has, of `pymeshfair.files.formats.ATTRIBUTES`.
+        attributes: those of the scan, of `pymeshfair.files.formats.ATTRIBUTES`.
         wanted: the conditions are about these; of the others only what costs nothing is given.
     """
     has_faces = measures.faces > 0
@@ -220,8 +220,8 @@ def traits_asked_for(recipe: Recipe, found: Found, attributes: AbstractSet[str])
 
     Args:
         recipe: the recipe.
-        found: what is known of the mesh; if that was not measured, there are none.
-        attributes: what it has.
+        found: the measures of the mesh; if there are none, there are no warnings.
+        attributes: those of the mesh.
 
     Raises:
         RunError: it is of another kind: a cloud where a recipe is for meshes, or the other way round.
@@ -249,8 +249,8 @@ def instead(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> str:
 
     Args:
         recipe: that was run.
-        found: what is known of the mesh that it was run on.
-        attributes: what that has.
+        found: the measures of the mesh that it was run on.
+        attributes: those of that mesh.
     """
     if found.measures is None or recipe.info.task not in _ALIKE:
         return ""

@@ -59,7 +59,7 @@ def trials(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        scripts: what is tried, by name.
+        scripts: those to try, by name.
         clean: whether the scan has no noise.
         timeout: seconds for each.
 
@@ -98,7 +98,7 @@ def risks_of(scan: Scan, scripts: Mapping[str, Script], timeout: float | None = 
 
     Args:
         scan: with noise of its own at every vertex.
-        scripts: what is compared, by name.
+        scripts: those to compare, by name.
         timeout: seconds for each.
 
     Returns:

@@ -42,7 +42,7 @@ class Verification:
     """The result of a repeated run.
 
     Attributes:
-        verdict: what is so, in two words.
+        verdict: in two words.
         findings: sentences that say what differs, and where.
         notes: sentences about what has changed and made no difference.
     """

@@ -61,7 +61,7 @@ class Condition:
 
     Attributes:
         text: as the recipe says it.
-        trait: what is measured, by name.
+        trait: the measured trait, by name.
         least: the bound below.
         most: the bound above.
         outside: whether the trait must be beyond the bounds, as after ``no``.

@@ -38,7 +38,7 @@ class Guards:
         max_displacement: no vertex of the input that is still there may have moved further. With a unit, such as ``0.05mm``, it
             must be made one of the mesh by `in_mesh_units`.
         max_volume_change: percent of the volume before, which must not change by more, up or down; both meshes must be closed.
-        require: what the result must be: `REQUIREMENTS`, with the number for those that take one, else None.
+        require: requirements on the result: of `REQUIREMENTS`, with the number for those that take one, else None.
         keep_sharp: percent of the length of the sharp edges near which there must still be one.
     """
 

@@ -19,7 +19,7 @@ class Step:
     """One filter of a script with the values that the script gives.
 
     Attributes:
-        filter: what runs.
+        filter: the filter that runs.
         values: by Python parameter name, as `Filter.check` returns them: lengths as `Length`, choices as words. Parameters
             that are absent take their default on the mesh that the step meets.
         line: where the step begins in its file, counted from 1; None if it came from no file. Two steps that differ in
@@ -82,8 +82,8 @@ class Script:
     Attributes:
         steps: in the order in which they run.
         comment: the words at the head of the file, without the marks of a comment.
-        path: where it was read from; it does not count when scripts are compared.
-        guards: what the result must not do.
+        path: the file that it was read from; it does not count when scripts are compared.
+        guards: limits of the result.
         settings: values that have a name, which one place sets for all steps that use them.
         unit: of the scans that it is for, of `pymeshfair.declaration.units.METRES`; empty if it says none.
     """

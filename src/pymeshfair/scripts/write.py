@@ -41,7 +41,7 @@ def format_script(
     number of triangles to decimate to, another layer): MeshLab then takes its default on the mesh that the step meets.
 
     Args:
-        script: what to write.
+        script: the script.
         diagonal: bounding-box diagonal of the mesh that the absolute values next to ``relative=`` are meant for; pymeshfair
             reads the relative value, MeshLab the absolute one.
         mean_edge: mean edge length of that mesh.

@@ -220,8 +220,8 @@ class Judgement:
         cloud: the points that are left.
         parts: of each tile, the factors of LoOP, or which points are stray.
         count: the points.
-        selection: what was asked for.
-        target: where what is left now is written down.
+        selection: the step.
+        target: the column that marks the points that remain.
     """
 
     cloud: Cloud
@@ -286,8 +286,8 @@ def do_step(
     """One stage.
 
     Args:
-        cloud: what is left before.
-        step: what to do.
+        cloud: the points that are left before.
+        step: the step.
         tasks: does them.
         tile: bytes that a tile may take.
         shape: of tiles.

@@ -61,7 +61,7 @@ def divide(slices: Slices, count: int, folder: Path, *, most: int, shape: Shape,
         folder: for the files.
         most: points of a bucket.
         shape: how to cut.
-        name: what the names of the files begin with.
+        name: the start of the names of the files.
 
     Raises:
         OSError: the disk is full.

@@ -53,7 +53,7 @@ class Rounds:
 
     Attributes:
         surface: the mesh.
-        filtering: what is done.
+        filtering: the step.
         whole: the box of the vertices that faces use.
     """
 

@@ -54,11 +54,11 @@ class Filtering:
         vertex_iterations: steps of the vertices in a round.
         outer_iterations: rounds.
         vertex_update: how vertices follow.
-        outliers: what becomes of vertices that stand out.
-        rounding: what becomes of the terraces of rounded coordinates.
+        outliers: the treatment of vertices that stand out.
+        rounding: the treatment of terraces of rounded coordinates.
         relaxation: pairs of Taubin's steps before.
-        relaxation_direction: where they go.
-        border: what border vertices do.
+        relaxation_direction: the directions in which vertices may go.
+        border: the rule for border vertices.
     """
 
     settings: NormalFilter
@@ -93,7 +93,7 @@ def chosen(values: Mapping[str, Any], vertices: Floats, faces: NDArray[np.int32]
     """The parameters with those that are automatic chosen on a sample of the mesh, as in one piece.
 
     Raises:
-        FilterInputError: what is chosen needs the whole mesh.
+        FilterInputError: the choice needs the whole mesh.
     """
     given, border = _given(values), values["border"]
     # as in one piece: passes and rounding are no part of what is tried

@@ -63,7 +63,7 @@ class Source(Protocol):
             count: the number of points to write.
             marks: for every slice the points to keep, and what is added.
             size: points per slice.
-            added: what is added.
+            added: the new attributes.
         """
 
 

@@ -36,7 +36,7 @@ class StrayTiles:
 
     Attributes:
         cells: the cloud.
-        rule: what makes a point stray.
+        rule: the test for stray points.
         tile: points of a tile.
     """
 

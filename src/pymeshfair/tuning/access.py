@@ -37,8 +37,8 @@ def redirecting_file(address: str, folder: Path) -> Path:
     The address holds the token, and every user of the machine can read the browser's command line.
 
     Args:
-        address: where it leads.
-        folder: where it is written.
+        address: its target.
+        folder: that of the file.
     """
     path = folder / "open.html"
     where = escape(address)
@@ -57,7 +57,7 @@ class Guarded:
     which no browser opens a socket, is that host itself.
 
     Args:
-        application: what is guarded.
+        application: to be guarded.
         token: the first part of every path.
         names: host names besides ``localhost`` and addresses in numbers.
     """

@@ -60,7 +60,7 @@ class Subject:
     Attributes:
         scan: the scan.
         recipe: the name or path of the recipe that is shown first.
-        folder: where recipes and results are written.
+        folder: for recipes and results.
     """
 
     scan: Scan
@@ -73,7 +73,7 @@ class Conversation:
 
     Args:
         connection: an accepted socket.
-        subject: what is tuned.
+        subject: the recipe and the scan.
         workshops: by whether it is the whole of a large scan.
     """
 

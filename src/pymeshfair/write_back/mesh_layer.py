@@ -66,7 +66,7 @@ class MeshLayer:
             bench: of the mesh set that the mesh belongs to.
             other: finds another layer by its id.
             settle: writes the edits to the mesh; called when MeshLab must derive something from them.
-            edit: what is not written to the mesh yet; it adds and removes no elements.
+            edit: the changes that are not written to the mesh yet; it adds and removes no elements.
         """
         self._mesh = mesh
         self._bench = bench
