@@ -72,12 +72,7 @@ def made_here() -> str:
 
 
 def load(code: MachineCode, name: str) -> Callable[..., Any]:
-    """The function, which keeps what it needs.
-
-    Args:
-        code: the code.
-        name: of the function, for messages.
-    """
+    """The function of compiled code, which keeps what it needs; `name` is for messages."""
     import llvmlite.binding as llvm
 
     with _LOCK:

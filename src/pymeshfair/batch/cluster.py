@@ -30,14 +30,6 @@ def workers_of_scheduler(
 ) -> Iterator[OfScheduler]:
     """The workers of a scheduler, see `pymeshfair.batch.station.Workers`.
 
-    Args:
-        scheduler: of dask.
-        template: the options that all runs share.
-        scans: of the batch.
-        folder: of outputs.
-        items: takes what has ended.
-        name: of the batch.
-
     Raises:
         ClusterError: no scheduler, no worker, or one that has other versions or does not see the files.
     """

@@ -34,14 +34,10 @@ _OPENED = 4
 
 
 def sample(scans: Sequence[Scan], count: int) -> list[Scan]:
-    """The `count` scans that lie furthest apart in the ranks of their size and of their noise, in the order of the batch.
+    """The `count` (at least 1) scans that lie furthest apart in the ranks of size and of noise, in the order of the batch.
 
     Size is that of the file; noise is the mean angle between neighbouring faces, of a few scans that are spread by size. One that
     cannot be opened is chosen for its size alone.
-
-    Args:
-        scans: to choose from.
-        count: at least 1.
     """
     if count >= len(scans):
         return list(scans)

@@ -28,14 +28,9 @@ if TYPE_CHECKING:
 
 @contextlib.contextmanager
 def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], Sequence[StagedFile]]]:
-    """Makes the report of a run, to appear with its output; a run without output, because it broke a limit, is reported, too.
+    """Makes the report of a run, to appear with its output.
 
-    To show what a run without output would have written, it is repeated into a temporary folder.
-
-    Args:
-        job: the run.
-        path: the file to write.
-        up: the upright axis.
+    A run without output, because it broke a limit, is reported, too: it is repeated into a temporary folder to show its result.
     """
     before = state_of(read_mesh(job.input, self_intersections=None, allow_outside=job.allow_outside, unchecked=job.unchecked))
     target = path.absolute()

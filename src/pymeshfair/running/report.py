@@ -16,14 +16,7 @@ from .job import Job, RunResult, StepReport
 
 
 def record_of(job: Job, report: Report, *, started: datetime, seconds: float) -> dict[str, Any]:
-    """The provenance document of a finished run.
-
-    Args:
-        job: the order.
-        report: the results of the work.
-        started: when.
-        seconds: how long it took.
-    """
+    """The provenance document of a finished run."""
     script = job.recipe.script
     assert report.output is not None
     return {

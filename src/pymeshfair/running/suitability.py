@@ -183,11 +183,7 @@ def ranked(
 def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others: Iterable[Suitability]) -> str | None:
     """The warning for a scan that a recipe is not for, with the recipe to take; None if it suits, or does not say.
 
-    Args:
-        name: of the recipe.
-        info: its head.
-        traits: of the scan, all of them.
-        others: of `ranked`.
+    It takes all traits of the scan, and the `others` as `ranked` gives them.
     """
     verdict = judged(name, info, traits)
     if not verdict.unmet:

@@ -113,12 +113,7 @@ def chosen(values: Mapping[str, Any], vertices: Floats, faces: NDArray[np.int32]
 
 
 def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
-    """The reason why a step cannot be done by tiles, or None if it can.
-
-    Args:
-        filter: its Python name.
-        values: of all its parameters.
-    """
+    """The reason why a filter, by its Python name and all its values, cannot be done by tiles; None if it can."""
     if filter not in (EXPLICIT, TAUBIN, NORMALS, MESHLAB):
         return "needs all of the mesh at once, or has not been cut into tiles yet"
     if values["selected"]:

@@ -35,10 +35,6 @@ def redirecting_file(address: str, folder: Path) -> Path:
     """A file that leads a browser to an address, and that this user alone can read.
 
     The address holds the token, and every user of the machine can read the browser's command line.
-
-    Args:
-        address: its target.
-        folder: that of the file.
     """
     path = folder / "open.html"
     where = escape(address)
