@@ -176,14 +176,7 @@ def _extras(header: Any, records: Any) -> tuple[str, ...]:
 
 
 def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh without a matrix, with the header of the LAS file that they come from.
-
-    Returns:
-        What is otherwise than in that file, in words.
-
-    Raises:
-        ContentsError: the format cannot hold the coordinates or a value, or laspy is missing.
-    """
+    """Write the vertices of a mesh, with the header of the LAS file that they come from."""
     return _write(mesh, target, writing, compress=False)
 
 

@@ -150,11 +150,7 @@ def _faces(
 
 
 def write_off(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh without a matrix: normals before colours, as MeshLab reads them, and colours as levels up to 255.
-
-    Returns:
-        Which polygons are written as triangles, in words.
-    """
+    """Write a mesh: normals before colours, as MeshLab reads them, and colours as levels up to 255."""
     attributes = mesh.vertex_attributes
     columns, prefix = list(mesh.vertices.T), ""
     if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes):

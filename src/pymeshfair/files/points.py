@@ -174,20 +174,12 @@ def _expe(path: Path, data: bytes) -> MeshData:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh without a matrix, with the columns of the text that they come from, else with normals.
-
-    Returns:
-        What is left out, in words.
-    """
+    """Write the vertices of a mesh, with the columns of the text that they come from, else with normals."""
     return _write(mesh, target, PointsDocument((*_PLACE, *_NORMAL)))
 
 
 def write_pts(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh without a matrix as `write_points` does, else with their number, intensities and colours.
-
-    Returns:
-        What is left out, in words.
-    """
+    """Write the vertices of a mesh as `write_points` does, else with their number, intensities and colours."""
     return _write(mesh, target, PointsDocument((*_PLACE, "intensity", *_COLOR), counted=True))
 
 

@@ -142,7 +142,8 @@ class Writing:
     materials: list[bytes]
 
 
-#: writes a mesh to an open file; what is otherwise than in the input, in words
+#: Writes a mesh without a matrix to an open file. Returns, in words, what is left out or otherwise than in the file that the mesh
+#: comes from. Raises `ContentsError` if the format cannot hold the mesh, or needs a package that is missing.
 Writer: TypeAlias = Callable[[MeshData, BinaryIO, Writing], tuple[str, ...]]
 #: the module and the function that writes a format
 _WRITERS: Mapping[str, tuple[str, str]] = {

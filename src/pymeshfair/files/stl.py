@@ -127,14 +127,7 @@ def _text_corners(tokens: Tokens) -> NDArray[np.float64]:
 
 
 def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh without a matrix as a binary file, with the head of the STL file that it comes from.
-
-    Returns:
-        What its colours lose, and how many vertices are left out, in words.
-
-    Raises:
-        ContentsError: it has no faces, or its coordinates are beyond all numbers of single precision.
-    """
+    """Write the faces of a mesh as a binary file, with the head of the STL file that it comes from."""
     document = mesh.source.document if mesh.source is not None else None
     if not isinstance(document, StlDocument):
         document = StlDocument(_HEAD)

@@ -318,11 +318,7 @@ _RELATIONS = (
 
 
 def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh as the one object of a 3MF file, every digit of its coordinates, in its unit or else in millimetres.
-
-    Raises:
-        ContentsError: it has no faces.
-    """
+    """Write a mesh as the one object of a 3MF file, every digit of its coordinates, in its unit or else in millimetres."""
     if not len(mesh.faces):
         raise ContentsError("the format holds triangles alone, and the mesh has none")
     vertex, face = (attributes.get("colors") for attributes in (mesh.vertex_attributes, mesh.face_attributes))
