@@ -22,7 +22,7 @@ from .declaration import Mesh as MeshParameter
 from .files.errors import ContentsError
 from .files.reading import Reading
 from .filters.topology import proper_faces
-from .mesh_data import MeshData, Source, Texture
+from .mesh_data import MeshData, Source, Texture, as_levels
 from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, diagonal_of, mean_edge_of
 from .meshlab.base import BASE
 from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
@@ -216,7 +216,7 @@ class Door:
             if keeps_normals or normals.any():
                 vertex["normals"] = _unit(normals)
         if mesh.has_vertex_color():
-            vertex["colors"] = np.rint(mesh.vertex_color_matrix() * 255.0).astype(np.uint8)
+            vertex["colors"] = as_levels(mesh.vertex_color_matrix())
         if mesh.has_vertex_scalar():
             vertex["scalars"] = np.ascontiguousarray(mesh.vertex_scalar_array())
         if mesh.has_vertex_tex_coord() and not (
@@ -230,7 +230,7 @@ class Door:
             vertex["selection"] = np.ascontiguousarray(mesh.vertex_selection_array())
         if len(faces):
             if mesh.has_face_color():
-                face["colors"] = np.rint(mesh.face_color_matrix() * 255.0).astype(np.uint8)
+                face["colors"] = as_levels(mesh.face_color_matrix())
             if mesh.has_face_scalar():
                 face["scalars"] = np.ascontiguousarray(mesh.face_scalar_array())
             if mesh.selected_face_number():
