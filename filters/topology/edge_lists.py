@@ -42,7 +42,7 @@ def referenced_vertices(faces: Ints, n_vertices: int) -> Bools:
     return used
 
 
-def proper_faces(faces: Ints) -> Bools:
+def proper_faces(faces: Ints | Longs) -> Bools:
     """(m,) whether the face names three different vertices."""
     a, b, c = faces.T
     return np.asarray((a != b) & (b != c) & (c != a))

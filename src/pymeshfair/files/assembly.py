@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.geometry import vertex_normals_by_angle
+from ..filters.topology import proper_faces
 from ..mesh_data import MeshData, Texture
 from .errors import ContentsError
 from .indices import check_range
@@ -183,9 +184,7 @@ def triangles_of(corners: NDArray[np.int64], lengths: NDArray[np.int64], *, fans
     step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     odd = 0 if fans else step % 2
     places = np.stack([first if fans else first + step + odd, first + step + 1 - odd, first + step + 2], axis=1)
-    a, b, c = corners[places].T
-    whole: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
-    return np.asarray(places[whole])
+    return np.asarray(places[proper_faces(corners[places])])
 
 
 def turned_over(part: MeshData) -> MeshData:
