@@ -254,7 +254,7 @@ class ChainStep:
         _eliminate(self._network, laplacian.mass / (1.0 + t), chains, self._shares)
 
     def displacement(self, points: Floats) -> Floats:
-        """(n, 3) how far the step moves the vertices; 0 for those that are not free."""
+        """(n, 3) the displacement of the vertices by the step; 0 for those that are not free."""
         moved = np.zeros_like(points)
         _substitute(points, self._network, self._chains, self._shares, moved)
         return moved

@@ -227,29 +227,13 @@ def _loop(kernel: Callable[[float, float], float]) -> Callable[[Floats, float, F
 
 
 _by_l2 = _loop(_l2)
-
-
 _by_l1 = _loop(_l1)
-
-
 _by_truncated_l2 = _loop(_truncated_l2)
-
-
 _by_truncated_l1 = _loop(_truncated_l1)
-
-
 _by_huber = _loop(_huber)
-
-
 _by_lorentzian = _loop(_lorentzian)
-
-
 _by_gaussian = _loop(_gaussian)
-
-
 _by_tukey = _loop(_tukey)
-
-
 _by_hampel = _loop(_hampel)
 
 

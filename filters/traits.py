@@ -1,4 +1,4 @@
-"""What kind of scan a mesh is, in a few numbers that are quickly measured: they say which recipe suits it."""
+"""Traits of a scan in a few numbers that are quickly measured, by which recipes are recommended."""
 
 from collections.abc import Collection
 from typing import Literal, TypeAlias, get_args
@@ -62,7 +62,7 @@ def measured_traits(
 
 
 def facing(vertices: ArrayLike, faces: ArrayLike) -> float:
-    """How far a surface is seen from one side: |sum A n| / sum A over the faces of area A and normal n.
+    """The share of a surface that is seen from one side: |sum A n| / sum A over the faces of area A and normal n.
 
     Returns:
         1 of a plane, 1/2 of half a sphere, 0 of any closed surface; 0 of a mesh without area. A single range map of a scanner

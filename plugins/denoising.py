@@ -48,7 +48,7 @@ from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, reference
 
 from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
 
-#: how parameters without a value are chosen
+#: the ways to choose parameters without a value
 Chooser: TypeAlias = Literal["held_out", "fixed"]
 CHOICE = Enum(
     label="Choice",
@@ -168,7 +168,7 @@ CHOSEN = frozenset(field.name for field in fields(AutomaticParameters))
 BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")
 #: triangles below this of `triangle_shapes` are slivers, as 1:10; more than this share of them is worth a word
 SLIVER, MANY_SLIVERS = 0.2, 0.05
-#: what `normal_filtering` does where neither the caller nor the mesh decides
+#: the defaults of `normal_filtering`, where neither the caller nor the mesh decides
 DEFAULTS: dict[str, Any] = {
     **{field.name: field.default for field in fields(NormalFilter) if field.name in STEP_ONE},
     **{
@@ -426,7 +426,7 @@ def _parameters(setting: Setting) -> dict[str, Any]:
 
 
 def _findings(made: AutomaticChoice) -> dict[str, Any]:
-    """What the mesh was found to be, and the numbers that this rests on."""
+    """The kind of mesh and noise that was found, and the numbers behind it."""
     findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
     if made.evidence is not None:
         findings["tried"] = [

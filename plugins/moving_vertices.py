@@ -14,7 +14,7 @@ from pymeshfair.filters.evidence import Trial
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 
-#: what follows when the vertices of a mesh move
+#: the elements that change when the vertices of a mesh move
 MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
 #: the note of a filter whose automatic amount is 0
 NOTHING_TO_REMOVE = "there is no noise to remove: the vertices stay where they are"
@@ -114,7 +114,7 @@ def smoothed_by_amount(
         amount: how much.
         smooth: the filter: vertices, faces, amount, which vertices may move, progress.
         tried: amounts for a mesh whose mean edge is 1.
-        unit: what these are multiplied with for the layer.
+        unit: their factor for the layer.
         selected: whether the selected vertices alone move.
         progress: called with the share that is done.
     """

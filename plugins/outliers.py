@@ -33,7 +33,7 @@ _SOME = 10_000
 
 
 def _counted(selected: Bools, kind: str) -> tuple[str, ...]:
-    """How many points are of a kind; nothing of none."""
+    """The count of points of a kind, in words; empty if there are none."""
     count = int(np.count_nonzero(selected))
     return (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
 
@@ -212,7 +212,7 @@ def compute_selection_by_distance_from_cloud_per_vertex(
         ),
     ] = 4.0,
 ) -> Edit:
-    """Selects what a reconstruction has made up where nobody measured, such as the balloon of Screened Poisson.
+    """Selects the parts of a reconstruction that have no measured points near, such as the balloon of Screened Poisson.
 
     The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours; where the cloud
     is sparse, as far from a scanner, two thirds of what it is there. The selection of vertices is replaced. Says which share of

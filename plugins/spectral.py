@@ -172,7 +172,7 @@ def apply_coord_spectral_filter(
 
 
 def _in_words(response: ResponseName, filtered: SpectralResult) -> str:
-    """What was done to the shape; how it was computed is reported in numbers."""
+    """The change of the shape in words; the computation is reported in numbers."""
     if filtered.route == "none":
         return filtered.explanation
     did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} on were kept"}

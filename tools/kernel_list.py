@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pymeshfair.commands.demo import sample_scan
-from pymeshfair.commands.report_file import compared_files, report_page
+from pymeshfair.commands.report_file import compared_files
 from pymeshfair.declaration import Filter
 from pymeshfair.errors import PymeshfairError
 from pymeshfair.files.inputs import read_file
@@ -23,6 +23,7 @@ from pymeshfair.mesh_data import moved
 from pymeshfair.meshset import MeshSet
 from pymeshfair.recipe import Recipe, load_recipe, shipped_recipes
 from pymeshfair.registry import custom_filters
+from pymeshfair.report.comparison_page import comparison_page
 from pymeshfair.running.job import Job
 from pymeshfair.running.read import read_mesh
 from pymeshfair.running.session import Session
@@ -68,7 +69,7 @@ def _compare(before: Path, after: Path) -> None:
     """Two meshes, with a report."""
     states = [state_of(read_mesh(path)) for path in (before, after)]
     compared, left_out = compared_files(*states, tolerance=states[0].mean_edge)
-    report_page(compared, title="", subtitle="", numbers={"files": {}}, up="y", warnings=(), left_out=left_out)
+    comparison_page(compared, title="", subtitle="", numbers={}, left_out=left_out)
 
 
 def _read_polygons(folder: Path) -> None:

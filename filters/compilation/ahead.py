@@ -26,7 +26,7 @@ Signatures: TypeAlias = dict[str, dict[str, list[Signature]]]
 
 
 def listed_signatures() -> Signatures:
-    """What is compiled ahead."""
+    """The signatures that are compiled ahead."""
     listed = json.loads(LIST.read_text("utf-8"))
     return {module: {name: list(from_json(each)) for name, each in kernels.items()} for module, kernels in listed.items()}
 
@@ -53,7 +53,7 @@ def compile_ahead(
     """Compile what is not stored yet; the texts of what went wrong.
 
     Args:
-        signatures: what to compile.
+        signatures: the kernels to compile.
         processes: how many at a time; None is one a processor.
         progress: called with the share that is done.
     """

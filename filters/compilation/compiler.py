@@ -1,7 +1,7 @@
 """The process in which numba compiles.
 
-Numba is imported there alone, so that a process that computes starts fast, and what numba is told about the processor concerns
-no other code of a program. The process is started when the first kernel is missing in the store, compiles one kernel
+Numba is imported there alone, so that a process that computes starts fast, and numba's settings for the processor concern no
+other code of a program. The process is started when the first kernel is missing in the store, compiles one kernel
 after the other, and ends with the process that asked.
 """
 
@@ -23,7 +23,7 @@ from .machine_code import MachineCode, processor
 if TYPE_CHECKING:
     from .kernel import ArgumentType, Signature
 
-#: what the process is told in place of numba's variables in the environment, which must not change the code
+#: environment variables of the process; those of the user's numba must not change the code
 _SETTINGS = {"NUMBA_DISABLE_INTEL_SVML": "1", "NUMBA_CPU_FEATURES": "", "PYTHONDONTWRITEBYTECODE": "1"}
 
 
@@ -103,7 +103,7 @@ def numba_type(written: ArgumentType) -> Any:
 
 
 def machine_code(kernel: Any, signature: Signature) -> MachineCode:
-    """What numba makes of a kernel; in the process that compiles."""
+    """The machine code of a kernel by numba; in the process that compiles."""
     dispatcher = kernel.dispatcher
     arguments: Any = tuple(numba_type(written) for written in signature)
     dispatcher.compile(arguments)

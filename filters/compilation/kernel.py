@@ -280,7 +280,7 @@ def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
 
 @dataclass(frozen=True)
 class Compilation:
-    """What this process has compiled so far.
+    """The compilations of this process so far.
 
     Attributes:
         kernels: how many, one of which may be in work; those that they call are not counted.

@@ -72,12 +72,7 @@ def made_here() -> str:
 
 
 def load(code: MachineCode, name: str) -> Callable[..., Any]:
-    """The function, which keeps what it needs.
-
-    Args:
-        code: the code.
-        name: of the function, for messages.
-    """
+    """The function of compiled code, which keeps what it needs; `name` is for messages."""
     import llvmlite.binding as llvm
 
     with _LOCK:
@@ -148,7 +143,7 @@ _unpickled: dict[int, Any] = {}
 
 @ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p)
 def _UNPICKLE(data: int, size: int, digest: int) -> Any:  # noqa: N802 - stands for a function in C
-    """What numba's code has as a constant: a class, or the arguments of an exception."""
+    """A constant in numba's code: a class, or the arguments of an exception."""
     if data not in _unpickled:
         _unpickled[data] = pickle.loads(ctypes.string_at(data, size))
     return _unpickled[data]

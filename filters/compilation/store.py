@@ -1,4 +1,4 @@
-"""Where machine code lies: what the installation compiled beside this module, the rest in a folder of the user's.
+"""The store of machine code: code compiled by the installation beside this module, other code in a folder of the user.
 
 A file is named after everything that its content follows from, so that none is ever stale: another version of a function, of
 numba or of Python, and another level of processor look for other files.
@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from .machine_code import MachineCode, made_here
 
-#: what comes with the package; only the installation writes it
+#: the kernels that come with the package; only the installation writes there
 INSTALLED = Path(__file__).parent / "kernels"
 
 
@@ -42,12 +42,12 @@ def users_folder() -> Path:
 
 
 class Stored(NamedTuple):
-    """What is there for this Python, this numba and this processor.
+    """The compiled functions for this Python, this numba and this processor.
 
     Attributes:
         installed: how many kernels came compiled with the package.
         kept: how many have been compiled since.
-        folder: where those are.
+        folder: their place.
         lasts: whether that folder can be written to; else every process compiles anew what is not there.
     """
 
@@ -58,14 +58,14 @@ class Stored(NamedTuple):
 
 
 def stored() -> Stored:
-    """What need not be compiled any more."""
+    """The compiled functions that are stored."""
     folder = users_folder()
     installed, kept = (sum(1 for _ in (place / made_here()).glob("*")) for place in (INSTALLED, folder))
     return Stored(installed, kept, folder, lasts())
 
 
 def read(name: str) -> MachineCode | None:
-    """What is stored under that name, or None."""
+    """The data stored under that name, or None."""
     for place in (INSTALLED, users_folder()):
         with suppress(OSError, EOFError, pickle.UnpicklingError, TypeError, ValueError):  # a disk that was full or has failed
             return MachineCode(*pickle.loads((place / made_here() / name).read_bytes()))

@@ -1,4 +1,4 @@
-"""How many threads a parallel kernel may use: OpenMP's, by numba's module, or numba's own where there is no OpenMP."""
+"""The threads of parallel kernels: OpenMP's, through numba's module, or numba's own where there is no OpenMP."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 
 from .machine_code import extension
 
-#: what parallel code calls besides ``numba_parallel_for``
+#: the functions that parallel code calls besides ``numba_parallel_for``
 _FUNCTIONS = (
     *("do_scheduling_signed", "do_scheduling_unsigned", "allocate_sched", "deallocate_sched", "get_sched_size"),
     *("get_num_threads", "set_num_threads", "get_thread_id", "set_parallel_chunksize", "get_parallel_chunksize"),
@@ -22,14 +22,14 @@ _OF_THREAD = threading.local()
 
 @cache
 def most_threads() -> int:
-    """How many threads there are: one a processor that this process may use, or as NUMBA_NUM_THREADS says."""
+    """The number of threads: one a processor that this process may use, or NUMBA_NUM_THREADS."""
     if given := os.environ.get("NUMBA_NUM_THREADS"):
         return max(1, int(given))
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def allowed_threads() -> int:
-    """How many threads kernels called from this thread may use."""
+    """The number of threads that kernels called from this thread may use."""
     return int(getattr(_OF_THREAD, "count", most_threads()))
 
 
@@ -52,7 +52,7 @@ def single_thread() -> Iterator[None]:
 
 
 def call_parallel(code: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    """What a parallel kernel gives: its threads are there, and it takes no more than this thread allows.
+    """Call a parallel kernel with its threads started, and no more of them than this thread allows.
 
     Where OpenMP is missing, as on a bare Linux and on macOS, the threads are numba's own, which end the process when two threads
     of a program call them at once: there one waits for the other.

@@ -1,4 +1,4 @@
-"""How much of the relief of a surface a filter has taken: of the heights over a smoother surface that are no noise."""
+"""Relief lost by a filter: the share of the heights over a smoother surface, noise excluded."""
 
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ _MEASURABLE = 0.7
 
 
 class ReliefLoss(NamedTuple):
-    """How much relief is lost.
+    """A loss of relief.
 
     Attributes:
         share: from 0, nothing, to 1, all, and beyond where relief was turned over.
@@ -63,7 +63,7 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
 
 
 def _lost_in(band: tuple[float, float], before: Floats, after: Floats, faces: Ints, edge: float, level: float) -> float | None:
-    """What is lost of the relief of a band; None where it does not stand out from the noise."""
+    """The loss of relief in a band; None where relief does not exceed the noise."""
     shortest, longest = (edge * length for length in band)
     band_limited = _smoothed(before, faces, shortest)
     smooth = _smoothed(band_limited, faces, longest)

@@ -12,6 +12,7 @@ from ..execution import Progress, part_of
 from ..geometry import vertex_normals_by_area
 from ..libraries import optimize, sparse
 from ..mesh import Bools, Floats, Ints, Longs
+from ..topology import proper_faces
 
 # A volume below this share of the sum of the sizes of its parts is rounding: a flat sheet with two sides encloses nothing.
 _LEAST_VOLUME = 1e-9
@@ -52,7 +53,7 @@ def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Boo
         components: (n,) labels from 0, -1 for unreferenced vertices.
         movable: (n,) None for all.
     """
-    proper = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
+    proper = faces[proper_faces(faces)]
     n, count = len(points), int(components.max(initial=-1)) + 1
     start, end = proper.ravel(), np.roll(proper, -1, axis=1).ravel()
     runs = np.where(start < end, 1, -1), (np.minimum(start, end), np.maximum(start, end))

@@ -12,9 +12,9 @@ from ..geometry import angles_between, cross_products
 from ..mesh import Floats, Ints, check_mesh, check_vertex_mask
 from ..topology import BoundaryLoop, OneRings, boundary_loops, face_adjacency, one_rings
 from .filling import HOLE_ENERGIES, ISLAND_IN_IT, HoleEnergy, HoleFilling, broken_left_open, left_open_as
-from .polygon import Polygon, joined_corners, polygon, triangulate_polygon
 from .refinement import MOST_VERTICES, Patch, refined_patch, uniform_width
 from .rims import MOST_JOINED, sorted_rims
+from .triangulation import Polygon, joined_corners, polygon, triangulate_polygon
 from .vertex_pairs import ForbiddenEdges, vertex_pairs
 
 # The share of the progress that triangulation takes.
@@ -269,7 +269,7 @@ class Patches:
             self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))
 
     def reach(self, new_vertices: Floats) -> Floats:
-        """(count,) how far each patch would leave the box of its rim, in diagonals of that box.
+        """(count,) the distance by which each patch leaves the box of its rim, in diagonals of that box.
 
         `new_vertices` are coordinates of the new vertices, in the order of `gathered`.
         """

@@ -22,7 +22,7 @@ class RemadeRegion(NamedTuple):
 
     Attributes:
         region: (n,) the vertices to delete with their faces: the region without the triangles at open borders.
-        filling: what to add to the mesh without them, in the numbers of the whole mesh.
+        filling: the faces to add in their place, in the numbers of the whole mesh.
     """
 
     region: Bools

@@ -1,4 +1,4 @@
-"""Looking at a surface: numbers, scalars and colours that say what it is like."""
+"""Inspection of surfaces: measures, scalars and colours."""
 
 from .alignment import Alignment, align
 from .color_maps import Limits, diverging_colors, robust_limits, sequential_colors, symmetric_limits

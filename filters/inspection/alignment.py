@@ -22,7 +22,7 @@ _ITERATIONS, _SMALLEST = 200, 3e-6
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """How a surface was moved onto another one.
+    """The rigid motion of a surface onto another one.
 
     Attributes:
         vertices: (n, 3) where its vertices are now.

@@ -64,7 +64,7 @@ def sequential_colors(values: Floats, limits: Limits) -> Floats:
 
 
 def _places(values: Floats, limits: Limits) -> NDArray[np.intp]:
-    """Where in a table each value is; the middle where limits coincide or the value is not a number."""
+    """The place of each value in a table; the middle where limits coincide or the value is not a number."""
     low, high = limits
     # Halved: the difference of two large numbers of either sign would overflow.
     half = 0.5 * high - 0.5 * low

@@ -1,4 +1,4 @@
-"""What measures take from faces and edges alone, wherever the vertices are."""
+"""Measures of faces and edges that do not depend on coordinates."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _corner(faces: Ints, face: int, vertex: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Connectivity:
-    """How the vertices of a mesh are connected.
+    """The connectivity of a mesh.
 
     Attributes:
         n_vertices: how many there are.
@@ -96,7 +96,7 @@ class Connectivity:
 
 
 def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
-    """How faces and edges connect vertices.
+    """The connectivity of vertices by faces and edges.
 
     Args:
         n_vertices: n.

@@ -1,4 +1,4 @@
-"""How far a surface lies from another one, and on which side."""
+"""The signed distance of a surface from another one."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
@@ -19,7 +19,7 @@ CORRESPONDENCES: tuple[Correspondence, ...] = get_args(Correspondence)
 
 @dataclass(frozen=True, eq=False)
 class Displacement:
-    """What lies between n vertices and their counterparts on a reference.
+    """The distances of n vertices from their counterparts on a reference.
 
     Attributes:
         vectors: (n, 3) from the counterpart to the vertex, in mesh units.

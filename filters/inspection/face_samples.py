@@ -50,7 +50,7 @@ def face_samples(vertices: Floats, faces: Ints, count: int) -> FaceSamples:
 
 
 def sample_places(vertices: Floats, faces: Ints, samples: Ints, rows: Longs) -> Floats:
-    """(r, 3) where samples lie.
+    """(r, 3) the places of samples.
 
     Args:
         vertices: (n, 3) coordinates.

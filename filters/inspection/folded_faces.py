@@ -1,4 +1,4 @@
-"""What a filter has done to triangles: folded faces, their shapes, and the sides of the box around them without noise."""
+"""Effects of a filter on triangles: folded faces, shapes, and the sides of the bounding box without noise."""
 
 import numpy as np
 from numpy.typing import ArrayLike

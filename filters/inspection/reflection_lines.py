@@ -1,4 +1,4 @@
-"""Reflection lines: what a surface would show if it were polished and stood in a hall of parallel lamps."""
+"""Reflection lines: the surface as if polished, in a hall of parallel lamps."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +11,7 @@ _SOFTNESS = 0.25
 
 
 def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike, stripes: float = 8.0) -> Floats:
-    """(n,) how bright each place of a polished surface is, from 0 to 1.
+    """(n,) the brightness of each place of a polished surface, from 0 to 1.
 
     The lamps are infinitely far and parallel to `direction`, evenly spread round it. The eye is infinitely far in the direction
     `view`. It sees at a normal n the light that comes from r = 2 (n . v) n - v, which lies in a lamp or between two according to

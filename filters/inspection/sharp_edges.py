@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import check_finite
 from ..libraries import spatial
 from ..mesh import Floats, Ints, check_mesh, normalised_mesh
 from ..topology import face_adjacency
@@ -36,27 +35,25 @@ class SharpEdges(NamedTuple):
     angles: Floats
 
 
-def sharp_edges(vertices: ArrayLike, faces: ArrayLike, *, angle: float = SHARP) -> SharpEdges:
-    """The edges with exactly two faces whose normals differ by at least `angle`.
+def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
+    """The edges with exactly two faces whose normals differ by at least `SHARP` degrees.
 
     Noise of half an edge makes every edge sharp: on a noisy scan this says how noisy it is.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        angle: in degrees, from 0 to 180; larger finds fewer.
 
     Raises:
-        FilterInputError: not a mesh, or an angle out of range.
+        FilterInputError: not a mesh.
     """
-    angle = check_finite("angle", angle, least=0.0, most=180.0)
     points, triangles = check_mesh(vertices, faces)
     mesh = normalised_mesh(points, triangles)
     local = (points - mesh.middle) * mesh.scale
     neighbours, shared = face_adjacency(triangles)
     normals = face_measures(local, triangles)[0]
     angles = np.degrees(dihedral_angles(normals, neighbours, faces_agree(triangles, neighbours, shared)))
-    sharp = angles >= angle  # false for faces without area
+    sharp = angles >= SHARP  # false for faces without area
     pairs = shared[sharp]
     ends = points[pairs]
     lengths = np.linalg.norm((ends[:, 1] - ends[:, 0]) * mesh.scale, axis=1) / mesh.scale

@@ -1,4 +1,4 @@
-"""How far one surface lies from another: sampled on its faces by area, with what the samples can have missed."""
+"""The distance of one surface from another: samples on faces by area, with a bound for the places between samples."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _BLOCK = 1 << 16
 
 @dataclass(frozen=True)
 class DistanceStatistics:
-    """What distances come to, weighted with area; each with its sampling error, twice the standard error of random samples.
+    """Statistics of distances, weighted with area; each with its sampling error, twice the standard error of random samples.
 
     Attributes:
         samples: how many there are.
@@ -80,7 +80,7 @@ class SurfaceDistance:
     at_most: float
 
     def statistics(self, tolerance: float | None = None) -> DistanceStatistics:
-        """What the distances of the samples come to.
+        """Statistics of the distances of the samples.
 
         Args:
             tolerance: a distance; `DistanceStatistics.within` says which share keeps below.

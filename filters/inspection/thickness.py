@@ -1,4 +1,4 @@
-"""How thick the walls of a closed surface are: the largest ball inside that touches it at a place and at another wall."""
+"""Wall thickness of closed surfaces: the largest ball inside that touches a place and another wall."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ FURTHEST = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """What a part needs of the mesh that it was cut from to give the same bits.
+    """Properties of the whole mesh that a part of it needs to give the same bits.
 
     Attributes:
         low: (3,) the lowest coordinates of the vertices that its cells use.

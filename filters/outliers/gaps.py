@@ -1,4 +1,4 @@
-"""How far the vertices of a reconstruction lie from all points of its cloud: surface without data."""
+"""The distance of the vertices of a reconstruction from the points of its cloud: surface without data."""
 
 from __future__ import annotations
 

@@ -163,7 +163,7 @@ def cut_links(places: Floats, numbers: Longs, neighbours: Ints, reaches: Floats,
 
 
 def linked_to(links: Ints, chosen: Bools) -> Longs:
-    """(m,) how many of the (m, k) links of each point lead to those of (n,) points that are chosen."""
+    """(m,) the number of the (m, k) links of each point that lead to chosen ones of n points."""
     counts: Longs = np.empty(len(links), np.int64)
     in_parallel(lambda first, last: _count(links, chosen, counts, first, last), _ranges(len(links)), ignore_progress)
     return counts

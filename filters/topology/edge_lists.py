@@ -40,7 +40,7 @@ def referenced_vertices(faces: Ints, n_vertices: int) -> Bools:
     return used
 
 
-def proper_faces(faces: Ints) -> Bools:
+def proper_faces(faces: Ints | Longs) -> Bools:
     """(m,) whether the face names three different vertices."""
     a, b, c = faces.T
     return np.asarray((a != b) & (b != c) & (c != a))
@@ -103,7 +103,7 @@ def end_of_edge(keys: Longs, start: int, stop: int) -> int:
 
 @compiled(nogil=True)
 def count_edges(offsets: Longs, keys: Longs) -> tuple[int, int]:
-    """How many edges there are, and how many of them have two faces."""
+    """The number of edges, and of those with two faces."""
     count, two_faced = 0, 0
     for i in range(offsets.shape[0] - 1):
         start, stop = offsets[i], offsets[i + 1]
@@ -185,7 +185,7 @@ class EdgeFaces(NamedTuple):
 
 
 def edge_faces(faces: Ints) -> EdgeFaces:
-    """What `edge_face_counts` and `face_adjacency` give, in one go."""
+    """The results of `edge_face_counts` and `face_adjacency`, in one pass."""
     offsets, keys = faces_by_edge(np.ascontiguousarray(faces, dtype=np.int32), vertex_bound(faces))
     pairs, counts = listed_edges(offsets, keys)
     neighbours, shared = _two_faced(offsets, keys)

@@ -56,7 +56,7 @@ def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress:
     Args:
         declared: the filter.
         inputs: all its values, of `resolved`.
-        layer: what it reads.
+        layer: the mesh that it reads.
         on_progress: called with the share of the work that is done; an exception that it raises stops the work.
 
     Raises:
@@ -85,7 +85,7 @@ def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress:
 
 
 def reason(error: Exception) -> str:
-    """What went wrong, as the end of a sentence; an error that is none of ours is named."""
+    """The cause of an error, as the end of a sentence; an error of another package is named by its class."""
     return str(error) if isinstance(error, PymeshfairError) else f"{type(error).__name__}: {error}"
 
 

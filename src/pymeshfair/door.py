@@ -21,7 +21,8 @@ from .declaration import Filter, FilterClass
 from .declaration import Mesh as MeshParameter
 from .files.errors import ContentsError
 from .files.reading import Reading
-from .mesh_data import MeshData, Source, Texture
+from .filters.topology import proper_faces
+from .mesh_data import MeshData, Source, Texture, as_levels
 from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, diagonal_of, mean_edge_of
 from .meshlab.base import BASE
 from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
@@ -44,7 +45,7 @@ class Layer:
     """A layer as it went in.
 
     Attributes:
-        mesh: what it was.
+        mesh: the mesh.
         visible: whether it was visible.
     """
 
@@ -83,7 +84,7 @@ class Door:
             self._send(layer.mesh)
             self._ids[number] = BASE.current_mesh_id(self._meshset)
             self._sent[number] = layer.mesh
-            if count := int((~_keeps(layer.mesh.faces)).sum()) if len(layer.mesh.faces) else 0:
+            if count := int((~proper_faces(layer.mesh.faces)).sum()):
                 lost.append(f"MeshLab leaves out faces of {layer.mesh.label} with a vertex twice ({count:,})")
             if not layer.visible:
                 self._apply("set_mesh_visibility", isvisible=False)
@@ -155,7 +156,7 @@ class Door:
         inside.set_label(mesh.label)
         inside.add_vertex_custom_scalar_attribute(np.arange(1.0, len(mesh.vertices) + 1.0), _ID)
         if len(mesh.faces):
-            numbers = np.flatnonzero(_keeps(mesh.faces)) + 1.0
+            numbers = np.flatnonzero(proper_faces(mesh.faces)) + 1.0  # MeshLab's reader leaves out the others
             inside.add_face_custom_scalar_attribute(numbers, _ID)
         if mesh.vertex_selection.any() or mesh.face_selection.any():
             for _ in range(2):  # filters ask for the number of selected elements, which reading a file does not set
@@ -215,7 +216,7 @@ class Door:
             if keeps_normals or normals.any():
                 vertex["normals"] = _unit(normals)
         if mesh.has_vertex_color():
-            vertex["colors"] = np.rint(mesh.vertex_color_matrix() * 255.0).astype(np.uint8)
+            vertex["colors"] = as_levels(mesh.vertex_color_matrix())
         if mesh.has_vertex_scalar():
             vertex["scalars"] = np.ascontiguousarray(mesh.vertex_scalar_array())
         if mesh.has_vertex_tex_coord() and not (
@@ -229,7 +230,7 @@ class Door:
             vertex["selection"] = np.ascontiguousarray(mesh.vertex_selection_array())
         if len(faces):
             if mesh.has_face_color():
-                face["colors"] = np.rint(mesh.face_color_matrix() * 255.0).astype(np.uint8)
+                face["colors"] = as_levels(mesh.face_color_matrix())
             if mesh.has_face_scalar():
                 face["scalars"] = np.ascontiguousarray(mesh.face_scalar_array())
             if mesh.selected_face_number():
@@ -297,7 +298,7 @@ class Door:
 
 
 class _Measured:
-    """What lengths are relative to."""
+    """The sizes that lengths are relative to."""
 
     def __init__(self, vertices: Any, faces: Any, edges: Any) -> None:
         self._arrays = vertices, faces, edges
@@ -435,12 +436,6 @@ def _place_texture(texture: Texture, folder: Path, number: int) -> str:
     return name
 
 
-def _keeps(faces: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """(m,) the faces that MeshLab's reader keeps: those without a vertex twice."""
-    a, b, c = faces.T
-    return np.asarray((a != b) & (b != c) & (c != a))
-
-
 def _faux(mesh: MeshData) -> NDArray[np.int32]:
     """(m,) MeshLab's marks of the edges that lie within polygons."""
     polygon = mesh.face_attributes["polygon"]
@@ -468,7 +463,7 @@ def _write_for_meshlab(mesh: MeshData, path: Path, textures: list[str]) -> None:
     if (places := attributes.get("texture_coordinates")) is not None:
         vertex += [("double", name, places[:, k]) for k, name in enumerate(("texture_u", "texture_v"))]
     vertex += _color_columns(attributes)
-    chosen = _keeps(mesh.faces) if len(mesh.faces) else np.empty(0, np.bool_)
+    chosen = proper_faces(mesh.faces)
     face: list[tuple[str, str, Any]] = [("list uchar int", "vertex_indices", mesh.faces)]
     if "selection" in of_faces or "polygon" in of_faces:
         marks = mesh.face_selection * np.int32(_SELECTED)
@@ -522,7 +517,7 @@ def _table(columns: list[tuple[str, str, Any]], chosen: NDArray[np.bool_] | None
 
 
 def load_unchecked(path: Path, folder: Path) -> Reading:
-    """A file of a format that nothing but MeshLab's own reader understands.
+    """A file of a format that only MeshLab's own reader understands.
 
     Args:
         path: the file, which is trusted.

@@ -80,10 +80,10 @@ class RunError(PymeshfairError):
 
 @dataclass(frozen=True)
 class Place:
-    """Where in a run: at a step of the recipe, or before or after the steps.
+    """A place in a run: a step of the recipe, or before or after the steps.
 
     Attributes:
-        doing: what was going on in words: ``"reading scan.ply"``, ``"step 2 of 5, 'Close Holes'"``.
+        doing: the work in words: ``"reading scan.ply"``, ``"step 2 of 5, 'Close Holes'"``.
         step: the number of the step from 1, or None outside the steps.
         total: how many steps the recipe has.
         filter: MeshLab's name of the step's filter.

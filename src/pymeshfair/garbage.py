@@ -1,4 +1,4 @@
-"""How often Python looks for garbage: a process of ours lives for seconds, and most of what it makes stays to its end."""
+"""Rare garbage collection: a process of ours lives for seconds, and most of its objects live to its end."""
 
 from __future__ import annotations
 

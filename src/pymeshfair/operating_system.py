@@ -1,4 +1,4 @@
-"""What only some operating systems can: process groups, limits of memory, locks on files, folders that reach the disk.
+"""Features of single operating systems: process groups, limits of memory, locks on files, folders that reach the disk.
 
 `this_system` gives what this machine has. `Portable` is the fallback, for Windows and whatever else is not POSIX: everything
 works with it, but with less protection, as each method says. The environment variable `FORCE_PORTABLE` chooses it anywhere.
@@ -23,7 +23,7 @@ _ALL = (1 << 63) - 1
 
 
 class Portable:
-    """What every system can do that Python runs on."""
+    """Features of every system that Python runs on."""
 
     #: the signals by which a user or the system asks a process to end, as far as there are any
     stop_signals: tuple[str, ...] = ("SIGINT", "SIGTERM")
@@ -76,12 +76,12 @@ class Portable:
         return ""
 
     def processors(self) -> int:
-        """How many processors this process may use; here all of the machine."""
+        """The number of processors that this process may use; here all of the machine."""
         return os.cpu_count() or 1
 
 
 class Posix(Portable):
-    """What Linux and macOS can do besides."""
+    """Features of Linux and macOS."""
 
     stop_signals = ("SIGINT", "SIGTERM", "SIGHUP")
     can_fork = sys.platform == "linux"  # the frameworks of macOS do not survive it
@@ -174,5 +174,5 @@ class Posix(Portable):
 
 
 def this_system() -> Portable:
-    """What the machine can do that this process runs on."""
+    """The features of the system that this process runs on."""
     return Portable() if os.name != "posix" or os.environ.get(FORCE_PORTABLE) else Posix()

@@ -28,27 +28,27 @@ from .scripts.write import format_script
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
-#: what recipes are there to do, in the order in which one would do it
+#: the tasks of recipes, in the usual order of work
 TASKS = ("clean", "denoise", "smooth", "repair", "prepare", "change the shape", "curves", "look")
 
 
 @dataclass(frozen=True)
 class RecipeInfo:
-    """What the comment at the head of a recipe says.
+    """The comment at the head of a recipe, taken apart.
 
     The comment is a title on the first line and paragraphs, some of which begin with a word and a colon: ``Task:``, ``For:``,
     ``Fits:``, ``Judged:``, ``Does:``, ``Tune:`` and ``Superseded:``. Any of them may be missing.
 
     Attributes:
         title: the first line.
-        task: what it is there to do (``Task:``), one of `TASKS` for shipped recipes.
+        task: its task (``Task:``), one of `TASKS` for shipped recipes.
         fits: for which scans the recipe is, in numbers (``Fits:``); `pymeshfair.scripts.fits.parse_fits` reads it.
         judged: by what measure it is the best choice for these (``Judged:``).
         purpose: for which scans the recipe is (``For:``).
-        does: what it does to them (``Does:``).
-        tune: what to change when the result is not right (``Tune:``).
+        does: its effect on them (``Does:``).
+        tune: the settings to change when the result is not right (``Tune:``).
         more: the other paragraphs.
-        superseded: what to take instead (``Superseded:``), of a recipe that is kept only because it was shipped once.
+        superseded: the better choice (``Superseded:``), of a recipe that is kept only because it was shipped once.
     """
 
     title: str = ""
@@ -145,7 +145,7 @@ def superseded_recipes() -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class RecipeHead:
-    """What a shipped recipe says of itself, known without looking at its filters.
+    """The head of a shipped recipe, read without its filters.
 
     Attributes:
         name: under which it is loaded.

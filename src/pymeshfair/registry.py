@@ -73,7 +73,7 @@ class Plugin:
     Attributes:
         distribution: the package that names it.
         entry_point: as in `BrokenPlugin`.
-        filters: what it declares, each once.
+        filters: those that it declares, each once.
     """
 
     distribution: str

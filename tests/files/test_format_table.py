@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -103,7 +104,7 @@ def test_the_page_has_what_files_keep(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["ply", "obj", "off", "stl", "glb", "3mf", "wrl"])
 def test_others_read_what_was_written(name: str, tmp_path: Path) -> None:
     """Pymeshlab and trimesh find the same surface in every format, with its colours where pymeshlab reads such."""
-    mesh = everything(tmp_path, cloud=0, corners=1).replaced(edges=np.empty((0, 2), np.int32))  # MeshLab's glTF has none
+    mesh = replace(everything(tmp_path, cloud=0, corners=1), edges=np.empty((0, 2), np.int32))  # MeshLab's glTF has none
     path = tmp_path / f"out.{name}"
     save(mesh, path)
     theirs, _ = meshlab(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -47,7 +48,7 @@ def test_polygons_have_their_area(tmp_path: Path, source: str, output: str) -> N
     mesh = read(tmp_path / source, obj() if source == "b.obj" else off())
     assert_shape(mesh.vertices, mesh.faces)
     assert len(mesh.faces) == 20
-    save(mesh.replaced(source=None), tmp_path / output)
+    save(replace(mesh, source=None), tmp_path / output)
     again = read_file(tmp_path / output).mesh
     assert_shape(again.vertices, again.faces)
     if output != "a.stl":

@@ -9,6 +9,7 @@ import pytest
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.fairing.tangential import improve_triangles, tangential_smoothing
 from pymeshfair.filters.geometry import WalkableSurface, face_normals, mean_edge_length
+from pymeshfair.filters.inspection import sharp_edges
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.topology import border_vertices
 from tests.meshes import AWKWARD, Floats, Ints, Mesh, grid, icosphere, irregular_grid, rotation
@@ -93,6 +94,17 @@ def test_a_sharp_edge_stays_straight() -> None:
     for result, cells in ((tangential_smoothing(folded, faces, iterations=10), faces), improve_triangles(folded, faces)):
         _, _, far = surface.closest(result[cells].mean(axis=1), np.arange(len(faces), dtype=np.int32))
         assert 0.0 < far.max() <= 0.2 * allowed + 1e-14
+
+
+def test_edges_of_noise_hold_no_triangle() -> None:
+    """Four in five vertices of a noisy sheet are at sharp edges, and its triangles may leave it as far as those of a smooth one."""
+    flat, faces = irregular_grid(25, 25, amount=0.4)
+    edge = mean_edge_length(flat, faces)
+    noisy = flat + np.random.default_rng(3).normal(size=flat.shape) * [0.0, 0.0, 0.3 * edge]
+    assert len(np.unique(sharp_edges(noisy, faces).pairs)) > 0.8 * len(noisy)
+    result = tangential_smoothing(noisy, faces, iterations=10, max_deviation=0.05 * edge)
+    _, _, far = WalkableSurface.of(noisy, faces).closest(result[faces].mean(axis=1), np.arange(len(faces), dtype=np.int32))
+    assert np.mean(far > 0.2 * 0.05 * edge) > 0.5
 
 
 def test_no_triangle_folds() -> None:

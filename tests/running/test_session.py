@@ -410,7 +410,7 @@ def test_the_report_describes_the_files(tmp_path: Path) -> None:
     json.dumps({name: part for name, part in report.items() if name not in ("staged", "maps")}, allow_nan=False)
 
 
-@pytest.mark.parametrize("moment", ["stage_textures", "_to_disk"])
+@pytest.mark.parametrize("moment", ["stage_textures", "to_disk"])
 def test_a_disk_that_is_full_at_any_moment_of_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str) -> None:
     """Whatever part of writing finds the disk full, it is an error about the output and no defect."""
 

@@ -1,4 +1,4 @@
-"""Scripts with one more step, setting or tag; what another script does differently, and the table of a notebook."""
+"""Scripts with one more step, setting or tag; the differences of two scripts; the table of a recipe for notebooks."""
 
 from __future__ import annotations
 

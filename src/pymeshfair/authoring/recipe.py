@@ -29,7 +29,6 @@ else:  # importing them takes longer than importing pymeshlab, and a program may
     registry = ImportedWhenUsed("pymeshfair.registry")
     scripts = ImportedWhenUsed("pymeshfair.scripts")
     supervise = ImportedWhenUsed("pymeshfair.running.supervise")
-    words = ImportedWhenUsed("pymeshfair.authoring.building")
     warnings = ImportedWhenUsed("pymeshfair.scripts.warnings")
 
 
@@ -100,7 +99,7 @@ class Recipe(FilterMethods):
             name: letters, digits and underscores.
             default: the value as text, such as ``"6edge"``.
             unit: in which it is, for readers.
-            description: what it does, for readers.
+            description: its effect, for readers.
 
         Raises:
             ParameterError: the name has other characters.
@@ -153,7 +152,7 @@ class Recipe(FilterMethods):
 
     @property
     def changes(self) -> tuple[Change, ...]:
-        """How the script that was loaded was upgraded."""
+        """The changes by which the loaded script was upgraded."""
         return self._changes
 
     def __iter__(self) -> Iterator[Step]:
@@ -175,11 +174,11 @@ class Recipe(FilterMethods):
         return building.recipe_table(self.name, self._script)
 
     def differences(self, other: Recipe) -> list[str]:
-        """What `other` does that this recipe does not, or with other values, one sentence each; empty if they do the same."""
+        """The differences of `other` from this recipe, one sentence each; empty if they do the same."""
         return building.differences(self._script, other._script)
 
     def check(self, mesh: MeshSet | str | os.PathLike[str] | None = None, *, layers: int = 1) -> list[str]:
-        """What the recipe may surprise with, one sentence each; its steps and values are valid in any case.
+        """Warnings about the recipe, one sentence each; its steps and values are valid in any case.
 
         Args:
             mesh: a mesh set or a mesh file that the lengths must suit; None looks at no mesh.

@@ -1,4 +1,4 @@
-"""What would go wrong: the inputs, the outputs and the room on the disk, looked at before anything is done."""
+"""Checks before a batch: inputs, outputs, and room on the disk."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _GROWTH = 2.0
 
 @dataclass(frozen=True)
 class Prospect:
-    """What a batch would do.
+    """The work that a batch would do.
 
     Attributes:
         states: of each scan ``"to do"``, ``"done"`` or ``"cannot be done"``, by its number.

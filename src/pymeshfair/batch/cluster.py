@@ -30,14 +30,6 @@ def workers_of_scheduler(
 ) -> Iterator[OfScheduler]:
     """The workers of a scheduler, see `pymeshfair.batch.station.Workers`.
 
-    Args:
-        scheduler: of dask.
-        template: what all runs share.
-        scans: of the batch.
-        folder: of outputs.
-        items: takes what has ended.
-        name: of the batch.
-
     Raises:
         ClusterError: no scheduler, no worker, or one that has other versions or does not see the files.
     """
@@ -54,7 +46,7 @@ def workers_of_scheduler(
 
 
 def recipe_problems(recipe: bytes, digest: str) -> list[str]:
-    """Why this process cannot run a pickled recipe of that digest."""
+    """The reasons why this process cannot run a pickled recipe of that digest."""
     try:
         here: str = pickle.loads(recipe).digest
     except PymeshfairError as error:
@@ -112,7 +104,7 @@ class OfScheduler:
 
 
 class _Plugin(WorkerPlugin):
-    """What every worker keeps while a batch lasts; dask sends it to workers that come later, too."""
+    """The station of every worker during a batch; dask sends it to workers that join later, too."""
 
     def __init__(self, batch: str, template: bytes, folder: Path, wanted: Conditions) -> None:
         """See the class; `batch` is what the names of its tasks begin with, and `template` a pickled `Job`."""

@@ -24,7 +24,7 @@ _SMALL = 128
 
 
 def page_path(folder: Path, output: Path) -> Path:
-    """Where the page of a scan goes: ``reports/scan.ply.html`` in the folder of the batch, for its output ``scan.ply``."""
+    """The path of the page of a scan: ``reports/scan.ply.html`` in the folder of the batch, for its output ``scan.ply``."""
     place = output.relative_to(folder)
     return folder / PAGES / place.with_name(f"{place.name}.html")
 
@@ -34,7 +34,7 @@ def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite
 
     Args:
         input: the mesh file.
-        output: what it became.
+        output: the result.
         page: the .html file to write; what is needed to take it again goes beside it.
         memory: bytes that the process may take.
         overwrite: whether to replace files there that are no page of ours.
@@ -69,7 +69,7 @@ def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite
 
 
 def _former(kept: Path) -> dict[str, Any]:
-    """What was kept of a page that was made before; empty if there is none."""
+    """The digests and picture of a page that was made before; empty if there is none."""
     try:
         found = json.loads(kept.read_bytes())
     except (OSError, ValueError):
@@ -105,7 +105,7 @@ def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
         left_out=["No spectrum: `pymeshfair spectrum` tells it."],
         run=RunPart(steps_of(record), change, record["recipe"]["text"], json.dumps(record, indent=2, ensure_ascii=False)),
     )
-    (stage / "new" / "page.html").write_bytes(page.encode("utf-8", "replace"))
+    (stage / "new" / "page.html").write_bytes(page)
     picture = draw_meshes([read.mesh for read in meshes], ["", ""], Appearance(width=_SMALL, height=_SMALL, titles=False))
     small = figure_of(picture, "", "")
     return {"source": small.source, "width": small.width, "height": small.height}

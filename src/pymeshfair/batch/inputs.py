@@ -16,7 +16,7 @@ from ..errors import ParameterError
 from ..files.formats import READABLE, extension
 from ..files.provenance import read_provenance
 
-#: what a folder may hold besides scans; a pattern takes them all the same
+#: extensions that are skipped in a folder, as they are rarely scans; a pattern takes them all the same
 _RARELY_A_MESH = frozenset(("txt",))
 _COLUMNS = ("input", "output")
 

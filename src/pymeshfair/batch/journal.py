@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from types import TracebackType
 
 from ..errors import PymeshfairError
 from ..operating_system import this_system
@@ -31,7 +30,7 @@ class Journal:
         """Open and lock the journal.
 
         Args:
-            folder: where the outputs go.
+            folder: that of the outputs.
             resume: keep the lines of earlier batches; else they are deleted when the first scan ends.
 
         Raises:
@@ -56,7 +55,7 @@ class Journal:
     def __enter__(self) -> Journal:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self._file.close()
 
     def append(self, outcome: Outcome) -> None:

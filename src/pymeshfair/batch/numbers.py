@@ -11,7 +11,7 @@ from .outcome import Outcome
 
 #: of a robust z beyond which a number counts as far from the others [iglewicz1993]
 FAR = 3.5
-#: of fewer numbers none is said to be far from the others
+#: with fewer numbers there are no outliers
 _FEWEST = 5
 #: a normal distribution's standard deviation over its median absolute deviation, and over its mean absolute deviation
 _BY_MEDIAN, _BY_MEAN = 1.482602, 1.253314
@@ -42,12 +42,12 @@ def area_change(outcome: Outcome) -> float | None:
 
 
 def roughness_before(outcome: Outcome) -> float | None:
-    """How rough the scan was: the mean angle between neighbouring faces in degrees, None for clouds."""
+    """The roughness of the scan: the mean angle between neighbouring faces in degrees, None for clouds."""
     found: float | None = None if outcome.before is None else outcome.before.get("roughness")
     return found
 
 
-#: what a scan can be an outlier in, in words
+#: the numbers in which a scan can be an outlier
 QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
     "displacement": displacement_in_edges,
     "area": area_change,
@@ -67,7 +67,7 @@ def outliers(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
 
 
 def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
-    """How far each number lies from the median, in standard deviations estimated by the median absolute deviation.
+    """The distance of each number from the median, in standard deviations estimated by the median absolute deviation.
 
     Where more than half of the numbers are the same that is 0, and the mean absolute deviation takes its place [iglewicz1993].
 
@@ -95,7 +95,7 @@ def worst_first(outcomes: Sequence[Outcome]) -> list[Outcome]:
 
 
 def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
-    """What the tables say of a scan, by the names of their columns."""
+    """The row of a scan in the tables, by the names of their columns."""
     before, after, moved = outcome.before or {}, outcome.after or {}, outcome.displacement or {}
     return {
         "input": outcome.input,

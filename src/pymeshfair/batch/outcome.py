@@ -1,11 +1,11 @@
-"""What came of one scan: a line of the journal, a row of the tables."""
+"""The outcome of one scan: a line of the journal, a row of the tables."""
 
 from __future__ import annotations
 
 import json
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, Literal
@@ -20,7 +20,7 @@ Status = Literal["done", "broken", "failed"]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one scan.
+    """The outcome of one scan.
 
     Attributes:
         input: the mesh file.
@@ -66,24 +66,7 @@ class Outcome:
     @classmethod
     def of_result(cls, job: Job, result: RunResult, host: str) -> Outcome:
         """Of a run that wrote its output."""
-        record = read_provenance(result.output) or {}
-        return cls(
-            str(job.input),
-            str(job.output),
-            "broken" if result.breaches else "done",
-            result.seconds,
-            now(),
-            host,
-            digests_of(record),
-            result.before or None,
-            result.after or None,
-            result.change.get("moved"),
-            tuple({"filter": step.filter, "seconds": step.seconds} for step in result.steps),
-            result.warnings,
-            result.breaches,
-            peak_memory=result.peak_memory,
-            unit=result.unit,
-        )
+        return replace(cls.of_record(result.record, job.input, job.output), finished=now(), host=host)
 
     @classmethod
     def of_error(cls, input: Any, output: Any, error: BaseException, seconds: float, host: str) -> Outcome:

@@ -38,7 +38,7 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
 
     Args:
         folder: of the batch.
-        summary: what it did.
+        summary: its results.
         made: of each output what `pymeshfair.batch.drawing.draw` gave back, ``"problem"``, or nothing.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What a batch will do: every scan with its recipe and its output, no two of which meet."""
+"""The plan of a batch: every scan with its recipe and its output; no two outputs are the same file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..running.job import Job
 from ..scripts.warnings import traps
 from .inputs import Asked, labels
 
-#: what a name of outputs may say of an input
+#: placeholders in the name of outputs, which stand for parts of the input's path
 PLACEHOLDERS = ("{stem}", "{name}", "{extension}", "{folder}", "{parent}", "{number}")
 #: so many collisions are named
 _NAMED = 10
@@ -30,7 +30,7 @@ class Scan:
         number: from 1, in the order of the batch.
         input: the mesh file.
         output: the file to write.
-        overrides: what its own row of a table changes of the recipe.
+        overrides: changes of the recipe by its own row of a table.
         recipe: with these changes.
         label: a short name that no other scan of the batch has.
     """
@@ -47,7 +47,7 @@ def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Jo
     """The run of one scan.
 
     Args:
-        template: what all runs of the batch share.
+        template: the options that all runs share.
         scan: the scan.
         threads: that filters may use.
         memory: bytes, where the template gives none.
@@ -69,7 +69,7 @@ def plan_scans(asked: Sequence[Asked], recipe: Recipe, folder: Path, name: str =
     """The scans of a batch.
 
     Args:
-        asked: what to clean.
+        asked: the scans to clean, as the user named them.
         recipe: for all of them.
         folder: where outputs go, an absolute path; names may have folders within it.
         name: of outputs, with `PLACEHOLDERS`; empty for those of the inputs, as .ply where a format cannot be written.

@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Literal, Protocol, TypeAlias
 
 from ..errors import RunError
@@ -28,7 +27,7 @@ from .plan import Scan, job_of
 
 #: seconds to wait for another run of the same output: of a lost worker, which may still be clearing up
 _PATIENCE = 20.0
-#: what is done with a scan: it is cleaned, or its page is drawn
+#: the work on a scan: it is cleaned, or its page is drawn
 Kind: TypeAlias = Literal["clean", "draw"]
 
 
@@ -49,7 +48,7 @@ class Station:
         """See the class.
 
         Args:
-            template: what all runs share.
+            template: the options that all runs share.
             slots: tasks at a time; each takes its share of processors and memory.
             pool: lends the processes, see `pool_of`; it is closed with the station.
         """
@@ -159,7 +158,7 @@ class Workers(Protocol):
         """End what is under way, and begin nothing more."""
 
     def look(self) -> str | None:
-        """What should be said of the workers.
+        """A message about the workers for the user, or None.
 
         Raises:
             LostSchedulerError: none of them can be asked any more.
@@ -180,7 +179,7 @@ class ThisMachine:
     def __enter__(self) -> ThisMachine:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self.give_up()
         self._station.close()
 

@@ -25,7 +25,7 @@ TABLE, DOCUMENT = "batch.csv", "batch.json"
 
 @dataclass(frozen=True)
 class Summary:
-    """What a batch did.
+    """The results of a batch.
 
     Attributes:
         outcomes: of the scans that have one, in the order of the batch.
@@ -57,7 +57,7 @@ class Summary:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many scans there are, and of which status; how many were done before; how many have not been begun or ended."""
+        """The number of scans: in all, by status, done before, and not done yet."""
         by_status = Counter(outcome.status for outcome in self.outcomes)
         return {
             "scans": self.planned,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -33,25 +33,17 @@ from .summary import Summary
 _OPENED = 4
 
 
-def sample(scans: Sequence[Scan], count: int, *, on_opened: Callable[[int, int], None] = lambda i, n: None) -> list[Scan]:
-    """The `count` scans that lie furthest apart in the ranks of their size and of their noise, in the order of the batch.
+def sample(scans: Sequence[Scan], count: int) -> list[Scan]:
+    """The `count` (at least 1) scans that lie furthest apart in the ranks of size and of noise, in the order of the batch.
 
     Size is that of the file; noise is the mean angle between neighbouring faces, of a few scans that are spread by size. One that
     cannot be opened is chosen for its size alone.
-
-    Args:
-        scans: to choose from.
-        count: at least 1.
-        on_opened: called as scans are opened, with how many and of how many.
     """
     if count >= len(scans):
         return list(scans)
     by_size = sorted(scans, key=lambda scan: (scan.input.stat().st_size if scan.input.is_file() else 0, scan.number))
     opened = [by_size[i] for i in _spread(len(by_size), min(len(by_size), _OPENED * count))]
-    noise = []
-    for number, scan in enumerate(opened, 1):
-        noise.append(_noise(scan.input))
-        on_opened(number, len(opened))
+    noise = [_noise(scan.input) for scan in opened]
     ranked = {k: r for r, k in enumerate(sorted(range(len(opened)), key=lambda k: noise[k]))}
     places = [(k / len(opened), ranked[k] / len(opened)) for k in range(len(opened))]
     chosen = [0]  # the smallest
@@ -212,14 +204,14 @@ def _is_whole(record: Mapping[str, Any], scan: Scan, path: Path) -> bool:
 
 
 class Audience(Listener, Protocol):
-    """Who is told how a batch goes, from its beginning."""
+    """Receives the progress of a batch, from its beginning."""
 
     def begin(self, total: int) -> None:
         """So many scans are to do."""
 
 
 class _Record:
-    """Keeps what came of scans, and passes on what is told."""
+    """Collects outcomes and pages, and passes them on to the audience."""
 
     def __init__(self, audience: Audience, outcomes: Mapping[int, Outcome]) -> None:
         self._audience = audience
@@ -289,7 +281,7 @@ class Task:
         self._renumber = renumber and resume
 
     def look_ahead(self) -> Prospect:
-        """What would be done; nothing is written.
+        """The work that would be done; nothing is written.
 
         Raises:
             ScriptError, InputError: see `pymeshfair.batch.checks.look_ahead`.
@@ -317,7 +309,7 @@ class Task:
         """Do it, and write ``batch.json`` and ``batch.csv``, also if it is interrupted, and ``batch.html`` if a report is wanted.
 
         Args:
-            audience: who is told.
+            audience: receives the progress.
             pool: see `processes`.
 
         Raises:

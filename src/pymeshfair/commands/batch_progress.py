@@ -1,11 +1,10 @@
-"""What a batch shows while it goes on: a bar on a terminal, a line a scan elsewhere; always on stderr."""
+"""The progress of a batch: a bar on a terminal, a line a scan elsewhere; always on stderr."""
 
 from __future__ import annotations
 
 import sys
 import time
 from collections.abc import Mapping
-from types import TracebackType
 from typing import Any
 
 from rich.console import Console
@@ -28,7 +27,7 @@ class BatchLines:
     def __enter__(self) -> BatchLines:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         pass
 
     def begin(self, total: int) -> None:
@@ -74,7 +73,7 @@ class BatchBar:
         self._bar.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self._bar.stop()
 
     def begin(self, total: int) -> None:
@@ -123,7 +122,7 @@ def told(scan: Scan, outcome: Outcome) -> str:
 
 
 def counted_warnings(outcome: Outcome) -> str:
-    """How many warnings a scan had."""
+    """The number of warnings of a scan, in words."""
     return "1 warning" if len(outcome.warnings) == 1 else f"{len(outcome.warnings)} warnings"
 
 

@@ -1,4 +1,4 @@
-"""What a batch says at its end, and what it would do."""
+"""The tables of a batch: its results, or with --dry-run its plan."""
 
 from __future__ import annotations
 

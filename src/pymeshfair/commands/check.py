@@ -51,7 +51,7 @@ def check(
 
 
 def _verdict(name: str, diagonal: float | None) -> dict[str, Any]:
-    """What a check finds, in terms of JSON, with the words for people under ``"said"``."""
+    """The verdict on a recipe in terms of JSON; ``"said"`` is the text to print."""
     from ..errors import PymeshfairError
     from ..scripts.warnings import script_warnings
 

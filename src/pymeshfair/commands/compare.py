@@ -7,19 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from . import options
 from .json_document import print_document
-from .options import (
-    AllowOutside,
-    Json,
-    Limits,
-    Overwrite,
-    Tolerance,
-    Unchecked,
-    Unit,
-    limits_in_mesh_units,
-    tolerance_in_mesh_units,
-)
-from .report_file import Report, Up, check_report, compared_files, report_page, say_report
+from .report_file import Report, Up, check_report, compared_files, page_numbers, say_report
 from .standard_files import STANDARD, check_text, save_text
 from .streams import warn
 
@@ -41,9 +31,9 @@ def compare(
             help="Whether to look for faces that cut others; by default in meshes of at most 200,000 vertices.",
         ),
     ] = None,
-    tolerance: Tolerance = None,
-    limits: Limits = None,
-    unit: Unit = None,
+    tolerance: options.Tolerance = None,
+    limits: options.Limits = None,
+    unit: options.Unit = None,
     align: Annotated[
         bool, typer.Option("--align", help="Turn and move AFTER onto BEFORE first, for scans of one object taken twice.")
     ] = False,
@@ -60,10 +50,10 @@ def compare(
     ] = None,
     report: Report = None,
     up: Up = "y",
-    allow_outside: AllowOutside = False,
-    unchecked: Unchecked = False,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    allow_outside: options.AllowOutside = False,
+    unchecked: options.Unchecked = False,
+    overwrite: options.Overwrite = False,
+    json: options.Json = False,
 ) -> None:
     """Tell what lies between two meshes or clouds: how far apart they are, what was kept, lost, added and removed.
 
@@ -100,8 +90,8 @@ def compare(
     for warning in warnings:
         warn(warning)
     first, second = (state_of(mesh) for mesh in meshes)
-    allowed = tolerance_in_mesh_units(tolerance, unit, first.diagonal, first.mean_edge)
-    ends = limits_in_mesh_units(limits, unit, first.diagonal, first.mean_edge)
+    allowed = options.tolerance_in_mesh_units(tolerance, unit, first.diagonal, first.mean_edge)
+    ends = options.limits_in_mesh_units(limits, unit, first.diagonal, first.mean_edge)
     if report is None:
         found, distances = compare_states(first, second, tolerance=allowed)
     else:
@@ -122,11 +112,13 @@ def compare(
         "warnings": warnings,
     }
     if report is not None:
-        page = report_page(
+        from ..report.comparison_page import comparison_page
+
+        page = comparison_page(
             compared,
             title=f"{before.name} and {after.name}",
             subtitle="What lies between two meshes.",
-            numbers=numbers,
+            numbers=page_numbers(numbers),
             up=up,
             warnings=warnings,
             left_out=left_out,
@@ -139,13 +131,7 @@ def compare(
     if json:
         print_document(numbers)
     elif deviations != STANDARD:
-        _show(found, unit)
-        if alignment is not None:
-            spoken = f" {unit}" if unit else ""
-            typer.echo(
-                f"Aligned first: turned by {alignment['degrees']:.4g} degrees, moved by {alignment['shift']:.4g}{spoken}; 80 % "
-                f"of AFTER then lie {alignment['residual']:.4g}{spoken} from BEFORE (root mean square)"
-            )
+        _show(found, alignment, unit)
     if found.passed is False:
         raise typer.Exit(1)
 
@@ -175,7 +161,7 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     return replace(after, mesh=moved(after.mesh, found.vertices), warnings=warnings), told
 
 
-def _show(found: Comparison, unit: str | None) -> None:
+def _show(found: Comparison, alignment: dict[str, Any] | None, unit: str | None) -> None:
     from ..looking.words import area_headers, area_rows, comparison_lines, distance_headers, distance_rows, verdict_text
     from .tables import console, measures_table, table
 
@@ -189,3 +175,9 @@ def _show(found: Comparison, unit: str | None) -> None:
     for line in comparison_lines(found, unit):
         typer.echo(line)
     typer.echo(verdict_text(found, unit))
+    if alignment is not None:
+        spoken = f" {unit}" if unit else ""
+        typer.echo(
+            f"Aligned first: turned by {alignment['degrees']:.4g} degrees, moved by {alignment['shift']:.4g}{spoken}; 80 % "
+            f"of AFTER then lie {alignment['residual']:.4g}{spoken} from BEFORE (root mean square)"
+        )

@@ -19,7 +19,7 @@ class Failure:
 
     Attributes:
         kind: the name of the exception, e.g. ``"ScriptError"``.
-        message: what was wrong, where, and what to do.
+        message: the mistake, its place, and advice.
         exit_code: 1 the run failed, 2 wrong usage or an invalid recipe, 130 interrupted.
         details: further attributes of the exception, such as the problems of a script or the step that failed.
     """

@@ -1,4 +1,4 @@
-"""Checks of this machine: what it has, what is wrong, and what to do about that."""
+"""Checks of this machine, each with advice where something is wrong."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class Finding:
     """One thing that was looked at.
 
     Attributes:
-        name: what was looked at.
+        name: the examined part.
         ok: whether it is as it should be.
-        detail: what was found.
-        advice: what to do, when it is not.
+        detail: the result.
+        advice: the remedy, when it is not.
     """
 
     name: str
@@ -48,7 +48,7 @@ def look_around() -> Iterator[Finding]:
 
 
 def _safely(look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
-    """What `look` finds; an exception is a finding too, since here nothing may stop the other looks."""
+    """The findings of `look`; an exception is a finding too, so that the other looks go on."""
     try:
         yield from look()
     except Exception as error:
@@ -112,7 +112,7 @@ def look_at_numba() -> Iterator[Finding]:
     from ..filters.compilation import processor, stored
 
     njit: Any = numba.njit
-    works = bool(njit(_successor)(1) == 2)
+    works = bool(njit(lambda number: number + 1)(1) == 2)
     found = stored()
     detail = f"compiles; {found.installed} functions came compiled for {processor()}, {found.kept} more are in {found.folder}"
     advice = ""
@@ -121,10 +121,6 @@ def look_at_numba() -> Iterator[Finding]:
     elif found.installed + found.kept == 0:
         advice = "first runs take some seconds longer; `pymeshfair doctor --warm` compiles everything now"
     yield Finding("numba", works and found.lasts, detail, advice)
-
-
-def _successor(number: int) -> int:
-    return number + 1
 
 
 def look_at_plugins() -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""Which recipes a scan is for, in lines of text that fit a narrow terminal and a pipe."""
+"""The recipes that suit a scan, in lines of text that fit a narrow terminal and a pipe."""
 
 from __future__ import annotations
 

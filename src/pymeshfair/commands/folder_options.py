@@ -15,7 +15,7 @@ from typing import Any
 import typer
 
 OWN, PROJECT = Path("pymeshfair.toml"), Path("pyproject.toml")
-#: what a folder that came from elsewhere must not decide: what is replaced, what is read unchecked, who works and listens
+#: options that a folder from elsewhere must not set: replaced files, unchecked reading, and the machines that take part
 TYPED = ("overwrite", "allow-outside", "unchecked", "keep-broken", "scheduler", "host", "output", "help", "json", "debug")
 
 

@@ -1,4 +1,4 @@
-"""What all commands share: options, how much they print, and their end as one message or JSON document with an exit code."""
+"""Common to all commands: options, the amount of output, and the end as one message or JSON document with an exit code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What filters declare and recipes say about themselves, as data and as pages of text."""
+"""The declarations of filters and the heads of recipes, as data and as pages of text."""
 
 from __future__ import annotations
 

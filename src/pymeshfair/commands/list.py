@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 #: characters of a line
 _WIDTH = 80
-#: what stands before the words about a recipe
+#: the margin before the words about a recipe
 _MARGIN = " " * 24
 
 app = typer.Typer(help="List filters or recipes.", rich_markup_mode=None)

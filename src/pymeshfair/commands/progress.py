@@ -1,4 +1,4 @@
-"""What a run shows while it goes on: a bar on a terminal, lines elsewhere; always on stderr."""
+"""The progress of a run: a bar on a terminal, lines elsewhere; always on stderr."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def _compiled(event: Compiling) -> str:
 
 @contextlib.contextmanager
 def progress() -> Iterator[Callable[[Event], None]]:
-    """What shows events: nothing if little is to be printed, a bar if stderr is a terminal, else lines."""
+    """The display of events: none if little is to be printed, a bar if stderr is a terminal, else lines."""
     if talk() == Talk.LITTLE:
         yield lambda event: None
         return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,11 +11,8 @@ import typer
 from .streams import say
 
 if TYPE_CHECKING:
-    from ..filters.inspection import Limits
     from ..looking.mesh_state import MeshState
-    from ..looking.section import Plane
-    from ..report.comparison_page import Compared, RunPart, Verdict
-    from ..report.scene import Marker
+    from ..report.comparison_page import Compared
 
 Report = Annotated[
     Path | None,
@@ -40,7 +37,7 @@ def check_report(path: Path, up: str, *, overwrite: bool) -> None:
 
 
 def compared_files(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> tuple[Compared, list[str]]:
-    """What lies between two meshes that were read from files, and what is left out of it, with the reason."""
+    """The comparison of two meshes that were read from files, and the parts left out of it, with the reason."""
     from ..errors import PymeshfairError
     from ..looking.comparison import compare
     from ..looking.spectrum import measured_spectrum
@@ -63,42 +60,11 @@ def compared_files(before: MeshState, after: MeshState, *, tolerance: float | No
     return Compared(before, after, comparison, distances, spectra), left_out
 
 
-def report_page(
-    compared: Compared,
-    *,
-    title: str,
-    subtitle: str,
-    numbers: Mapping[str, Any],
-    up: str,
-    warnings: Sequence[str],
-    left_out: Sequence[str],
-    verdict: Verdict | None = None,
-    markers: Sequence[Marker] = (),
-    run: RunPart | None = None,
-    limits: Limits | None = None,
-    planes: Sequence[Plane] = (),
-    unit: str | None = None,
-) -> bytes:
-    """The page as the bytes of its file, with names of files alone; see `pymeshfair.report.comparison_page.comparison_page`."""
-    from ..report.comparison_page import comparison_page
+def page_numbers(numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """The document of a command in terms of JSON, with names of files alone, as a page has it."""
     from .json_document import plain
 
-    text = comparison_page(
-        compared,
-        title=title,
-        subtitle=subtitle,
-        numbers=plain({**numbers, "files": {key: path and path.name for key, path in numbers["files"].items()}}),
-        verdict=verdict,
-        markers=markers,
-        warnings=warnings,
-        left_out=left_out,
-        run=run,
-        up=up,
-        limits=limits,
-        planes=planes,
-        unit=unit,
-    )
-    return text.encode("utf-8", "replace")  # names of files may hold bytes that are no text
+    return dict(plain({**numbers, "files": {key: path and path.name for key, path in numbers["files"].items()}}))
 
 
 def say_report(path: Path) -> None:

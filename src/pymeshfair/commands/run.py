@@ -9,34 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from . import options
 from .json_document import print_document
-from .options import (
-    AllowOutside,
-    Json,
-    KeepAll,
-    KeepBroken,
-    KeepSharp,
-    MaxDisplacement,
-    MaxVolumeChange,
-    NoMeasures,
-    Others,
-    Recipe,
-    Require,
-    SchedulerAddress,
-    SchedulerFile,
-    SetValues,
-    TlsCaFile,
-    TlsCert,
-    TlsKey,
-    Unchecked,
-    Unit,
-    Upgrade,
-    check_measured,
-    guards,
-    memory_limit,
-    scheduler_of,
-)
-from .options import map_tolerance as kept_within
 from .report_file import Report, Up, check_report, say_report
 from .standard_files import open_recipe
 from .streams import Talk, printable, talk, warn
@@ -50,30 +24,30 @@ if TYPE_CHECKING:
 
 
 def run(
-    recipe: Recipe,
+    recipe: options.Recipe,
     input: Annotated[Path, typer.Argument(metavar="INPUT", help="The mesh file to clean.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The mesh file to write; its extension is the format.")],
-    set: SetValues = None,
-    others: Others = None,
-    upgrade: Upgrade = False,
+    set: options.SetValues = None,
+    others: options.Others = None,
+    upgrade: options.Upgrade = False,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
     memory: Annotated[
         str | None,
         typer.Option(metavar="SIZE", help="Memory that the run may take, such as 4GB; by default 80 % of the machine's."),
     ] = None,
-    allow_outside: AllowOutside = False,
-    unchecked: Unchecked = False,
-    keep_all: KeepAll = False,
+    allow_outside: options.AllowOutside = False,
+    unchecked: options.Unchecked = False,
+    keep_all: options.KeepAll = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input, and the files of --map and --report.")
     ] = False,
-    max_displacement: MaxDisplacement = "",
-    unit: Unit = None,
-    max_volume_change: MaxVolumeChange = "",
-    require: Require = "",
-    keep_sharp: KeepSharp = "",
-    keep_broken: KeepBroken = False,
-    no_measures: NoMeasures = False,
+    max_displacement: options.MaxDisplacement = "",
+    unit: options.Unit = None,
+    max_volume_change: options.MaxVolumeChange = "",
+    require: options.Require = "",
+    keep_sharp: options.KeepSharp = "",
+    keep_broken: options.KeepBroken = False,
+    no_measures: options.NoMeasures = False,
     map: Annotated[
         Path | None,
         typer.Option(metavar="MAP.ply", help="Write the intervention map there: what was kept, moved and added, and how far."),
@@ -85,18 +59,18 @@ def run(
     tiles: Annotated[
         bool, typer.Option("--tiles", help="Work by tiles, for clouds and meshes larger than memory; see docs/scale.md.")
     ] = False,
-    scheduler: SchedulerAddress = None,
-    scheduler_file: SchedulerFile = None,
-    tls_ca_file: TlsCaFile = None,
-    tls_cert: TlsCert = None,
-    tls_key: TlsKey = None,
+    scheduler: options.SchedulerAddress = None,
+    scheduler_file: options.SchedulerFile = None,
+    tls_ca_file: options.TlsCaFile = None,
+    tls_cert: options.TlsCert = None,
+    tls_key: options.TlsKey = None,
     resume: Annotated[
         bool,
         typer.Option("--resume", help="With --tiles: go on with a run that was killed, and let this one be gone on with."),
     ] = False,
     report: Report = None,
     up: Up = "y",
-    json: Json = False,
+    json: options.Json = False,
 ) -> None:
     """Clean a mesh file with a recipe.
 
@@ -108,7 +82,7 @@ def run(
 
     if report is not None:
         check_report(report, up, overwrite=overwrite)
-        check_measured(no_measures=no_measures)
+        options.check_measured(no_measures=no_measures)
     with workers_of_runs() as workers:
         if not tiles:
             workers.prepare()
@@ -117,7 +91,7 @@ def run(
 
         overrides = tuple(set or ())
         loaded = open_recipe(recipe, upgrade=upgrade).override(overrides)
-        limits = guards(
+        limits = options.guards(
             max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp
         )
         job = Job(
@@ -128,7 +102,7 @@ def run(
             warnings=(*(str(change) for change in loaded.changes if not change.same_meaning), *traps(loaded.script)),
             overwrite=overwrite,
             timeout=timeout,
-            memory_limit=memory_limit(memory),
+            memory_limit=options.memory_limit(memory),
             allow_outside=allow_outside,
             unchecked=unchecked,
             keep_all=keep_all,
@@ -137,11 +111,11 @@ def run(
             guards=limits,
             keep_broken=keep_broken,
             map=map,
-            map_tolerance=kept_within(map_tolerance, map),
+            map_tolerance=options.map_tolerance(map_tolerance, map),
             measures=not no_measures,
             unit=unit,
         )
-        cluster = scheduler_of(scheduler, scheduler_file, tls_ca_file, tls_cert, tls_key)
+        cluster = options.scheduler_of(scheduler, scheduler_file, tls_ca_file, tls_cert, tls_key)
         if tiles or cluster is not None or resume:
             if not tiles or report is not None:
                 raise typer.BadParameter(

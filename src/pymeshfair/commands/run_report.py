@@ -1,4 +1,4 @@
-"""The report of a run: what the recipe did to the mesh, whether it kept its limits, and where it did not."""
+"""The report of a run: changes of the mesh, and limits kept or broken."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 from ..files.writing import StagedFile, stage_file, write_file
 from ..looking.mesh_state import MeshState, state_of
-from ..report.comparison_page import RunPart, Verdict, verdict_of
+from ..report.comparison_page import RunPart, Verdict, comparison_page, verdict_of
 from ..report.scene import Marker
 from ..running.errors import GuardBroken
 from ..running.read import read_mesh
 from ..running.supervise import run_job
 from ..scripts.write import format_script
-from .report_file import check_report, compared_files, report_page, say_report
+from .report_file import check_report, compared_files, page_numbers, say_report
 from .streams import say
 
 if TYPE_CHECKING:
@@ -28,14 +28,9 @@ if TYPE_CHECKING:
 
 @contextlib.contextmanager
 def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], Sequence[StagedFile]]]:
-    """What makes the report of a run, to appear with its output; a run that breaks a limit, and so leaves none, is reported, too.
+    """Makes the report of a run, to appear with its output.
 
-    To show what a run without output would have written, it is repeated into a temporary folder.
-
-    Args:
-        job: the run.
-        path: the file to write.
-        up: the upright axis.
+    A run without output, because it broke a limit, is reported, too: it is repeated into a temporary folder to show its result.
     """
     before = state_of(read_mesh(job.input, self_intersections=None, allow_outside=job.allow_outside, unchecked=job.unchecked))
     target = path.absolute()
@@ -63,15 +58,17 @@ def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool
     compared = replace(compared, found=replace(compared.found, displacement=None))
     places = [(breach["place"], f"{breach['guard']}, vertex {breach['vertex']}") for breach in result.breaches if breach["place"]]
     written = f"written to {job.output.name}" if kept else "no output was written"
-    return report_page(
+    return comparison_page(
         compared,
         title=f"{job.input.name}: {job.recipe.title}",
         subtitle=f"The recipe {job.recipe.name} on {job.input.name}, {written}.",
-        numbers={
-            "files": {"before": job.input, "after": job.output if kept else None},
-            "change": result.change,
-            "comparison": compared.found,
-        },
+        numbers=page_numbers(
+            {
+                "files": {"before": job.input, "after": job.output if kept else None},
+                "change": result.change,
+                "comparison": compared.found,
+            }
+        ),
         up=up,
         unit=result.unit,
         warnings=result.warnings,

@@ -44,7 +44,7 @@ def spectrum(
     largest_size: Annotated[
         str, typer.Option(metavar="LENGTH", help="The longest wave of a band; four detail sizes if not given.")
     ] = "",
-    modes: Annotated[int, typer.Option(help="How many modes are told one by one, from the lowest.", min=0)] = 50,
+    modes: Annotated[int, typer.Option(help="How many modes are listed one by one, from the lowest.", min=0)] = 50,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
     overwrite: Overwrite = False,
     json: Json = False,

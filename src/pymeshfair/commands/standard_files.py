@@ -26,7 +26,7 @@ def open_recipe(name: str, *, upgrade: bool = False) -> Recipe:
 
 
 def read_script_bytes(path: Path) -> bytes:
-    """What a script's file or standard input holds, up to just above the most that a script may have."""
+    """The bytes of a script's file or of standard input, at most one more than a script may have."""
     from ..scripts.read import MOST_BYTES, read_bytes
 
     return sys.stdin.buffer.read(MOST_BYTES + 1) if path == STANDARD else read_bytes(path)

@@ -1,4 +1,4 @@
-"""Standard streams that are closed, full or a terminal: what is printed never ends a command half-way, and obeys nobody else."""
+"""Safe printing: closed or full streams do not abort a command; escape codes from files are removed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class LastingStream(io.TextIOWrapper):
     """A text stream that goes on, to nowhere, once it cannot be written.
 
     Attributes:
-        failure: why it could not be, None while it can; that nobody reads a pipe any more is no failure.
+        failure: the error that stopped writing, or None; a pipe whose reader is gone is no failure.
     """
 
     failure: OSError | None = None
@@ -48,7 +48,7 @@ class LastingStream(io.TextIOWrapper):
 
 
 def secure_streams() -> None:
-    """Make both output streams lasting ones, and open what is closed to nowhere: else a file would get the number 1 or 2."""
+    """Make both output streams lasting ones; closed ones go to the null device, so that no file gets the number 1 or 2."""
     while (number := os.open(os.devnull, os.O_RDWR)) < 3:  # the lowest number that is free
         pass
     os.close(number)
@@ -57,7 +57,7 @@ def secure_streams() -> None:
 
 def _lasting(number: int, stream: TextIO | None) -> TextIO:
     if stream is not None and type(stream) is not io.TextIOWrapper:
-        return stream  # somebody else's, such as a test's
+        return stream  # replaced by another program, such as a test
     if stream is not None:
         with suppress(OSError):
             stream.flush()
@@ -67,13 +67,13 @@ def _lasting(number: int, stream: TextIO | None) -> TextIO:
 
 
 def failure_of_stdout() -> OSError | None:
-    """Why something that was printed on stdout got lost, or None if nothing did."""
+    """The error by which output on stdout got lost, or None."""
     sys.stdout.flush()
     return sys.stdout.failure if isinstance(sys.stdout, LastingStream) else None
 
 
 class Talk(enum.IntEnum):
-    """How much is printed besides results, warnings and errors."""
+    """The amount of output besides results, warnings and errors."""
 
     LITTLE = 0
     USUAL = 1
@@ -84,20 +84,20 @@ _talk = Talk.USUAL
 
 
 def talk(how_much: Talk | None = None) -> Talk:
-    """How much is printed, from now on this much."""
+    """The amount of output; `how_much` sets it."""
     global _talk
     _talk = _talk if how_much is None else how_much
     return _talk
 
 
 def say(text: object, *, err: bool = False) -> None:
-    """Print what nobody asked for, unless little is to be printed."""
+    """Print a remark, unless little is to be printed."""
     if _talk > Talk.LITTLE:
         typer.echo(printable(text), err=err)
 
 
 def printable(text: object) -> str:
-    """The text without control characters, which a terminal would obey: names of files may have any; line feeds and tabs stay."""
+    """The text with control characters escaped, as a terminal would obey those in names of files; line feeds and tabs stay."""
     return "".join(c if c.isprintable() or c in "\n\t" else ascii(c)[1:-1] for c in str(text))
 
 

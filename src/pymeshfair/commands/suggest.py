@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
 
-#: how the smoothers that it is compared with are called, and how their amounts are said
+#: names of the smoothers that are compared, and the text of their amounts
 _SMOOTHERS = {
     "nothing": ("nothing", ""),
     "normal_filtering": ("normal filtering as above", ""),
@@ -88,7 +88,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, and by what was tried whether neighbours share their noise, and how much is noise: of impulses most is 0."""
+    """The traits with the noise as the trials found it: its kind and its amount, as the trait alone is near 0 for impulses."""
     if values is None:
         return traits
     noise = max(traits["noise"], values["drift"]) if values["shape"] != "clean" else traits["noise"]
@@ -96,7 +96,7 @@ def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dic
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
-    """What the automatic filter reports of the scan, tried in a process of its own."""
+    """The report of the automatic filter on the scan, run in a process of its own."""
     import tempfile
 
     from ..recipe import Recipe
@@ -115,7 +115,7 @@ def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
 def _trials(
     scan: Path, traits: dict[str, float], values: dict[str, Any], recipe: Recipe | None, timeout: float | None
 ) -> dict[str, Trial]:
-    """What the recipes that smooth and fit would do."""
+    """Trials of the recipes that smooth and fit."""
     from dataclasses import replace
 
     from ..recipe import load_recipe

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import AllowOutside, Json, Unchecked
+from .options import AllowOutside, Json, Unchecked, memory_limit
 from .streams import printable
 
 if TYPE_CHECKING:
@@ -51,11 +51,9 @@ def verify(
     bytes, or the run failed, 3 the output has changed since, 4 the input has, 5 the recipe has, 6 other bytes with other
     versions.
     """
-    from ..running.memory import parse_memory
     from ..running.verify import verify_output
     from .progress import progress
 
-    limit = None if memory is None else parse_memory(memory)
     with progress() as show:
         verified = verify_output(
             output,
@@ -63,7 +61,7 @@ def verify(
             allow_outside=allow_outside,
             unchecked=unchecked,
             timeout=timeout,
-            memory_limit=limit,
+            memory_limit=memory_limit(memory),
             on_event=show,
             by_tiles=_by_tiles,
         )

@@ -45,7 +45,7 @@ class FilterClass(enum.IntFlag):
 
 
 class MeshElement(enum.IntFlag):
-    """What a filter needs or changes, with the bits of MeshLab's ``MeshModel::MeshElement``."""
+    """Parts of a mesh that a filter needs or changes, with the bits of MeshLab's ``MeshModel::MeshElement``."""
 
     NONE = 0
     VERTCOORD = 0x1
@@ -68,7 +68,7 @@ class MeshElement(enum.IntFlag):
 
 
 class Arity(enum.IntEnum):
-    """How many layers a filter reads, with MeshLab's numbers."""
+    """The number of layers that a filter reads, with MeshLab's numbers."""
 
     NONE = 0
     SINGLE_MESH = 1
@@ -128,8 +128,8 @@ class Filter:
         name: the name in MeshLab's menus and in .mlx scripts, e.g. ``Taubin Fairing``.
         info: what it does, in plain text; the first line is a summary.
         classes: MeshLab's menus.
-        requires: what the mesh must have.
-        changes: what the filter changes.
+        requires: elements that the mesh must have.
+        changes: elements that the filter changes.
         arity: how many layers it reads.
         parameters: in declared order, which is the order in .mlx scripts.
         references: keys of docs/bibliography.bib.

@@ -1,4 +1,4 @@
-"""What a filter reads and what it returns."""
+"""The input and the result of a filter: `Layer` and `Edit`."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class NewLayer:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Edit:
-    """What a filter changed. None means untouched; everything that is not named stays as it is, bit by bit.
+    """The changes by a filter. None means untouched; everything that is not named stays as it is, bit by bit.
 
     n and m count the vertices and faces of the layer; N = n + a and M = m + b count those that are added, too, which come last.
 

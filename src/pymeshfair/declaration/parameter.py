@@ -1,4 +1,4 @@
-"""What every kind of parameter has in common."""
+"""The base class of all kinds of parameter."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Parameter:
         raise NotImplementedError
 
     def describe_allowed(self) -> str:
-        """What is allowed, in words: ``"a whole number of at least 1"``."""
+        """The allowed values, in words: ``"a whole number of at least 1"``."""
         return self.kind
 
     def from_number(self, value: Any) -> Any:

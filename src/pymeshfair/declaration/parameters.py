@@ -31,8 +31,25 @@ class Bool(Parameter):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Int(Parameter):
-    """A whole number between two bounds, both included."""
+class _Bounded(Parameter):
+    """A number or a length between two bounds, both included; None is no bound."""
+
+    minimum: float | None = None
+    maximum: float | None = None
+
+    def is_within(self, number: float) -> bool:
+        return (self.minimum is None or number >= self.minimum) and (self.maximum is None or number <= self.maximum)
+
+    def describe_allowed(self) -> str:
+        low, high = self.minimum, self.maximum
+        one_end = f" of at least {low}" if low is not None else f" of at most {high}" if high is not None else ""
+        bounds = one_end if low is None or high is None else f" from {low} to {high}"
+        return self.kind + bounds + ("" if self.automatic is None else ", or 'auto'")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Int(_Bounded):
+    """A whole number between two bounds."""
 
     kind = "a whole number"
     rich_type = xml_type = "RichInt"
@@ -46,22 +63,17 @@ class Int(Parameter):
         if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral):
             raise self.refusal(value)
         number = int(value)
-        if not (_at_least(number, self.minimum) and _at_most(number, self.maximum)) or abs(number) > 2**31 - 1:
+        if not self.is_within(number) or abs(number) > 2**31 - 1:
             raise self.refusal(value)
         return number
 
-    def describe_allowed(self) -> str:
-        return self.kind + _bounds(self.minimum, self.maximum) + _or_automatic(self)
-
 
 @dataclass(frozen=True, kw_only=True)
-class Float(Parameter):
-    """A finite number between two bounds, both included. Bounds on both sides make MeshLab show a slider."""
+class Float(_Bounded):
+    """A finite number between two bounds. Bounds on both sides make MeshLab show a slider."""
 
     kind = "a number"
     python_type = float
-    minimum: float | None = None
-    maximum: float | None = None
 
     @property
     def rich_type(self) -> str:  # type: ignore[override]
@@ -75,17 +87,14 @@ class Float(Parameter):
         if self.is_automatic(value):
             return AUTO
         number = as_float(value)
-        if number is None or not (math.isfinite(number) and _at_least(number, self.minimum) and _at_most(number, self.maximum)):
+        if number is None or not (math.isfinite(number) and self.is_within(number)):
             raise self.refusal(value)
         self.refuse_what_meshlab_cannot_hold(number)
         return number
 
-    def describe_allowed(self) -> str:
-        return self.kind + _bounds(self.minimum, self.maximum) + _or_automatic(self)
-
 
 @dataclass(frozen=True, kw_only=True)
-class Percentage(Parameter):
+class Percentage(_Bounded):
     """A length: the declaration and the caller use `Length`, the filter's function receives mesh units.
 
     A default may be written as text (``"1%"``, ``"6edge"``). Zero is allowed and means what the help says, usually "not used".
@@ -118,13 +127,10 @@ class Percentage(Parameter):
                 f"parameter {self.name!r} is a length, and {text} has no unit: write '{text}edge' for {text} mean edges, "
                 f"'{text}%' of the bounding box's diagonal, or '{text}' in quotes for mesh units"
             )
-        if not isinstance(value, Length) or not _at_least(value.amount, self.minimum):
+        if not isinstance(value, Length) or not self.is_within(value.amount):
             raise self.refusal(value)
         self.refuse_what_meshlab_cannot_hold(value.amount)
         return value
-
-    def describe_allowed(self) -> str:
-        return self.kind + _bounds(self.minimum, None) + _or_automatic(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -203,28 +209,6 @@ class Shot(Parameter):
 
     def check(self, value: Any) -> Any:
         raise self.refusal(value)
-
-
-def _or_automatic(parameter: Parameter) -> str:
-    return "" if parameter.automatic is None else ", or 'auto'"
-
-
-def _at_least(number: float, minimum: float | None) -> bool:
-    return minimum is None or number >= minimum
-
-
-def _at_most(number: float, maximum: float | None) -> bool:
-    return maximum is None or number <= maximum
-
-
-def _bounds(minimum: float | None, maximum: float | None) -> str:
-    if minimum is not None and maximum is not None:
-        return f" from {minimum} to {maximum}"
-    if minimum is not None:
-        return f" of at least {minimum}"
-    if maximum is not None:
-        return f" of at most {maximum}"
-    return ""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.geometry import vertex_normals_by_angle
+from ..filters.topology import proper_faces
 from ..mesh_data import MeshData, Texture
 from .errors import ContentsError
 from .indices import check_range
@@ -21,7 +23,7 @@ MOST_PLACED, MOST_ELEMENTS = 100_000, 100_000_000
 _DEEPEST = 200
 #: units of length in metres
 METRES = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
-#: what a part has instead of an attribute that another part has
+#: values for a part without an attribute that another part has
 _DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}
 
 
@@ -30,11 +32,10 @@ class Assembly:
 
     Attributes:
         textures: of all parts.
-        lost: what the scene has and a mesh has not, in words, each once.
+        lost: contents of the scene that a mesh cannot have, in words, each once.
     """
 
     def __init__(self) -> None:
-        """See the class."""
         self.textures: list[Texture] = []
         self.lost: dict[str, None] = {}
         self._parts: list[tuple[MeshData, NDArray[np.float64]]] = []
@@ -47,7 +48,7 @@ class Assembly:
         return bool(self._parts)
 
     def enter(self, part: Hashable) -> None:
-        """What is placed from now on belongs to a part: a line may place the one before ten times, and so on, without an end.
+        """Begin a part of the scene. Parts are counted: ten nested groups of ten make 10^10 placements.
 
         Raises:
             ContentsError: the part is open already, or there are too many.
@@ -183,15 +184,13 @@ def triangles_of(corners: NDArray[np.int64], lengths: NDArray[np.int64], *, fans
     step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     odd = 0 if fans else step % 2
     places = np.stack([first if fans else first + step + odd, first + step + 1 - odd, first + step + 2], axis=1)
-    a, b, c = corners[places].T
-    whole: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
-    return np.asarray(places[whole])
+    return np.asarray(places[proper_faces(corners[places])])
 
 
 def turned_over(part: MeshData) -> MeshData:
     """The part with its faces seen from the other side."""
     wedges = part.face_attributes.get("wedge_texture_coordinates")
-    turned = part.replaced(faces=part.faces[:, [0, 2, 1]])
+    turned = replace(part, faces=part.faces[:, [0, 2, 1]])
     return turned if wedges is None else turned.with_attributes(face={"wedge_texture_coordinates": wedges[:, [0, 2, 1]]})
 
 
@@ -220,7 +219,7 @@ def _placed(part: MeshData, matrix: NDArray[np.float64]) -> MeshData:
         return part
     turn = matrix[:3, :3]
     with np.errstate(all="ignore"):
-        placed = part.replaced(vertices=part.vertices @ turn.T + matrix[:3, 3])
+        placed = replace(part, vertices=part.vertices @ turn.T + matrix[:3, 3])
         largest = np.abs(turn).max() or 1.0
         a, b, c = turn / largest
         side = np.sign(np.dot(a, np.cross(b, c)))

@@ -1,10 +1,10 @@
-"""Reads COLLADA documents: what their scene shows."""
+"""Reads COLLADA documents: the parts that their scene places."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -22,7 +22,7 @@ from .references import References, shown
 from .xml_document import read_tree
 
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
-#: how many numbers each way of placing a node takes
+#: the count of numbers of each transformation of a node
 _TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
 _IDENTITY = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")
@@ -31,12 +31,7 @@ _PARAMETERS = {"VERTEX": "XYZ", "NORMAL": "XYZ", "TEXCOORD": "ST", "COLOR": "RGB
 
 
 def read_collada(path: Path, references: References) -> Reading:
-    """Read a COLLADA document.
-
-    Raises:
-        ContentsError: it is none, or names what is not there.
-        InputError: it names a file that must not be opened.
-    """
+    """Read a COLLADA document."""
     root = read_tree(path.read_bytes())
     if root.tag != "COLLADA":
         raise ContentsError("it holds no COLLADA document")
@@ -50,13 +45,13 @@ def read_collada(path: Path, references: References) -> Reading:
     extras += [f"its unit of {metres:g} m"] if unit_of(metres) is None else []
     extras += [f"its upright axis {shown(axis, 30)}"] if axis != "Y_UP" else []
     source = Source(path, "dae", extras=(*extras, *reader.assembly.lost))
-    mesh = reader.assembly.mesh().replaced(unit=None if unit is None else unit_of(metres), source=source)
+    mesh = replace(reader.assembly.mesh(), unit=None if unit is None else unit_of(metres), source=source)
     return Reading(mesh, side_files=reader.assembly.side_files())
 
 
 @dataclass(frozen=True)
 class _Look:
-    """What a material says of faces: their colour, the number of their texture, and the set of its coordinates."""
+    """The look of faces by a material: their colour, the number of their texture, and the set of its coordinates."""
 
     colour: tuple[float, ...] | None = None
     texture: int = -1
@@ -188,7 +183,7 @@ class _Reader:
             points, np.concatenate(corners), np.concatenate(lengths), what, of_corners=joined, of_polygons=of_polygons
         )
         self.assembly.lost |= dict.fromkeys(lost)
-        return part.replaced(edges=np.concatenate(edges))
+        return replace(part, edges=np.concatenate(edges))
 
     def _values(self, part: Element, semantic: str) -> NDArray[np.float64]:
         """(n, w) the values of an input, those that its accessor names."""
@@ -220,7 +215,7 @@ class _Reader:
         return self._sources[key]
 
     def _look(self, instance: Element) -> _Look:
-        """What a bound material says."""
+        """The look by a bound material."""
         if instance.get("target", "")[1:] not in self._ids:
             self.assembly.lost[f"the material {shown(instance.get('target', ''))}, which is not there"] = None
             return _Look()

@@ -41,11 +41,7 @@ def polylines(edges: np.ndarray) -> Iterator[list[int]]:
 
 
 def write_dxf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write curves as polylines in space, every digit of their coordinates.
-
-    Raises:
-        ContentsError: there are none.
-    """
+    """Write curves as polylines in space, every digit of their coordinates."""
     lines = ["0", "SECTION", "2", "HEADER", "9", "$ACADVER", "1", "AC1009", "0", "ENDSEC", "0", "SECTION", "2", "ENTITIES"]
     for curve in _curves(mesh):
         is_closed = curve[0] == curve[-1]
@@ -66,11 +62,7 @@ def write_dxf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 
 def write_svg(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write curves as paths without the coordinate along which they extend least, upright, in mesh units.
-
-    Raises:
-        ContentsError: there are none.
-    """
+    """Write curves as paths without the coordinate along which they extend least, upright, in mesh units."""
     curves = _curves(mesh)
     used = mesh.vertices[np.unique(mesh.edges)]
     sizes = np.ptp(used, axis=0)

@@ -28,12 +28,7 @@ _SCAN = "scan"
 
 
 def read_e57(path: Path, references: References) -> Reading:
-    """Read an E57 file; coordinates are in metres, as the format says.
-
-    Raises:
-        ContentsError: it is no E57 file, is damaged, or pye57 is missing.
-        OSError: it cannot be read.
-    """
+    """Read an E57 file; coordinates are in metres, as the format says."""
     with _opened(path) as file:
         survey = _Survey.of(file)
         pieces = list(survey.pieces(None))

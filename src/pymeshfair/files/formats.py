@@ -1,4 +1,4 @@
-"""The mesh files that a run reads and writes, and what each kind can hold."""
+"""The mesh files that a run reads and writes, and the contents that each format holds."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Format:
     Attributes:
         extension: without the dot, in lower case; the first of those that it has.
         rounding: how far writing moves a coordinate at most, as a share of its amount, and in units besides.
-        holds: what of `ATTRIBUTES` it keeps; everything else that a mesh has is named in a warning.
+        holds: the `ATTRIBUTES` that it keeps; everything else that a mesh has is named in a warning.
     """
 
     extension: str
@@ -46,7 +46,7 @@ class Format:
     holds: frozenset[str]
 
     def lost(self, present: set[str]) -> list[str]:
-        """What of `ATTRIBUTES` such a file does not keep of a mesh that has `present`."""
+        """The `ATTRIBUTES` among `present` that such a file does not keep."""
         lost = present - self.holds
         if self.extension in _ONE_PLACE and "wedge texture coordinates" in present:
             lost |= present & {"vertex texture coordinates"}

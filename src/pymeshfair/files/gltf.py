@@ -1,4 +1,4 @@
-"""Reads glTF 2.0 files, text or binary: what their scene shows, every accessor within its buffer."""
+"""Reads glTF 2.0 files, text or binary: the parts that their scene places, every accessor within its buffer."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import io
 import json
 import struct
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -41,12 +42,7 @@ class GltfError(ContentsError):
 
 
 def read_gltf(path: Path, references: References) -> Reading:
-    """Read a glTF file.
-
-    Raises:
-        GltfError: it is none, or declares what its buffers do not hold.
-        InputError: it names what must not be opened.
-    """
+    """Read a glTF file."""
     text, binary = _chunks(path.read_bytes())
     if sum(text.count(mark) for mark in (b",", b"{", b"[")) > _PARTS:
         raise GltfError(f"its document has more than {_PARTS:,} parts")
@@ -64,7 +60,7 @@ def read_gltf(path: Path, references: References) -> Reading:
         if isinstance(error, ContentsError):
             raise
         raise GltfError(f"its document lacks something or has it wrong ({type(error).__name__}: {str(error)[:60]})") from error
-    mesh = mesh.replaced(unit="m", source=Source(path, path.suffix[1:].lower(), extras=extras))
+    mesh = replace(mesh, unit="m", source=Source(path, path.suffix[1:].lower(), extras=extras))
     return Reading(mesh, side_files=(*reader.files, *reader.assembly.side_files()))
 
 
@@ -194,7 +190,7 @@ class _Reader:
                 "colors": levels(shades) if (shades != 1.0).any() else None,
             },
         )
-        part = part.replaced(edges=np.concatenate(edges))
+        part = replace(part, edges=np.concatenate(edges))
         normals = self._attribute(k, attributes, "NORMAL") if "NORMAL" in attributes else None
         colors = levels(self._attribute(k, attributes, "COLOR_0")) if "COLOR_0" in attributes else None
         return part.with_attributes({"normals": normals, "colors": colors})
@@ -338,7 +334,7 @@ class _Reader:
 
 
 def _matrix(node: Mapping[str, Any], k: int) -> NDArray[np.float64]:
-    """(4, 4) where a node places its parts."""
+    """(4, 4) the transform of a node."""
     if "matrix" in node:
         matrix = np.array(_numbers(node["matrix"], 16, f"the matrix of node {k}")).reshape(4, 4).T
         if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=_ROUNDED):
@@ -360,7 +356,7 @@ def _matrix(node: Mapping[str, Any], k: int) -> NDArray[np.float64]:
 
 
 def _losses(document: Mapping[str, Any]) -> Iterator[str]:
-    """What a document has that a mesh has not, in words."""
+    """Contents of a document that a mesh cannot hold, in words."""
     yield from (name for name in ("animations", "skins", "cameras") if document.get(name))
     primitives = [p for mesh in document.get("meshes", ()) for p in mesh.get("primitives", ())]
     names = {n for p in primitives for n in p["attributes"]} - {"POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"}

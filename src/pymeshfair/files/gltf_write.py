@@ -18,7 +18,7 @@ from .saving import Writing
 
 _FLOAT, _BYTE, _WHOLE = 5126, 5121, 5125
 _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
-#: how the two kinds of image that glTF may hold begin
+#: the first bytes of the two kinds of image that glTF may hold
 _IMAGES = {b"\x89PNG": "image/png", b"\xff\xd8": "image/jpeg"}
 #: materials, one for each texture and colour of faces
 _MOST_MATERIALS = 1000

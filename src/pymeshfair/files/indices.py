@@ -14,7 +14,7 @@ def numbers(text: str, what: str, count: int | None = None) -> NDArray[np.float6
 
     Args:
         text: the text.
-        what: they are, for messages.
+        what: their name in messages.
         count: how many there must be.
 
     Raises:

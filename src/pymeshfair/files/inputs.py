@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
+from typing import TypeAlias
 
 from .errors import ContentsError, InputError
 from .formats import READABLE, UNCHECKED, extension, listed
@@ -15,6 +16,10 @@ from .references import References, check_regular
 
 #: textures of one mesh
 MOST_TEXTURES = 1000
+#: Reads a file and what it names. Raises `ContentsError` if the file is none of its format, is damaged, declares or names what is
+#: not there, or needs a package that is missing; `InputError` if it names a file that must not be opened; `OSError` if it cannot
+#: be read.
+Reader: TypeAlias = Callable[[Path, References], Reading]
 #: the module and the function that reads a format
 _READERS: Mapping[str, tuple[str, str]] = {
     "ply": ("ply", "read_ply"),
@@ -31,9 +36,9 @@ _READERS: Mapping[str, tuple[str, str]] = {
     "x3d": ("x3d", "read_x3d"),
     **dict.fromkeys(("wrl", "x3dv"), ("vrml", "read_vrml")),
 }
-#: how files begin, and what to call it
+#: the first bytes of files, and their name in messages
 _XML = (re.compile(rb"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff"), "'<'")
-#: how a text in UTF-16 begins that is one, and the formats that may be
+#: the first bytes of a text in UTF-16, and the formats that may be in it
 _UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gltf", "dae", "x3d")
 _MAGIC = {
     "ply": (re.compile(rb"ply\s"), "'ply'"),
@@ -91,7 +96,7 @@ def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[P
                 return completed(path, unchecked(path))
             check_magic(path)
             module, function = _READERS[kind]
-            read: Callable[[Path, References], Reading] = getattr(importlib.import_module(f".{module}", __package__), function)
+            read: Reader = getattr(importlib.import_module(f".{module}", __package__), function)
             reading = read(path, References(path, allow_outside=allow_outside))
             if (count := len(reading.mesh.textures)) > MOST_TEXTURES:
                 raise ContentsError(f"it names {count:,} textures; {MOST_TEXTURES:,} are the most")

@@ -115,12 +115,7 @@ def chunks(reader: Any, size: int) -> Iterator[Any]:
 
 
 def read_las(path: Path, references: References) -> Reading:
-    """Read a LAS, LAZ or COPC file.
-
-    Raises:
-        ContentsError: it is none, ends too early, or laspy is missing.
-        OSError: it cannot be read.
-    """
+    """Read a LAS, LAZ or COPC file."""
     with opened(path) as reader:
         header = copy.deepcopy(reader.header)
         names = [name for name in header.point_format.dimension_names if name not in _PLACE]
@@ -181,14 +176,7 @@ def _extras(header: Any, records: Any) -> tuple[str, ...]:
 
 
 def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh without a matrix, with the header of the LAS file that they come from.
-
-    Returns:
-        What is otherwise than in that file, in words.
-
-    Raises:
-        ContentsError: the format cannot hold the coordinates or a value, or laspy is missing.
-    """
+    """Write the vertices of a mesh, with the header of the LAS file that they come from."""
     return _write(mesh, target, writing, compress=False)
 
 
@@ -346,7 +334,7 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, NDArray[
 
 
 def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, notes: list[str]) -> dict[str, _Stored]:
-    """Where each column goes: dimensions that the header lacks are declared; what the format cannot hold is left out.
+    """The dimension of each column: missing ones are declared in the header, columns that the format cannot hold are left out.
 
     A column of the name of one of the format's own dimensions, which cannot hold its numbers, gets a dimension with "_" behind
     its name; but an intensity from 0 to 1, as E57 files have it, becomes one from 0 to 65535.

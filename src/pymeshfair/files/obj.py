@@ -20,7 +20,7 @@ from .reading import Reading, unended
 from .references import References, shown
 from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, at_line, joined, numbers_of, tokenise, word
 
-#: what the lines of the format's own keywords are
+#: names for the lines of each keyword of the format
 KEYWORDS = {
     **{"v": "vertices", "vt": "texture coordinates", "vn": "normals", "f": "faces", "l": "polylines", "p": "point elements"},
     **{"g": "groups", "o": "objects", "s": "smoothing groups", "mg": "smoothing groups"},
@@ -36,9 +36,9 @@ _CODES = {int(word(k.encode())): what for k, what in KEYWORDS.items() if len(k) 
 #: lines that say something of all faces behind them
 STATES = (b"o", b"g", b"s", b"mg")
 _STATES = ("groups", "objects", "smoothing groups")
-#: what `MeshData` has not
+#: contents that `MeshData` does not have
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
-#: of how many numbers a vertex is made: its place, with a weight, with a colour, with a colour and its opacity
+#: the possible counts of numbers of a vertex: its place, with a weight, with a colour, with a colour and its opacity
 _VERTEX = (3, 4, 6, 7)
 #: corners of the largest face; the time to cut it into triangles grows with their square
 LARGEST_FACE = 10_000
@@ -54,7 +54,7 @@ class ObjDocument:
     Attributes:
         data: its bytes.
         tokens: its lines alone.
-        mesh: what was read of it.
+        mesh: the mesh in it.
         width: how many numbers stand on the line of a vertex.
         normals: (k, 3) of the ``vn`` lines.
         corner_normals: (m, 3) which of them the corners of the triangles name, -1 for none; None if they name none.
@@ -62,7 +62,7 @@ class ObjDocument:
         materials: of its material files.
         names: of the materials that its faces use.
         material_of_face: (m,) which of them, -1 for none.
-        lost: what cannot be written anew, in words.
+        lost: contents that cannot be written anew, in words.
     """
 
     data: bytes
@@ -94,13 +94,7 @@ class _Corners:
 
 
 def read_obj(path: Path, references: References) -> Reading:
-    """Read an OBJ file and its materials.
-
-    Raises:
-        ContentsError: it is no OBJ file, or lies.
-        InputError: it names what must not be opened.
-        OSError: it cannot be read.
-    """
+    """Read an OBJ file and its materials."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")
@@ -212,7 +206,7 @@ def _rows(
 def _vertices(
     tokens: Tokens, data: bytes, notes: dict[str, None]
 ) -> tuple[int, NDArray[np.float64], NDArray[np.uint8] | None, bool]:
-    """How many numbers a vertex has, the coordinates, the colours, and whether these are levels in the file."""
+    """The numbers per vertex, the coordinates, the colours, and whether these are levels in the file."""
     lines, counts, vertices = _rows(tokens, "v", _VERTEX)
     width = int(counts[0]) if len(lines) else 3
     if (counts != width).any():
@@ -372,7 +366,7 @@ def _materials(
 
 
 def _rest(tokens: Tokens, k: int) -> str:
-    """What stands behind the keyword of a line, without a comment, with one blank between words."""
+    """The rest of a line after its keyword, without a comment, with one blank between words."""
     text = re.sub(rb"(^|[ \t])#.*", b"", tokens.line(k))
     return " ".join(text.decode("utf-8", "surrogateescape").split()[1:])
 

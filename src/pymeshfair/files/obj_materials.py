@@ -17,9 +17,9 @@ from .tokens import joined
 MATERIAL_LIMIT = 16 << 20
 #: a mesh with a texture for every house of a city has thousands
 MOST_MATERIALS = 20_000
-#: how many numbers follow each keyword of a colour or a number
+#: the count of numbers after each keyword
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
-#: how many words follow each option of a map, at most; those of ``-o``, ``-s`` and ``-t`` are numbers and may be fewer
+#: the largest count of words after each option of a map; those of ``-o``, ``-s`` and ``-t`` are numbers and may be fewer
 _OPTIONS = {"-blendu": 1, "-blendv": 1, "-boost": 1, "-bm": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-mm": 2, "-texres": 1}
 _OPTIONS |= dict.fromkeys(("-o", "-s", "-t"), 3)
 _IMAGE = re.compile(r"map_(?!aat\b)\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
@@ -35,7 +35,7 @@ class Material:
 
 @dataclass
 class Materials:
-    """What is in material files.
+    """The contents of material files.
 
     Attributes:
         named: the materials by their names.

@@ -24,11 +24,7 @@ _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 
 
 def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh without a matrix.
-
-    Returns:
-        Notes on contents of the original OBJ file that were lost or changed.
-    """
+    """Write a mesh; the module says how."""
     document = mesh.source.document if mesh.source is not None else None
     if not isinstance(document, ObjDocument):
         document = None

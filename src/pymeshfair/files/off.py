@@ -17,17 +17,12 @@ from .saving import Writing
 from .texts import rows, runs
 from .tokens import INTEGER, REAL, Tokens, at_line, joined, numbers_of, tokenise
 
-#: what may stand before ``OFF``: texture coordinates, colours and normals
+#: the prefixes of ``OFF``: texture coordinates, colours and normals
 _PREFIXES = ("", "C", "N", "CN", "NC", "ST", "STC", "STN", "STCN", "STNC")
 
 
 def read_off(path: Path, references: References) -> Reading:
-    """Read an OFF file.
-
-    Raises:
-        ContentsError: it is none, or says what cannot be.
-        OSError: it cannot be read.
-    """
+    """Read an OFF file."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is binary; OFF files are read as texts alone")
@@ -155,11 +150,7 @@ def _faces(
 
 
 def write_off(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh without a matrix: normals before colours, as MeshLab reads them, and colours as levels up to 255.
-
-    Returns:
-        Which polygons are written as triangles, in words.
-    """
+    """Write a mesh: normals before colours, as MeshLab reads them, and colours as levels up to 255."""
     attributes = mesh.vertex_attributes
     columns, prefix = list(mesh.vertices.T), ""
     if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes):

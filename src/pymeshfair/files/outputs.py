@@ -29,7 +29,7 @@ class MadeFrom:
     others: tuple[Path, ...] = ()
 
     def differs(self, record: Mapping[str, Any] | None) -> str | None:
-        """Why a provenance record does not belong to a run with these sources; None if it does."""
+        """The reason why a provenance record does not belong to a run with these sources; None if it does."""
         if record is None:
             return "no provenance says that a run wrote it"
         source = Path(str(record["input"].get("path")))

@@ -55,7 +55,7 @@ class PlyDocument:
 
     @property
     def tail(self) -> bytes:
-        """What stands behind the last row: ends of lines, and what some programs fill a file up with."""
+        """The bytes after the last row: ends of lines, and padding by some programs."""
         if self.tokens is not None:
             return self.data[self.header.size + len(self.tokens.text) :].tobytes()
         return self.data[max((table.bytes[1] for table in self.tables.values()), default=0) :].tobytes()
@@ -70,13 +70,7 @@ class PlyDocument:
 
 
 def read_ply(path: Path, references: References) -> Reading:
-    """Read a PLY file.
-
-    Raises:
-        PlyError: it is none, or its rows are not what it declares.
-        InputError: a texture that it names must not be opened.
-        OSError: it cannot be read.
-    """
+    """Read a PLY file."""
     header = read_header(path)
     _check_names(header)
     with path.open("rb") as file:
@@ -314,7 +308,7 @@ def _edges(table: Table | None, count: int) -> NDArray[np.int32]:
 
 
 def _extras(document: PlyDocument) -> list[str]:
-    """What the file has and `MeshData` has not, in words."""
+    """Contents of the file that `MeshData` cannot hold, in words."""
     extras: list[str] = []
     for element in document.header.elements:
         if not element.count:

@@ -178,7 +178,7 @@ def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Ma
 
     Args:
         header: as it was read.
-        elements: what the file has now; those that the header does not declare come last.
+        elements: those of the file now; the ones that the header does not declare come last.
         textures: the new names of texture files by their old ones.
     """
     missing = {e.name: e for e in elements}

@@ -13,7 +13,7 @@ from ..filters.compilation import compiled
 from .ply_header import KINDS, SIZES, PlyElement, PlyError, PlyHeader
 from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, tokenise
 
-#: what may stand behind the last row: ends of lines, and what some programs fill a file up with
+#: bytes that may follow the last row: ends of lines, and the padding of some programs
 PADDING = b" \t\r\n\0\x1a"
 Array: TypeAlias = NDArray[Any]
 
@@ -46,7 +46,7 @@ class Table:
     """The rows of one element.
 
     Attributes:
-        element: what the header says of it.
+        element: its declaration in the header.
         columns: by property, (n,) values, or lists.
         rows: the rows as they are in a binary file where they are equally long; None elsewhere.
         bytes: where they begin and end in the file.
@@ -138,7 +138,7 @@ def _columns(rows: Array, element: PlyElement) -> dict[str, Array | Lists]:
 
 
 def _first_widths(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> dict[str, int] | None:
-    """How long the lists of the row at a position are; None if the file ends before it does."""
+    """The lengths of the lists of the row at a position; None if the file ends within it."""
     widths = {}
     for p in element.properties:
         if p.count_type:
@@ -199,7 +199,7 @@ def _count_at(data: Any, position: int, size: int, kind: int, big: bool) -> int:
 
 @compiled
 def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any, big: bool, places: Any, lengths: Any) -> int:
-    """Where each value or list of each row begins and how long it is; the end of the last row, or -1."""
+    """Find the place and length of each value or list of each row; the end of the last row, or -1."""
     for row in range(n):
         for k in range(len(sizes)):
             length = 1

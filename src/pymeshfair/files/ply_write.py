@@ -1,7 +1,7 @@
 """Writes PLY files: with header, elements, types and comments of the PLY file that a mesh comes from, else in double precision.
 
-What has not changed is written as it was, byte for byte. Rows follow their elements: those of deleted ones go, an added one has 0
-for what nothing says.
+What has not changed is written as it was, byte for byte. Rows of deleted elements are left out; in a row of an added element
+properties without a value are 0.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class _Rows:
     Attributes:
         element: for the header.
         columns: by property.
-        source: the table that they come from, if it is written as it was but for `changed`.
-        changed: the properties that are other than there.
+        source: the table that they come from, if only the `changed` properties differ from it.
+        changed: the properties that differ.
     """
 
     element: PlyElement
@@ -64,13 +64,13 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
     """Write a mesh without a matrix.
 
     Args:
-        mesh: what to write.
+        mesh: the mesh.
         target: the open file.
         writing: names of textures, and the length that coordinates must be able to tell apart; without it coordinates have the
             type that they have in the file which the mesh was read from.
 
     Returns:
-        What is otherwise than it was in that file, in words.
+        The differences from that file, in words.
     """
     resolution, textures = (None, None) if writing is None else (writing.resolution, writing.textures)
     document = mesh.source.document if mesh.source is not None else None
@@ -171,7 +171,7 @@ def _rows(
     before: Mapping[str, Array | Lists] = {} if table is None else table.columns
     for p in () if table is None else table.element.properties:
         if p.name in meanings and p.name not in values and p.name not in (*COLOR, ALPHA, *CORNERS, WEDGES, TEXTURE_NUMBER):
-            continue  # a step has taken it away
+            continue  # a step has removed it
         if p.name in (*COLOR, ALPHA) and p.name in meanings and "colors" not in attributes:
             continue
         base = _chosen(before[p.name], ids)
@@ -290,10 +290,7 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
         shape = outlines(mesh.faces, polygon)
         notes += shape.notes
         first = shape.triangles
-        mesh = mesh.replaced(
-            faces=mesh.faces[first], face_attributes={name: value[first] for name, value in mesh.face_attributes.items()}
-        )
-        rows = _rows(mesh, "face", None, None, {name: value[first] for name, value in values.items()}, {})
+        rows = _rows(_with_faces(mesh, first), "face", None, None, {name: value[first] for name, value in values.items()}, {})
         lists: dict[str, Lists] = {CORNERS[0]: Lists(corner_vertices[shape.places], shape.lengths)}
         if wedges is not None:
             lists[WEDGES] = Lists(wedges.reshape(-1, 2)[shape.places].reshape(-1), 2 * shape.lengths)
@@ -306,6 +303,11 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
     if unchanged and _are_equal(wedges, document.wedges):
         return [_rows_of_same_faces(mesh, table, document, values)]
     return [_rows_of_known_faces(mesh, table, document, corners, values, wedges, notes)]
+
+
+def _with_faces(mesh: MeshData, numbers: NDArray[np.int64]) -> MeshData:
+    attributes = {name: values[numbers] for name, values in mesh.face_attributes.items()}
+    return replace(mesh, faces=mesh.faces[numbers], face_attributes=attributes)
 
 
 def _without_rows(table: Table) -> _Rows:
@@ -327,8 +329,7 @@ def _rows_of_same_faces(mesh: MeshData, table: Table, document: PlyDocument, val
     if document.row_of_face is not None:
         first = np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
         values = {name: value[first] for name, value in values.items()}
-        attributes = {name: value[first] for name, value in mesh.face_attributes.items()}
-        mesh = mesh.replaced(faces=mesh.faces[first], face_attributes=attributes)
+        mesh = _with_faces(mesh, first)
     return _rows(mesh, "face", table, None, values, {})
 
 
@@ -347,9 +348,7 @@ def _rows_of_known_faces(
     ids = np.arange(len(mesh.faces)) if mesh.face_ids is None else mesh.face_ids
     row_of_face = np.arange(table.element.count) if document.row_of_face is None else document.row_of_face
     row = np.where(ids < 0, -1, row_of_face[ids])
-    whole = np.zeros(table.element.count, np.bool_)
-    counts = np.bincount(row[row >= 0], minlength=table.element.count)
-    whole[:] = counts == lists.lengths - 2
+    whole = np.bincount(row[row >= 0], minlength=table.element.count) == lists.lengths - 2
     own_wedges = table.lists(WEDGES)
     same_wedges = (own_wedges is not None) == (wedges is not None) and (
         own_wedges is None or wedges is None or _are_same(mesh, document, ids, wedges)
@@ -367,10 +366,7 @@ def _rows_of_known_faces(
     kept = np.flatnonzero(first)
     row, inside = row[kept], inside[kept]
     shown = {name: value[kept] for name, value in values.items()}
-    part = mesh.replaced(
-        faces=mesh.faces[kept], face_attributes={name: value[kept] for name, value in mesh.face_attributes.items()}
-    )
-    rows = _rows(part, "face", table, row, shown, {})
+    rows = _rows(_with_faces(mesh, kept), "face", table, row, shown, {})
     columns = dict(rows.columns)
     columns[corners] = _corners(mesh, lists, row, inside, kept)
     properties = list(rows.element.properties)

@@ -32,9 +32,9 @@ class PointsDocument:
     """A text of points, for the writer.
 
     Attributes:
-        columns: what they are.
+        columns: the attribute of each.
         titles: the line of titles, if there is one.
-        separator: what stands between numbers.
+        separator: the characters between numbers.
         counted: whether the number of points stands before them.
         top: the highest value of a colour, 0 if colours are none.
     """
@@ -47,12 +47,7 @@ class PointsDocument:
 
 
 def read_points(path: Path, references: References) -> Reading:
-    """Read a text of points.
-
-    Raises:
-        ContentsError: it is none, or says what cannot be.
-        OSError: it cannot be read.
-    """
+    """Read a text of points."""
     data = path.read_bytes()
     if data.startswith(_EXPE):
         return Reading(_expe(path, data))
@@ -88,7 +83,7 @@ def read_points(path: Path, references: References) -> Reading:
 
 
 def _separator(data: bytes) -> str:
-    """What stands between numbers besides blanks."""
+    """The separator of numbers besides blanks."""
     head = data[:65536]
     if b";" in head:
         if b"," in data:
@@ -122,7 +117,7 @@ def _are_levels(values: NDArray[np.float64], whole: NDArray[np.bool_], first: in
 
 
 def _guessed(values: NDArray[np.float64], whole: NDArray[np.bool_]) -> tuple[str, ...]:
-    """What columns without titles are: that of a scanner's text, or columns by their numbers."""
+    """The names of columns without titles: as in a scanner's text, or by the ranges of their numbers."""
     width = values.shape[1]
     if width == 6:
         return (*_PLACE, *(_COLOR if _are_levels(values, whole, 3) and values[:, 3:].max() > 1 else _NORMAL))
@@ -179,20 +174,12 @@ def _expe(path: Path, data: bytes) -> MeshData:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh without a matrix, with the columns of the text that they come from, else with normals.
-
-    Returns:
-        What is left out, in words.
-    """
+    """Write the vertices of a mesh, with the columns of the text that they come from, else with normals."""
     return _write(mesh, target, PointsDocument((*_PLACE, *_NORMAL)))
 
 
 def write_pts(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh without a matrix as `write_points` does, else with their number, intensities and colours.
-
-    Returns:
-        What is left out, in words.
-    """
+    """Write the vertices of a mesh as `write_points` does, else with their number, intensities and colours."""
     return _write(mesh, target, PointsDocument((*_PLACE, "intensity", *_COLOR), counted=True))
 
 

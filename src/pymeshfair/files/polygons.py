@@ -51,7 +51,7 @@ class Outlines(NamedTuple):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a writer says of them."""
+        """The notes of a writer about them."""
         return (f"polygons that are not whole are written as triangles ({self.broken:,})",) if self.broken else ()
 
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-#: what a provenance file calls itself; the number grows when the meaning of a field changes
+#: the name of the format in a provenance file; the number grows when the meaning of a field changes
 SCHEMA = "pymeshfair-provenance-1"
 
 
@@ -22,7 +22,7 @@ def provenance_path(output: Path) -> Path:
 
 
 def read_provenance(output: Path) -> dict[str, Any] | None:
-    """What the file beside `output` says, or None if there is none or it is none of ours."""
+    """The record in the file beside `output`, or None if there is none of ours."""
     try:
         record = json.loads(provenance_path(output).read_bytes())
     except (OSError, ValueError):

@@ -23,12 +23,7 @@ _ROUNDED = 1e-6
 
 
 def read_ptx(path: Path, references: References) -> Reading:
-    """Read the points of all grids, transformed by the matrices of their heads.
-
-    Raises:
-        ContentsError: it is no PTX file, or has fewer points than it declares.
-        OSError: it cannot be read.
-    """
+    """Read the points of all grids, transformed by the matrices of their heads."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")
@@ -99,7 +94,7 @@ def _count(tokens: Tokens, line: int) -> int:
 
 
 def _width(tokens: Tokens, line: int, points: int) -> int:
-    """How many numbers each point of a grid has."""
+    """The number of values of each point of a grid."""
     lengths = tokens.lengths[line : line + points]
     if len(lengths) < points:
         raise ContentsError(f"one of its grids declares {points:,} points, but {len(lengths):,} lines follow")

@@ -1,4 +1,4 @@
-"""What a reader gives back, and what all readers check."""
+"""The result of a reader, and the checks that all readers share."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Reading:
     """A mesh file that was read.
 
     Attributes:
-        mesh: what is in it.
+        mesh: the mesh in it.
         doubts: sentences that the user should read about it.
         side_files: the files that belong to it.
     """

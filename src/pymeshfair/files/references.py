@@ -1,4 +1,4 @@
-"""The files that a mesh file names: found, confined to its folder, and known for what they are before anything opens them.
+"""The files that a mesh file names: found, confined to its folder, and checked before anything opens them.
 
 A scan comes from anywhere, and what it names is copied beside the output. So a name leads only to regular files in the folder
 of the mesh, links resolved, and a texture is an image by its content.
@@ -31,7 +31,6 @@ class References:
     """
 
     def __init__(self, mesh: Path, *, allow_outside: bool = False) -> None:
-        """See the class."""
         self.mesh = mesh
         self._folder = mesh.parent.resolve()
         self._allow_outside = allow_outside

@@ -1,4 +1,4 @@
-"""Writes a mesh to the staging folder; what the format cannot keep is named.
+"""Writes a mesh to the staging folder; contents that the format cannot hold are named in warnings.
 
 Textures have the bytes of the input, lie in the folder of the output, and never replace a file that no run wrote.
 """
@@ -22,12 +22,12 @@ from .errors import ContentsError, OutputError
 from .formats import WRITABLE, Format, attributes_of, extension
 from .outputs import material_path
 from .provenance import recorded_digest, sha256_of
-from .writing import StagedFile
+from .writing import StagedFile, to_disk
 
 
 @dataclass(frozen=True)
 class TexturePlan:
-    """What to do about the textures of a mesh.
+    """The textures to write with a mesh.
 
     Attributes:
         files: those to put in place with the output.
@@ -87,7 +87,7 @@ def _file_name(name: str) -> str:
 
 
 def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any] | None, taken: set[Path]) -> tuple[Path, bool]:
-    """Where a texture is to be written, and whether an identical file is there already."""
+    """The path of a texture to write, and whether an identical file is there already."""
     names = [name, f"{output.stem}-{name}", *(f"{output.stem}-{k}-{name}" for k in range(2, 100))]
     digest = sha256_of(staged)
     for target in (output.with_name(n) for n in names):
@@ -110,13 +110,13 @@ WORTH_A_WARNING, DESTROYED = 1e-3, 0.5
 
 @dataclass(frozen=True)
 class Saved:
-    """What was written to the staging folder.
+    """The files written to the staging folder.
 
     Attributes:
         output: the mesh file.
         side_files: its textures and material file.
         reused: textures of the output that were in place already.
-        warnings: what the file does not hold of the mesh.
+        warnings: contents of the mesh that the file does not hold.
     """
 
     output: StagedFile
@@ -127,7 +127,7 @@ class Saved:
 
 @dataclass(frozen=True)
 class Writing:
-    """What a writer is given besides the mesh.
+    """Input of a writer besides the mesh.
 
     Attributes:
         resolution: gives the length that coordinates must be able to tell apart.
@@ -142,7 +142,8 @@ class Writing:
     materials: list[bytes]
 
 
-#: writes a mesh to an open file; what is otherwise than in the input, in words
+#: Writes a mesh without a matrix to an open file. Returns, in words, what is left out or otherwise than in the file that the mesh
+#: comes from. Raises `ContentsError` if the format cannot hold the mesh, or needs a package that is missing.
 Writer: TypeAlias = Callable[[MeshData, BinaryIO, Writing], tuple[str, ...]]
 #: the module and the function that writes a format
 _WRITERS: Mapping[str, tuple[str, str]] = {
@@ -174,7 +175,7 @@ def save_mesh(
     """Write a mesh to the staging folder, and flush it to the disk.
 
     Args:
-        mesh: what to write, without a matrix.
+        mesh: the mesh, without a matrix.
         output: where the file will go.
         stage: the staging folder.
         resolution: gives the mean edge, or the mean distance of points, that coordinates must be able to tell apart.
@@ -211,19 +212,14 @@ def save_mesh(
             warnings += [f"{output.name}: {note}" for note in write(mesh, file, writing)]
         except ContentsError as error:
             raise OutputError(output, str(error)) from error
-        _to_disk(file)
+        to_disk(file)
     if writing.materials:
         beside = StagedFile(material_path(staged), material_path(output))
         with beside.staged.open("xb") as file:
             file.writelines(writing.materials)
-            _to_disk(file)
+            to_disk(file)
         side_files.append(beside)
     return Saved(StagedFile(staged, output), tuple(side_files), reused, tuple(warnings))
-
-
-def _to_disk(file: BinaryIO) -> None:
-    file.flush()
-    os.fsync(file.fileno())
 
 
 def _check_precision(kind: Format, mesh: MeshData, resolve: Callable[[], float], output: Path) -> list[str]:

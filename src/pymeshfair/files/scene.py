@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -88,7 +88,7 @@ def read_nodes(nodes: list[tuple[str, Node]], path: Path, references: References
     if reader.unread and not reader.assembly:
         raise ContentsError(f"it has no shape that is known here, but nodes {', '.join(sorted(reader.unread))[:100]}")
     extras = (*(f"nodes {type} ({n:,})" for type, n in sorted(reader.unread.items())), *reader.assembly.lost)
-    mesh = reader.assembly.mesh().replaced(source=Source(path, path.suffix[1:].lower(), extras=extras))
+    mesh = replace(reader.assembly.mesh(), source=Source(path, path.suffix[1:].lower(), extras=extras))
     return Reading(mesh, side_files=reader.assembly.side_files())
 
 
@@ -219,7 +219,7 @@ def _runs(geometry: Node, name: str, count: int) -> tuple[NDArray[np.int64], NDA
     return numbers[numbers >= 0], np.diff(ends, prepend=-1) - 1
 
 
-#: what nodes say of a geometry: the attribute, the field of indices, and the one that says they are one a face
+#: types of nodes: the attribute, the field of indices, and the field that tells whether there is one a vertex or one a face
 _SAID = (
     (("Color", "ColorRGBA"), "colors", "colorIndex", "colorPerVertex"),
     (("Normal",), "normals", "normalIndex", "normalPerVertex"),

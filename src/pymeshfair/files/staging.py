@@ -64,12 +64,12 @@ def _locked(path: Path, output: Path) -> BinaryIO:
         file.close()  # the former run has removed the file between our opening and locking it
 
 
-#: what the name of the folder begins with
+#: the start of the folder's name
 STAGE_PREFIX = ".pymeshfair-run-"
-#: what that of a run by tiles begins with
+#: the same for a run by tiles
 WORK_PREFIX = ".pymeshfair-tiles-"
 _LOCK = "lock"
-#: what the name of one ends with that is being removed
+#: the end of the name of a folder that is being removed
 _GONE = "-gone"
 #: seconds after which a folder without a lock file counts as abandoned; a younger one may just be being made or removed
 _GRACE = 3600.0

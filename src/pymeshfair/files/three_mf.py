@@ -13,7 +13,7 @@ import struct
 import zipfile
 import zlib
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO
 
@@ -29,10 +29,10 @@ from .references import References, check_image, shown
 from .saving import Writing
 from .xml_document import parse_xml
 
-#: how many times as large as the file, and bytes besides, all that it holds may be: numbers written as text shrink to a tenth
+#: the contents may be so many times as large as the file, plus so many bytes: numbers written as text shrink to a tenth
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
-#: what the library raises on an archive that is none, or encrypted, or of a kind that it does not know
+#: errors of the library about an archive that is damaged, encrypted, or of an unknown kind
 _BROKEN = (zipfile.BadZipFile, RuntimeError, EOFError, zlib.error, lzma.LZMAError, struct.error, ValueError, LookupError, OSError)
 #: the elements that are read with their attributes; identifiers and names of spaces say nothing of a mesh
 _KNOWN = {
@@ -53,7 +53,7 @@ _UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "inch": "in", 
 
 @dataclass
 class _Object:
-    """An object: its vertices and triangles as the texts of their numbers, what is said of triangles, and its components."""
+    """An object: its vertices and triangles as the texts of their numbers, the attributes of triangles, and its components."""
 
     properties: tuple[str, str]
     coordinates: list[str] = field(default_factory=list)
@@ -148,12 +148,7 @@ def _check_extensions(named: dict[str, str]) -> None:
 
 
 def read_3mf(path: Path, references: References) -> Reading:
-    """Read a 3MF file.
-
-    Raises:
-        ContentsError: it is none, or declares what cannot be.
-        InputError: an image in it is none.
-    """
+    """Read a 3MF file."""
     try:
         with zipfile.ZipFile(path) as archive:
             reader = _Reader(archive, path.stat().st_size, references)
@@ -164,7 +159,7 @@ def read_3mf(path: Path, references: References) -> Reading:
     except _BROKEN as error:
         raise ContentsError(f"it is no whole archive ({str(error)[:80]})") from error
     extras = (*sorted(lost), *(f"{what} ({number:,})" for what, number in sorted(reader.unread().items())))
-    return Reading(reader.assembly.mesh().replaced(unit=unit, source=Source(path, "3mf", extras=extras)))
+    return Reading(replace(reader.assembly.mesh(), unit=unit, source=Source(path, "3mf", extras=extras)))
 
 
 class _Reader:
@@ -209,7 +204,7 @@ class _Reader:
         return _UNITS[model.unit]
 
     def unread(self) -> Counter[str]:
-        """What is not read of all models."""
+        """The elements and attributes of all models that are not read, with counts."""
         return sum((model.unread for model in self._models.values()), Counter[str]())
 
     def _part(self, name: str) -> bytes:
@@ -251,7 +246,7 @@ class _Reader:
         self.assembly.leave(id(item))
 
     def _mesh(self, item: _Object, model: _Model, what: str) -> MeshData:
-        """The mesh of an object, with what is said of its triangles."""
+        """The mesh of an object, with the attributes of its triangles."""
         points = rows("\n".join(item.coordinates), 3, f"the coordinates of {what}")
         corners = indices("\n".join(item.corners), f"the corners of {what}")
         if len(points) * 3 != len(item.coordinates) or len(corners) != len(item.corners):
@@ -323,11 +318,7 @@ _RELATIONS = (
 
 
 def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh as the one object of a 3MF file, every digit of its coordinates, in its unit or else in millimetres.
-
-    Raises:
-        ContentsError: it has no faces.
-    """
+    """Write a mesh as the one object of a 3MF file, every digit of its coordinates, in its unit or else in millimetres."""
     if not len(mesh.faces):
         raise ContentsError("the format holds triangles alone, and the mesh has none")
     vertex, face = (attributes.get("colors") for attributes in (mesh.vertex_attributes, mesh.face_attributes))

@@ -232,7 +232,7 @@ def lex(
 
 @compiled
 def spans(text: Bytes, starts: Any, columns: Any, found: Any) -> None:
-    """Where chosen tokens of chosen lines begin and end.
+    """Find the begin and end of chosen tokens of chosen lines.
 
     Args:
         text: the bytes.
@@ -254,7 +254,7 @@ def spans(text: Bytes, starts: Any, columns: Any, found: Any) -> None:
                 k += 1
 
 
-#: what a token is: a word, a whole number, a number, or one that is not finite; nothing between two slashes or at a slash's end
+#: kinds of tokens: a word, a whole number, a number, one that is not finite; empty between slashes or after the last
 WORD, INTEGER, REAL, NOT_FINITE, EMPTY = 0, 1, 2, 3, 4
 #: added to the kind of a token that follows a slash instead of a blank
 AFTER_SLASH = 8
@@ -285,11 +285,11 @@ class Tokens:
 
     @property
     def lengths(self) -> NDArray[np.int64]:
-        """(l,) how many tokens each line has."""
+        """(l,) the number of tokens of each line."""
         return np.diff(self.first)
 
     def spans(self, lines: NDArray[np.int64], columns: list[int]) -> NDArray[np.int64]:
-        """(l, c, 2) where tokens of lines, counted from 0 and ascending, begin and end in the text."""
+        """(l, c, 2) the begin and end in the text of tokens of lines, counted from 0 and ascending."""
         found = np.empty((len(lines), len(columns), 2), np.int64)
         spans(self.text, self.starts[lines], np.array(columns, np.int64), found)
         return found

@@ -27,12 +27,7 @@ _DEEPEST = 200
 
 
 def read_vrml(path: Path, references: References) -> Reading:
-    """Read a scene.
-
-    Raises:
-        ContentsError: it is none, or names what is not there.
-        InputError: it names a file that must not be opened.
-    """
+    """Read a scene."""
     text = path.read_bytes().decode("utf-8", "surrogateescape")
     if not text.startswith(_HEADS) or "\0" in text:
         raise ContentsError(f"it does not begin with {' or '.join(_HEADS)}; older ones are not known")

@@ -1,4 +1,4 @@
-"""Every file that a command leaves goes through here: what may be replaced, and files that appear whole or not at all.
+"""The one way to write files: rules for replacing them, and files that appear whole or not at all.
 
 Nothing that exists is replaced unless that was asked for, and links, folders, pipes and devices not even then. One file is
 written by `write_file`: a temporary file beside it, flushed to the disk, and renamed. The files of a run are written to a hidden
@@ -15,6 +15,7 @@ import stat
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from ..operating_system import this_system
 from .errors import OutputError
@@ -23,7 +24,7 @@ from .staging import staging_folder
 
 #: bytes of a name, as usual file systems have it
 LONGEST_NAME = 255
-#: what to do about a file that is not replaced
+#: the advice about a file that is not replaced
 OVERWRITE = "name another output, or ask to overwrite"
 _KINDS = (
     (stat.S_ISLNK, "a link: name the file itself that it leads to"),
@@ -97,7 +98,7 @@ def write_file(path: Path, data: bytes, *, overwrite: bool) -> None:
 
     Args:
         path: the file; its extension was checked before, see `check_target`.
-        data: what it holds.
+        data: its contents.
         overwrite: whether a regular file may be replaced.
 
     Raises:
@@ -121,8 +122,13 @@ def _write_whole(path: Path, data: bytes) -> None:
     """Write a new file and wait until the disk has it."""
     with path.open("xb") as file:
         file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
+        to_disk(file)
+
+
+def to_disk(file: BinaryIO) -> None:
+    """Wait until the disk has what was written to a file."""
+    file.flush()
+    os.fsync(file.fileno())
 
 
 @dataclass(frozen=True)

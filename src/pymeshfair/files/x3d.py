@@ -13,12 +13,7 @@ from .xml_document import read_tree
 
 
 def read_x3d(path: Path, references: References) -> Reading:
-    """Read a scene.
-
-    Raises:
-        ContentsError: it is none, or names what is not there.
-        InputError: it names a file that must not be opened.
-    """
+    """Read a scene."""
     root = read_tree(path.read_bytes())
     scene = root.find("Scene")
     if root.tag != "X3D" or scene is None:

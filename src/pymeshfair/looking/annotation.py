@@ -32,8 +32,8 @@ def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit
 
     Args:
         picture: is changed.
-        left: where it begins.
-        bottom: where it stands.
+        left: its left end.
+        bottom: its lower edge.
         pixels_per_unit: of the camera.
         most: it is no longer than this, in pixels.
         unit: of the scan; empty if it is not known.

@@ -1,4 +1,4 @@
-"""What the colours of a picture can say about a mesh."""
+"""Colorings: measures of a mesh that a picture shows as colours."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Coloring:
     """A measure that becomes a colour.
 
     Attributes:
-        label: what stands at the colour bar.
+        label: the text at the colour bar.
         of: the numbers of a mesh, given a reference as well; None where the mesh has none.
         diverging: whether 0 is the middle, and has the middle colour.
         limits: the ends of the colour bar, where they do not follow from the numbers.

@@ -1,4 +1,4 @@
-"""What lies between two meshes: how far each surface is from the other, and what was kept, lost, added and removed.
+"""Comparison of two meshes: the distance of each surface from the other, and what was kept, lost, added and removed.
 
 Two quantities, never mixed: the distance between the surfaces, and the displacement of vertices that are the same in both.
 """
@@ -97,7 +97,7 @@ class LengthIn:
 
 @dataclass(frozen=True)
 class Moved:
-    """How far vertices have moved that are the same in both meshes.
+    """Displacement of the vertices that are the same in both meshes.
 
     Attributes:
         mean: of the distances.
@@ -118,7 +118,7 @@ class Moved:
 
 @dataclass(frozen=True)
 class Deviation:
-    """How far one surface lies from the other, in samples on its faces by area; in a cloud in its points.
+    """Distances of one surface from the other, in samples on its faces by area; in a cloud in its points.
 
     The sign is that of the outer side of the other surface. Errors are twice the standard error of as many random samples.
 
@@ -319,7 +319,7 @@ def _change(before: float | None, after: float | None) -> float | None:
 
 
 def _faces(before: MeshState, after: MeshState, distances: Distances, *, same_faces: bool) -> dict[str, Any]:
-    """What the samples of two meshes tell of their faces; everything None if one of them has none."""
+    """Measures of faces from the samples of two meshes; all None if one of them has no faces."""
     names = ("normal_deviation", "largest_normal_deviation", "flipped_faces", "added_area", "removed_area")
     if not (len(before.mesh.faces) and len(after.mesh.faces)):
         return dict.fromkeys(names)

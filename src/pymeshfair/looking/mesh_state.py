@@ -1,4 +1,4 @@
-"""What one mesh is like, in numbers that a comparison puts beside those of another one."""
+"""Measures of one mesh for a comparison with another one."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class MeshState:
 
     @property
     def attributes(self) -> tuple[str, ...]:
-        """What the mesh has, in the words of `pymeshfair.files.formats.ATTRIBUTES`."""
+        """The attributes of the mesh, in the words of `pymeshfair.files.formats.ATTRIBUTES`."""
         present = attributes_of(self.mesh)
         return tuple(a for a in ATTRIBUTES if a in present)
 

@@ -25,7 +25,7 @@ class Panel:
     """One mesh of a picture.
 
     Attributes:
-        title: what stands over it.
+        title: the text above.
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles; none for a cloud or polylines.
         edges: (e, 2) edges of polylines.

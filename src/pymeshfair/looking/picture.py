@@ -26,7 +26,7 @@ _SCALE_BAR = 0.25
 
 @dataclass(frozen=True)
 class Appearance:
-    """How meshes are shown.
+    """The settings of a picture.
 
     Attributes:
         color: one of `pymeshfair.looking.coloring.COLORINGS` or `OTHERS`.
@@ -39,7 +39,7 @@ class Appearance:
         height: of a panel, in pixels.
         stripes: of reflection lines, all round.
         titles: whether every panel has a title.
-        label: what stands at the colour bar; the words of the coloring if it is empty.
+        label: the text at the colour bar; the words of the coloring if it is empty.
         columns: panels beside each other; more go below.
         limits: the ends of the colour bar; found from the numbers if it is None.
         tolerance: distances up to it have one colour; 0 for none.
@@ -86,7 +86,7 @@ def draw_meshes(
         titles: one for each.
         appearance: how.
         plain: the numbers of panels that are not coloured.
-        numbers: what each mesh is coloured by; measured if it is None.
+        numbers: those that colour each mesh; measured if it is None.
 
     Raises:
         ParameterError: an unknown coloring, or a picture without extent.
@@ -124,7 +124,7 @@ def _scenes(
     plain: Container[int],
     numbers: Sequence[Numbers | None] | None,
 ) -> tuple[list[Scene], Limits | None]:
-    """What each panel shows, and the limits of the colour bar if there is one."""
+    """The scene of each panel, and the limits of the colour bar if there is one."""
     bare = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_attributes.get("normals")) for m in meshes]
     if appearance.color in OTHERS:
         return [

@@ -23,7 +23,7 @@ from .camera import Camera
 
 #: each pixel is the mean of so many by so many
 SUPERSAMPLING = 2
-#: what has no colour of its own
+#: the colour of a mesh without one of its own
 CLAY = np.array([0.72, 0.745, 0.78])
 #: the inner side of a surface is mixed with this, so that it cannot be taken for the outer one
 _INSIDE = np.array([0.55, 0.36, 0.30])
@@ -38,7 +38,7 @@ _LONGEST = 20_000
 
 
 class Light(NamedTuple):
-    """How much of the light comes from everywhere, from one side, and back as from a mirror."""
+    """Shares of light: ambient, diffuse and specular."""
 
     ambient: float
     diffuse: float
@@ -52,7 +52,7 @@ _NUMBERS_LIGHT = Light(0.45, 0.58, 0.06)
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What one panel shows: a mesh, a cloud, or polylines.
+    """The contents of one panel: a mesh, a cloud, or polylines.
 
     Attributes:
         vertices: (n, 3) coordinates.
@@ -187,7 +187,7 @@ def _dots(scene: Scene, screen: Floats) -> tuple[Floats, Ints]:
 
 
 class DepthBuffer(NamedTuple):
-    """What is in front at each of h x w pixels, row 0 on top.
+    """The front element at each of h x w pixels, row 0 on top.
 
     Attributes:
         elements: (h, w) the number of the face or dot; -1 where nothing is.
@@ -274,7 +274,7 @@ Sampler = Callable[[Ints, Floats], Floats]
 
 
 def texture_of(mesh: MeshData, plain: Floats) -> Sampler | None:
-    """What the images show at each place; None of a mesh without texture coordinates or images.
+    """The colours of the images at each place; None for a mesh without texture coordinates or images.
 
     The nearest texel is taken, and the image repeats itself beyond its edges.
 

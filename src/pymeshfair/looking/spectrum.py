@@ -20,11 +20,11 @@ MEASURES = "get_surface_spectrum"
 def measured_spectrum(
     mesh: Path, *, modes: int = 50, timeout: float | None = None, on_event: Callable[[Event], None] = lambda event: None
 ) -> dict[str, Any]:
-    """What the filter ``get_surface_spectrum`` returns for a mesh file.
+    """The result of the filter ``get_surface_spectrum`` for a mesh file.
 
     Args:
         mesh: the file; it is not changed.
-        modes: how many modes are told one by one.
+        modes: how many modes are listed one by one.
         timeout: seconds, or None.
         on_event: called with what goes on.
 

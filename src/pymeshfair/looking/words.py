@@ -50,7 +50,7 @@ def area_headers(unit: str | None = None) -> tuple[str, ...]:
 
 
 def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
-    """What it is and its value for each mesh; rare measures that are 0 or unknown in all of them are left out.
+    """A measure's name and its value for each mesh; rare measures that are 0 or unknown in all of them are left out.
 
     Args:
         columns: measures by name, by the header of each mesh.
@@ -69,7 +69,7 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = No
 
 
 def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
-    """What a run removed, added and moved, `pymeshfair.running.shape_change.ShapeChange` by name, in one sentence.
+    """The removals, additions and moves of a run, `pymeshfair.running.shape_change.ShapeChange` by name, in one sentence.
 
     `unit` is that of the scan, if it is known; so below.
     """
@@ -90,7 +90,7 @@ def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
 
 
 def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str]:
-    """What a run did to the shape, `pymeshfair.running.shape_change.ShapeChange` by name, as lines below the table."""
+    """The change of shape by a run, `pymeshfair.running.shape_change.ShapeChange` by name, as lines below the table."""
     if "removed" not in change:  # done by tiles, which measure no more than the box
         sides = ", ".join(f"{name} {share:+.2%}" for name, share in zip("xyz", change["sides"], strict=True) if share)
         return [f"changed: {sides}"] if sides else []
@@ -173,7 +173,7 @@ def _count(count: int, one: str, several: str = "") -> str:
 
 
 def verdict_text(found: Comparison, unit: str | None = None) -> str:
-    """How far the surfaces lie apart, in a sentence or three; with a tolerance whether they lie within it."""
+    """The distance of the surfaces in a sentence or three; with a tolerance whether they lie within it."""
     there, here, moved = found.after_from_before, found.before_from_after, found.displacement
     if found.same_surface:
         text = "Both meshes are the same surface: no place lies further than rounding from the other."
@@ -207,7 +207,7 @@ def area_rows(found: Comparison, most: int) -> list[list[str]]:
 
 
 def distance_rows(found: Comparison) -> list[list[str]]:
-    """How far what lies from what, in three units; see `distance_headers`."""
+    """The distances of the two surfaces, in three units; see `distance_headers`."""
     there, here, moved = found.after_from_before, found.before_from_after, found.displacement
     rows = [
         _length("AFTER from BEFORE, mean (above 0: outwards)", there.mean),
@@ -229,7 +229,7 @@ def distance_rows(found: Comparison) -> list[list[str]]:
 
 
 def sampling_line(found: Comparison, unit: str | None = None) -> str:
-    """What the samples can have missed."""
+    """The bound for places between the samples."""
     there, here = found.after_from_before, found.before_from_after
     return (
         f"distances: {there.samples:,} samples of AFTER and {here.samples:,} of BEFORE, on faces by area; sampling errors of the "
@@ -239,7 +239,7 @@ def sampling_line(found: Comparison, unit: str | None = None) -> str:
 
 
 def comparison_lines(found: Comparison, unit: str | None = None) -> list[str]:
-    """What else changed, one line each."""
+    """Other changes, one line each."""
     lines = [sampling_line(found, unit)]
     for words, value in (("area", found.area_change), ("volume", found.volume_change)):
         if value is not None:

@@ -44,7 +44,7 @@ def checked_edit(edit: Any, layer: Layer) -> Edit:
     for name in (*_NUMBERS, *_FLAGS):
         value = getattr(edit, name)
         if value is not None and name not in changes:
-            per_face = name in ("delete_faces",) or name.startswith("face_")
+            per_face = name == "delete_faces" or name.startswith("face_")
             changes[name] = _checked(name, value, rows["face" if per_face else "vertex"])
     return replace(edit, **changes) if changes else edit
 

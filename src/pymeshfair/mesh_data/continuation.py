@@ -1,4 +1,4 @@
-"""Colours and textures carried on from what was there into added elements, so that a filling looks like what is around it."""
+"""Colours and textures continued into added elements, so that a filling looks like its surroundings."""
 
 from __future__ import annotations
 

@@ -43,8 +43,8 @@ class Source:
     Attributes:
         path: the file.
         format: its format, an extension in lower case.
-        document: what the reader of that format keeps for its writer, so that what has not changed is written as it was.
-        extras: what the file has and `MeshData` has not, in words; only a file of the same format can keep it.
+        document: kept by the reader of that format for its writer, so that unchanged parts are written as they were.
+        extras: contents of the file that `MeshData` cannot have, in words; only a file of the same format can keep it.
         side_files: the files that belong to it: materials, textures, buffers.
         images: those that its materials name besides textures; only a file of the same format can keep them.
         vertices: how many vertices it has.
@@ -111,10 +111,6 @@ class MeshData:
             object.__setattr__(self, name, _frozen(np.asarray(getattr(self, name), dtype).reshape(shape)))
         for name in ("vertex_attributes", "face_attributes"):
             object.__setattr__(self, name, {key: _frozen(value) for key, value in getattr(self, name).items()})
-
-    def replaced(self, **changes: Any) -> MeshData:
-        """The mesh with other values of its fields."""
-        return replace(self, **changes)
 
     def with_attributes(
         self, vertex: Mapping[str, Array | None] | None = None, face: Mapping[str, Array | None] | None = None

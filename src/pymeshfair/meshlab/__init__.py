@@ -1,1 +1,1 @@
-"""Facts about MeshLab: its filters, what they were called before, and what the installed pymeshlab says of them."""
+"""Facts about MeshLab: its filters, their former names, and the filters of the installed pymeshlab."""

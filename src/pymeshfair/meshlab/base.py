@@ -6,6 +6,7 @@ Imported with `pymeshfair.MeshSet`, since a program may put that in the place of
 from __future__ import annotations
 
 import threading
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,7 @@ import pymeshlab
 BASE: Any = pymeshlab.MeshSet
 #: MeshLab's filters, readers and writers share state of the process: one thread at a time may be within them
 MESHLAB = threading.RLock()
-
-
-#: A mesh set that is kept as long as the process runs.
-_KEEPER: list[Any] = []
-#: Mesh sets that MeshLab still holds pointers to.
+#: mesh sets that MeshLab still holds pointers to
 _KEPT: list[Any] = []
 
 
@@ -30,12 +27,16 @@ def after_failure(meshset: Any, *, verbose: bool) -> None:
     pointer, so one is applied to a mesh set of our own. A verbose mesh set has also given its log to the filter's plugin for
     good, so it is kept as long as the process runs.
     """
-    if not _KEEPER:
-        keeper = BASE()
-        keeper.add_mesh(pymeshlab.Mesh(vertex_matrix=np.zeros((1, 3))))
-        _KEEPER.append(keeper)
-    (keeper,) = _KEEPER
+    keeper = _keeper()
     keeper.apply_filter("set_selection_none")
     keeper.clear_filter_script()
     if verbose and not any(kept is meshset for kept in _KEPT):
         _KEPT.append(meshset)
+
+
+@cache
+def _keeper() -> Any:
+    """A mesh set that is kept as long as the process runs."""
+    keeper = BASE()
+    keeper.add_mesh(pymeshlab.Mesh(vertex_matrix=np.zeros((1, 3))))
+    return keeper

@@ -28,10 +28,10 @@ class ScriptStepFailedError(StepFailedError, FilterFailedError):
 
 
 def reason(error: Exception) -> str:
-    """What went wrong, as the end of a sentence; an unexpected error is named by its class."""
+    """The cause of an error, as the end of a sentence; an unexpected error is named by its class."""
     foreseen = isinstance(error, PymeshfairError | PyMeshLabException)
     return str(error) if foreseen else f"{type(error).__name__}: {error}"
 
 
 class ForeignMeshError(PymeshfairError, TypeError):
-    """What was to be added is no mesh that pymeshfair knows, or has elements that MeshLab has not."""
+    """An object to add is no mesh that pymeshfair knows, or has elements that MeshLab cannot hold."""

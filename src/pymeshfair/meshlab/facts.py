@@ -56,7 +56,7 @@ def table_version() -> str:
 
 
 def differences_from_installed() -> list[str]:
-    """Where the installed pymeshlab differs from the table, one sentence each; empty if it does not.
+    """The differences of the installed pymeshlab from the table, one sentence each; empty if there are none.
 
     It takes about half a second, in a process of its own.
 

@@ -1,4 +1,4 @@
-"""What filters and parameters of older MeshLab versions have become, as facts with fields, kept in ``former_filters.json``."""
+"""Facts about filters and parameters of older MeshLab versions and today's, kept in ``former_filters.json``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 @dataclass(frozen=True)
 class Former:
-    """What became of a filter, or of the parameters of one that kept its name. Values are texts as scripts have them.
+    """Today's form of an old filter, or of the parameters of one that kept its name. Values are texts as scripts have them.
 
     Attributes:
         now: MeshLab's name of the filter today; None if it is gone, or became several.
@@ -28,7 +28,7 @@ class Former:
         relabelled: parameters whose choices have other words today, while their numbers do what they did.
         layers: ``"left"`` if the filter once left the current layer alone and its result is current today; ``"current"`` if
             its result was current in every version.
-        note: what changes in the result, or what to do when the filter is gone; empty if the meaning is the same.
+        note: the change of the result, or advice when the filter is gone; empty if the meaning is the same.
     """
 
     now: str | None
@@ -61,7 +61,7 @@ class Former:
 
 
 def former_filter(old: str) -> Former | None:
-    """What the filter of that old name has become; None if nothing is known of it.
+    """Today's form of the filter of that old name; None if nothing is known of it.
 
     Capital letters and blanks do not count: MeshLab changed those of many names on the way.
     """
@@ -69,19 +69,19 @@ def former_filter(old: str) -> Former | None:
 
 
 def former_parameters(name: str) -> Former:
-    """What became of the parameters of a filter that is called so today."""
+    """Today's form of the parameters of a filter, by its name today."""
     return parameter_facts().get(name, Former(now=name))
 
 
 @functools.cache
 def parameter_facts() -> Mapping[str, Former]:
-    """What became of parameters, by today's name of their filter."""
+    """Today's form of parameters, by today's name of their filter."""
     return {name: Former(now=name, **entry) for name, entry in _table()["parameters"].items()}
 
 
 @functools.cache
 def former_filters() -> Mapping[str, Former]:
-    """What became of filters, by their old name."""
+    """Today's form of filters, by their old name."""
     return {name: Former(**entry) for name, entry in _table()["filters"].items()}
 
 

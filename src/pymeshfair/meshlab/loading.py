@@ -11,7 +11,7 @@ from functools import cache
 from ..errors import PymeshfairError
 
 _MISSING = re.compile(r"([\w.+-]+\.so[\w.]*): cannot open shared object file")
-#: what installs the system libraries that pymeshlab's wheels need and do not carry
+#: the commands that install the system libraries that pymeshlab's wheels need and do not carry
 ADVICE = (
     "pymeshlab needs system libraries that are missing here: `apt install libgl1 libopengl0` (Debian, Ubuntu) "
     "or `dnf install libglvnd-glx libglvnd-opengl` (Fedora) installs them"

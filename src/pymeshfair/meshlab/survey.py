@@ -39,7 +39,7 @@ class SurveyError(PymeshfairError):
 
 @dataclass(frozen=True)
 class InstalledParameter:
-    """What the installed pymeshlab says about one parameter.
+    """One parameter of the installed pymeshlab.
 
     Attributes:
         name: the Python name.
@@ -58,7 +58,7 @@ class InstalledParameter:
 
 @dataclass(frozen=True)
 class Survey:
-    """What the installed pymeshlab says: its version, and the parameters of each filter in order, by Python name."""
+    """The installed pymeshlab: its version, and the parameters of each filter in order, by Python name."""
 
     version: str
     filters: dict[str, tuple[InstalledParameter, ...]]
@@ -70,7 +70,7 @@ def survey_installed() -> Survey:
     Raises:
         SurveyError: the process failed; the message is what it printed last.
     """
-    # Without buffers, where what MeshLab prints would wait until its place is told to be another.
+    # Unbuffered: output in a buffer would appear after stdout has been redirected.
     command = [sys.executable, "-u", "-m", __name__]
     done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False)
     if done.returncode != 0:
@@ -118,7 +118,7 @@ def plain_value(value: Any) -> Any:
 
 
 def _what_is_printed(work: Callable[[], object]) -> str:
-    """What Python or C++ writes to the file descriptor of stdout while `work` is called."""
+    """The output of Python and C++ to the file descriptor of stdout while `work` is called."""
     sys.stdout.flush()
     saved = os.dup(1)
     with tempfile.TemporaryFile() as file:

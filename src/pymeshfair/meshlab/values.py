@@ -73,12 +73,12 @@ def _is_of_diagonal(declared: Filter, parameter: Parameter, ask: AskMeshLab, lay
 def from_meshlab(
     declared: Filter, told: Mapping[str, Any], given: Mapping[str, Any], ask: AskMeshLab, layer: Layer
 ) -> dict[str, Any]:
-    """What a built-in filter ran with, as declared values.
+    """The values that a built-in filter ran with, as declared values.
 
     Args:
         declared: the filter.
-        told: what MeshLab says that it ran with.
-        given: what the user gave, as the user gave it; relative lengths stay relative, and numbers keep their digits. A default
+        told: the values that MeshLab ran with, as it tells them.
+        given: the values of the user, as written; relative lengths stay relative, and numbers keep their digits. A default
             that is a part of the diagonal is relative, too, unless MeshLab remembers another one.
         ask: see `AskMeshLab`.
         layer: the mesh that the filter met.

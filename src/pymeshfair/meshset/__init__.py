@@ -1,4 +1,4 @@
-"""`MeshSet`: applies filters of both kinds, MeshLab's and those of plugins, and keeps the script of what was applied."""
+"""`MeshSet`: applies MeshLab's filters and those of plugins, and keeps the script of the applied ones."""
 
 from ..meshlab.loading import load_pymeshlab
 

@@ -1,4 +1,4 @@
-"""Between MeshLab's meshes and the arrays that other packages take and give: what is kept, and in words what is not."""
+"""Conversion between MeshLab's meshes and the arrays of other packages; losses are named in words."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ import pymeshlab
 from numpy.typing import NDArray
 
 from ..declaration import Floats, Ints
+from ..mesh_data import as_levels
 from ..meshlab.errors import ForeignMeshError
 from ..write_back import Workbench, custom_attributes
 
-#: what a scalar of MeshLab's is called among the values of another package
+#: the name of MeshLab's scalar among the values of another package
 SCALAR = "scalar"
-#: what values are called that follow from the faces
+#: names of values that follow from the faces
 NORMALS = frozenset({"normals", "normal"})
 #: names that hide what MeshLab calls so in its expressions
 _VARIABLES = frozenset(
@@ -40,7 +41,7 @@ class Arrays:
         uv: (n, 2) texture coordinates of the vertices, or None.
         of_vertices: by name, values of the vertices, (n,) or (n, 3).
         of_faces: the same of the faces.
-        lost: what the other side does not take, in words.
+        lost: contents that the other side does not take, in words.
     """
 
     vertices: Floats
@@ -144,11 +145,6 @@ def rgba(colors: Any, count: int) -> Floats | None:
     return np.ascontiguousarray(scaled if scaled.shape[1] == 4 else np.column_stack([scaled[:, :3], np.ones(count)]))
 
 
-def bytes_of(colors: Floats) -> NDArray[np.uint8]:
-    """Colours from 0 to 1 in eight bits."""
-    return (255.0 * colors).round().astype(np.uint8)
-
-
 def arrays_of(values: Any) -> dict[str, NDArray[Any]]:
     """A package's values by name as arrays."""
     pairs: Iterable[tuple[Any, Any]] = values.items() if values is not None and hasattr(values, "items") else ()
@@ -169,13 +165,13 @@ def _scalar(values: dict[str, NDArray[Any]]) -> Floats | None:
 def to_trimesh(arrays: Arrays) -> Any:
     """A `trimesh.Trimesh`; without faces a `trimesh.path.Path3D` if there are edges, else a `trimesh.PointCloud`."""
     trimesh = importlib.import_module("trimesh")
-    colors = None if arrays.colors is None else bytes_of(arrays.colors)
+    colors = None if arrays.colors is None else as_levels(arrays.colors)
     if len(arrays.faces):
         looks: dict[str, Any] = {"vertex_colors": colors}
         if colors is None and arrays.uv is not None:
             looks = {"visual": trimesh.visual.TextureVisuals(uv=arrays.uv)}
         elif colors is None and arrays.face_colors is not None:
-            looks = {"face_colors": bytes_of(arrays.face_colors)}
+            looks = {"face_colors": as_levels(arrays.face_colors)}
         unused = {"texture_coordinates": arrays.uv, "colours_of_faces": arrays.face_colors}
         if colors is not None:
             arrays.lose("trimesh with colours of vertices", **unused)
@@ -225,10 +221,10 @@ def to_meshio(arrays: Arrays) -> Any:
     cells = cells or [("vertex", np.arange(len(arrays.vertices)).reshape(-1, 1))]
     of_points: dict[str, Any] = {"normals": arrays.normals, **arrays.of_vertices}
     if arrays.colors is not None:
-        of_points["rgba"] = bytes_of(arrays.colors)
+        of_points["rgba"] = as_levels(arrays.colors)
     of_faces = dict(arrays.of_faces)
     if arrays.face_colors is not None:
-        of_faces["rgba"] = bytes_of(arrays.face_colors)
+        of_faces["rgba"] = as_levels(arrays.face_colors)
     arrays.lose("meshio", texture_coordinates=arrays.uv)
     of_cells = {
         name: [v, *(np.zeros((len(arrays.edges), *v.shape[1:]), v.dtype) for _ in cells[1:])] for name, v in of_faces.items()
@@ -246,11 +242,11 @@ def to_pyvista(arrays: Arrays) -> Any:
     for name, values in arrays.of_vertices.items():
         made.point_data[name] = values
     if arrays.colors is not None:
-        made.point_data["RGBA"] = bytes_of(arrays.colors)
+        made.point_data["RGBA"] = as_levels(arrays.colors)
     if arrays.uv is not None:
         made.active_texture_coordinates = arrays.uv
     if arrays.face_colors is not None:
-        arrays.of_faces["RGBA"] = bytes_of(arrays.face_colors)
+        arrays.of_faces["RGBA"] = as_levels(arrays.face_colors)
     for name, values in arrays.of_faces.items():  # the cells of lines come first
         made.cell_data[name] = np.concatenate([np.zeros((len(arrays.edges), *values.shape[1:]), values.dtype), values])
     return made

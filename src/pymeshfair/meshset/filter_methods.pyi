@@ -3664,7 +3664,7 @@ class FilterMethods(metaclass=LateMethods):
         reference: int = 0,
         spacings: float = 4.0,
     ) -> dict[str, Any] | None:
-        """Selects what a reconstruction has made up where nobody measured, such as the balloon of Screened Poisson.
+        """Selects the parts of a reconstruction that have no measured points near, such as the balloon of Screened Poisson.
 
         The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours; where the
         cloud is sparse, as far from a scanner, two thirds of what it is there. The selection of vertices is replaced. Says

@@ -155,7 +155,7 @@ class FilterRunner:
         return _with_ids(declared, effective, self._layers.bench.without_helpers)
 
     def values(self, filter_name: str, given: Mapping[str, Any]) -> dict[str, Any]:
-        """What `pymeshlab.MeshSet.filter_parameter_values` tells, for filters of both kinds and for file formats."""
+        """The values of `pymeshlab.MeshSet.filter_parameter_values`, for filters of both kinds and for file formats."""
         self._layers.settle()
         if not is_known(filter_name):  # perhaps a file format, for which every file that is written asks many times
             with contextlib.suppress(pymeshlab.PyMeshLabException):

@@ -1,4 +1,4 @@
-"""The meshes of a pymeshlab mesh set as layers, with results that MeshLab is told only when something needs them."""
+"""The meshes of a pymeshlab mesh set as layers; results are written to MeshLab when something needs them."""
 
 from __future__ import annotations
 

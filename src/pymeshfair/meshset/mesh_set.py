@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import pymeshlab
 
 from ..filters.libraries import ImportedWhenUsed
 from ..meshlab.base import BASE, MESHLAB, after_failure
-from .conveniences import Conveniences
 from .filter_methods import FilterMethods, LateMethods
 
 if TYPE_CHECKING:
-    from ..scripts.script import Step
+    from .. import recipe
+    from ..scripts.script import Script, Step
     from . import exchange, filter_runner, layers, listing, script_log
     from .pymeshlab_classes import _MeshSet as _Typed
 else:  # importing them takes longer than importing pymeshlab
     _Typed = BASE
+    recipe = ImportedWhenUsed("pymeshfair.recipe")
     exchange, filter_runner, layers, listing, script_log = (
         ImportedWhenUsed(f"pymeshfair.meshset.{name}")
         for name in ("exchange", "filter_runner", "layers", "listing", "script_log")
@@ -30,7 +33,7 @@ class _MeshSetType(LateMethods, type(BASE)):  # type: ignore[misc]
     """Both its own type and that of pymeshlab's class."""
 
 
-class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
+class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     """A set of meshes that filters are applied to, a drop-in for `pymeshlab.MeshSet`.
 
     Filters of plugins, pymeshfair's own among them, behave as MeshLab's do: each is a method, a name for `apply_filter`, and a
@@ -162,6 +165,40 @@ class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
         """Print the current filter script: each filter with the values of its parameters."""
         self._script.print()
 
+    def apply_recipe(self, name_or_path: str | os.PathLike[str], **settings: object) -> list[dict[str, Any]]:
+        """Apply a recipe to the current mesh, and add its steps to the filter script; what each of them reports.
+
+        Limits of the recipe are not looked at: `pymeshfair.run` does that.
+
+        Args:
+            name_or_path: a shipped recipe, or the path of an .mlx script.
+            **settings: values over the recipe's own, by the names of its settings.
+
+        Raises:
+            UnknownNameError: there is no such recipe or setting.
+            ScriptError: something in the script is wrong; lists every problem.
+            ScriptStepFailedError: a step failed; the mesh is as the last complete step left it.
+        """
+        loaded = recipe.load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
+        return self.apply_script(loaded.script)
+
+    def apply_script(self, script: Script) -> list[dict[str, Any]]:
+        """Apply all steps of a script to the current mesh, and add them to the filter script; what each of them reports.
+
+        Raises:
+            ScriptStepFailedError: a step failed; the mesh and the filter script are as the last complete step left them.
+        """
+        results: list[dict[str, Any]] = []
+
+        def apply(step: Step) -> None:
+            result, done = self._filters.apply_step(step)
+            results.append(result)
+            self._script.steps.append(done)
+
+        with self.deferred():
+            script_log.ScriptLog(script).apply(apply)
+        return results
+
     # ----------------------------------------------------------------------------------------------------------- meshes
 
     def deferred(self) -> AbstractContextManager[None]:
@@ -198,6 +235,31 @@ class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
         self._filters.plugins.tell_losses(arrays.lost)
         return result
 
+    def to_trimesh(self) -> Any:
+        """The current mesh as a `trimesh.Trimesh`, without faces as a `Path3D` or a `PointCloud`, with colours and values.
+
+        What trimesh does not take is named by a warning of the logger ``pymeshfair``; so by the next three.
+        """
+        return self._given(exchange.to_trimesh)
+
+    def to_open3d(self) -> Any:
+        """The current mesh as an `open3d.geometry.TriangleMesh`, or a `PointCloud`, with vertex normals and colours."""
+        return self._given(exchange.to_open3d)
+
+    def to_meshio(self) -> Any:
+        """The current mesh as a `meshio.Mesh` of triangles and lines, with normals, colours and values of points and cells."""
+        return self._given(exchange.to_meshio)
+
+    def to_pyvista(self) -> Any:
+        """The current mesh as a `pyvista.PolyData` with normals, colours, texture coordinates and values of points and cells."""
+        return self._given(exchange.to_pyvista)
+
+    def _given(self, make: Callable[[exchange.Arrays], Any]) -> Any:
+        arrays = exchange.of_meshlab(self.current_mesh(), self._layers.bench)
+        made = make(arrays)
+        self._filters.plugins.tell_losses(arrays.lost)
+        return made
+
     def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
         """Save the current mesh as pymeshlab does; a note says so if it has edges that are not in the file.
 
@@ -224,9 +286,42 @@ class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
         BASE.set_parameter_verbosity(self, verbosity)
         self._layers.bench.tells_parameters = verbosity
 
+    # ------------------------------------------------------------------------------------------------------------ shown
+
+    def __str__(self) -> str:
+        rows = self._layer_rows()
+        return "\n".join([f"MeshSet of {_count(rows)}", *(f"  {number:<4} {name}: {size}" for number, name, size in rows)])
+
+    def __repr__(self) -> str:
+        rows = self._layer_rows()
+        current = [f", current {number.rstrip('*')} {name!r}: {size}" for number, name, size in rows if number.endswith("*")]
+        return f"<{type(self).__name__} of {_count(rows)}{''.join(current)}>"
+
+    def _repr_html_(self) -> str:
+        """The layers as a table of HTML; the current one is bold."""
+        lines = ["<table>", "<tr><th>layer</th><th>name</th><th>size</th></tr>"]
+        for row in self._layer_rows():
+            cells = (f"<b>{escape(cell)}</b>" if row[0].endswith("*") else escape(cell) for cell in row)
+            lines.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
+        return "\n".join([*lines, "</table>"])
+
+    def _layer_rows(self) -> list[tuple[str, str, str]]:
+        """(number, name, size) of every layer; the number of the current layer ends with ``*``."""
+        current = self.current_mesh_id() if self.mesh_number() else -1
+        rows = []
+        for mesh in self:
+            counts = ((mesh.vertex_number(), "vertices"), (mesh.face_number(), "faces"), (mesh.edge_number(), "edges"))
+            size = ", ".join(f"{count:,} {what}" for count, what in counts if count or what == "vertices")
+            rows.append((f"{mesh.id()}{'*' if mesh.id() == current else ''}", mesh.label(), size))
+        return rows
+
+
+def _count(layers: list[tuple[str, str, str]]) -> str:
+    return f"{len(layers)} {'layer' if len(layers) == 1 else 'layers'}"
+
 
 def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-    """What pymeshlab's method gives, after MeshLab has been told everything."""
+    """Call a method of pymeshlab's after waiting results were written to MeshLab."""
     meshes._layers.settle()
     with MESHLAB:
         try:
@@ -238,7 +333,7 @@ def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs
 
 
 def _settling(name: str) -> Callable[..., Any]:
-    """Pymeshlab's method of that name, which first lets MeshLab be told everything."""
+    """Pymeshlab's method of that name, which first writes waiting results to MeshLab."""
     original = getattr(BASE, name)
 
     @functools.wraps(original)

@@ -27,7 +27,7 @@ MatrixLike: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
 ColorLike: TypeAlias = Sequence[int] | Color
 
 _WIDTH = 120
-#: where the makers of MeshLab tell what each of its filters does
+#: the description of MeshLab's filters by its makers
 _FILTER_LIST = "https://pymeshlab.readthedocs.io/en/latest/filter_list.html"
 
 
@@ -119,7 +119,7 @@ def method_docstring(declared: Filter) -> str:
 
 
 def _about_builtin(declared: Filter) -> str:
-    """What the table of facts tells about a filter of MeshLab's, which has no words of its own there."""
+    """The description of a filter of MeshLab's from the table of facts."""
     menus = ", ".join(str(kind.name).lower().replace("_", " ") for kind in FilterClass if kind in declared.classes)
     return f"MeshLab's filter {declared.name!r}.\n\nMenus: {menus}. What it does: {_FILTER_LIST}#{declared.python_name}"
 

@@ -1,4 +1,4 @@
-"""The filter script of a mesh set: what was loaded, and every filter applied since."""
+"""The filter script of a mesh set: the loaded steps, and every filter applied since."""
 
 from __future__ import annotations
 

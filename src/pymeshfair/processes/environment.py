@@ -36,7 +36,7 @@ def worker_environment(threads: int | None, environment: Mapping[str, str] = os.
 
 
 def program_of(module: str) -> list[str]:
-    """What runs a module as a program in `worker_environment`."""
+    """The command that runs a module as a program in `worker_environment`."""
     if sys.version_info >= (3, 11):
         return [sys.executable, "-m", module]
     # Python 3.10 does not know PYTHONSAFEPATH.

@@ -7,7 +7,6 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
-from types import TracebackType
 from typing import Any, Protocol
 
 from ..errors import RunError
@@ -15,7 +14,7 @@ from .forked import can_fork
 from .order import Answer, Order
 from .process import LostProcessError, Process
 
-#: how many processes may be lost with one task
+#: the count of processes that may be lost with one task
 _LOST = 4
 
 
@@ -40,7 +39,7 @@ class Pool:
         Args:
             most: processes at a time.
             threads: that a filter may use in each, see `pymeshfair.processes.environment.worker_environment`.
-            modules: what each imports until its first order comes.
+            modules: those that each imports before its first order.
             rest_after: seconds after which processes that have nothing to do are ended; None keeps them.
         """
         self._rest_after = rest_after
@@ -58,7 +57,7 @@ class Pool:
     def __enter__(self) -> Pool:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:

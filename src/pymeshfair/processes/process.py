@@ -50,7 +50,7 @@ class Process:
 
         Args:
             threads: that a filter may use, see `worker_environment`.
-            modules: what it imports until the first order comes.
+            modules: those that it imports before the first order.
             forked: make it a copy of this process, see `pymeshfair.processes.forked`, in place of a new interpreter.
         """
         self._system = this_system()

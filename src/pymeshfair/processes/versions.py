@@ -1,4 +1,4 @@
-"""What a result depends on besides the input and the recipe: the versions of packages, and how many threads libraries use."""
+"""The environment that a result depends on: the versions of packages, and the threads of libraries."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PACKAGES = ("pymeshfair", "pymeshlab", "numpy", "scipy", "numba", "llvmlite", "r
 
 
 def versions() -> dict[str, Any]:
-    """What a result depends on besides the input and the recipe."""
+    """The versions that a result depends on besides the input and the recipe."""
     found: dict[str, Any] = {"python": platform.python_version(), "implementation": platform.python_implementation()}
     return found | packages_here() | {"system": platform.platform(), "machine": platform.machine(), "byte_order": sys.byteorder}
 

@@ -25,7 +25,7 @@ class Line:
     """One line of a chart.
 
     Attributes:
-        name: what it belongs to, such as "before".
+        name: that of its sample, such as "before".
         path: of the SVG.
         kind: "before" or "after", which the style sheet tells apart by colour and dashes.
     """
@@ -45,14 +45,14 @@ class Tick:
 
 @dataclass(frozen=True)
 class Chart:
-    """What the template of a chart draws.
+    """The data for the template of a chart.
 
     Attributes:
-        title: what is shown.
+        title: the subject.
         summary: the same in a sentence, for those who do not see it.
-        across: what the horizontal axis tells.
-        upwards: what the vertical axis tells.
-        lines: what is drawn.
+        across: the quantity of the horizontal axis.
+        upwards: the quantity of the vertical axis.
+        lines: the curves.
         ticks_across: the marks at the horizontal axis.
         ticks_upwards: the marks at the vertical axis.
         headers: of the table.
@@ -77,14 +77,14 @@ class Chart:
 
 
 def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
-    """How often which numbers occur, in percent of each sample; None if there is nothing between the limits.
+    """The histogram of numbers, in percent of each sample; None if there is nothing between the limits.
 
     Args:
         title: of the chart.
-        across: what the numbers are, with their unit.
+        across: the quantity, with its unit.
         samples: numbers by "before" and "after".
-        low: where the first bar begins; lower numbers count in it.
-        high: where the last bar ends; higher numbers count in it.
+        low: the start of the first bar; lower numbers count in it.
+        high: the end of the last bar; higher numbers count in it.
     """
     finite = {name: values if np.isfinite(values).all() else values[np.isfinite(values)] for name, values in samples.items()}
     finite = {name: values for name, values in finite.items() if len(values)}
@@ -204,7 +204,7 @@ _WIDTH, _HEIGHT, _MARGIN = 460, 320, 16
 
 @dataclass(frozen=True)
 class SectionChart:
-    """What the template of a section draws.
+    """The data for the template of a section.
 
     Attributes:
         title: which plane, and what goes to the right and upwards.

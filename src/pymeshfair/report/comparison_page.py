@@ -49,12 +49,12 @@ _AREAS = 20
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of it, in one sentence and some more.
+    """The verdict of a report: one sentence, and some more.
 
     Attributes:
         kind: "good", "info", "warn" or "bad", which the style sheet shows by a colour.
         text: the sentence.
-        lines: what else is to be said first.
+        lines: further sentences.
     """
 
     kind: str
@@ -64,11 +64,11 @@ class Verdict:
 
 @dataclass(frozen=True)
 class RunPart:
-    """What the report tells of a run.
+    """The part of the report about a run.
 
     Attributes:
-        steps: what they did.
-        change: what came of it, `pymeshfair.running.shape_change.ShapeChange` by name; empty if that was not measured.
+        steps: the reports of the steps.
+        change: of the shape, `pymeshfair.running.shape_change.ShapeChange` by name; empty if that was not measured.
         recipe: the script as text.
         provenance: the record as text.
     """
@@ -113,19 +113,19 @@ def comparison_page(
     limits: Limits | None = None,
     planes: Sequence[Plane] = (),
     unit: str | None = None,
-) -> str:
-    """The report as the text of an HTML file.
+) -> bytes:
+    """The report as the bytes of an HTML file.
 
     Args:
         compared: the meshes.
         title: of the page.
         subtitle: a sentence below it.
         numbers: the same document that the command prints with ``--json``, in terms of JSON.
-        verdict: what came of it; made of the comparison if it is None.
+        verdict: made of the comparison if it is None.
         markers: places to show; the areas out of tolerance, or the largest distance, if there are none.
-        warnings: what is to be known.
-        left_out: what the page does not show, and why.
-        run: what lay between the meshes, if that is known.
+        warnings: for the reader.
+        left_out: the parts that the page does not show, and why.
+        run: the run between the meshes, if that is known.
         up: the upright axis, "y" or "z".
         limits: the ends of the colours of distances; found from them if it is None.
         planes: of the sections to show.
@@ -134,7 +134,7 @@ def comparison_page(
     ends = limits or _limits(compared)
     curvatures = _curvatures(compared)
     scene, shown = _scene(compared, up, markers or _markers(compared.found, unit), ends, curvatures, unit)
-    return render(
+    text = render(
         "report.html",
         title=title,
         subtitle=subtitle,
@@ -158,10 +158,11 @@ def comparison_page(
         numbers_text=json.dumps(numbers, indent=1, ensure_ascii=False),
         made=f"Made by pymeshfair on {datetime.now(timezone.utc):%Y-%m-%d %H:%M} UTC. This page needs no network.",
     )
+    return text.encode("utf-8", "replace")  # names of files may hold bytes that are no text
 
 
 def verdict_of(found: Comparison, change: Mapping[str, Any] | None = None, unit: str | None = None) -> Verdict:
-    """How far the surfaces lie apart, and whether within the tolerance; first what a run removed, added and moved.
+    """The distance of the surfaces, compared with the tolerance; after a run first its removals, additions and moves.
 
     Args:
         found: the comparison.

@@ -31,7 +31,7 @@ class Marker:
 
     Attributes:
         place: (x, y, z).
-        label: what is there.
+        label: the words.
         mesh: the number of the mesh that it belongs to.
     """
 
@@ -42,10 +42,10 @@ class Marker:
 
 @dataclass(frozen=True)
 class Scene:
-    """What the viewer shows.
+    """The data of the viewer.
 
     Attributes:
-        header: what the body holds and where, in terms of JSON.
+        header: the contents of the body and their places, in terms of JSON.
         body: the bytes, compressed by zlib.
     """
 
@@ -171,7 +171,7 @@ def _octahedral(normals: Floats) -> NDArray[np.uint16]:
 
 
 def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
-    """(n,) where between the limits each number is, in 255 steps; the middle where there is no number."""
+    """(n,) the place of each number between the limits, in 255 steps; the middle where there is no number."""
     low, high = limits
     shares = np.full(len(values), 0.5)
     if high > low:

@@ -35,7 +35,7 @@ class State:
         visible: whether each is, by id.
         current_id: of the current layer; None if there is none.
         next_id: that of the next layer.
-        losses: what MeshLab did not take so far.
+        losses: contents that MeshLab did not take so far.
     """
 
     meshes: Mapping[int, MeshData]
@@ -50,7 +50,7 @@ class Document:
 
     Attributes:
         current_id: of the current layer; None if there is none.
-        losses: what MeshLab did not take of the meshes that were handed over to it, in words.
+        losses: contents of the meshes handed over to MeshLab that it did not take, in words.
     """
 
     def __init__(

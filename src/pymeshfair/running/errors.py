@@ -14,7 +14,7 @@ class WorkerDied(RunError):  # noqa: N818 - says what happened
     """The worker process ended without a report; some of MeshLab's filters crash on awkward meshes.
 
     Attributes:
-        place: what it was doing.
+        place: the work that it was doing.
         status: its exit status; minus the signal's number if a signal ended it.
         details: the end of what it wrote to stderr.
     """
@@ -53,8 +53,8 @@ class RunTimeout(RunError):  # noqa: N818 - says what happened
     """The run took longer than it was given, and was stopped.
 
     Attributes:
-        place: what it was doing.
-        seconds: what it was given.
+        place: the work that it was doing.
+        seconds: the allowed time.
     """
 
     def __init__(self, place: Place, seconds: float, *, is_given: bool = True) -> None:
@@ -73,8 +73,8 @@ class OutOfMemory(RunError):  # noqa: N818 - says what happened
     """The run needed more memory than there is, or than it was given.
 
     Attributes:
-        place: what it was doing.
-        limit: what it was given in bytes, or None.
+        place: the work that it was doing.
+        limit: the allowed bytes, or None.
     """
 
     def __init__(self, place: Place, limit: int | None) -> None:
@@ -88,7 +88,7 @@ class WorkerError(RunError):
     """The worker raised an exception that is none of ours: a defect of pymeshfair.
 
     Attributes:
-        place: what it was doing.
+        place: the work that it was doing.
         details: the traceback, and the end of what it wrote to stderr.
     """
 

@@ -1,4 +1,4 @@
-"""Whether a result keeps within the guards of a run, and if not where and by how much."""
+"""The guards of a run that a result breaks: where, and by how much."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ class Breach:
 
     Attributes:
         guard: its name.
-        message: what happened, where, and how much was allowed.
+        message: the breach, its place, and the allowed amount.
         vertex: the vertex of the result that it happened at; None if it concerns the whole.
         place: (x, y, z) of that vertex.
-        amount: what was measured; None if that could not be.
-        allowed: what was allowed, in the same unit.
+        amount: the measured amount; None if it could not be measured.
+        allowed: the allowed amount, in the same unit.
     """
 
     guard: str
@@ -47,7 +47,7 @@ def breaches(
     Args:
         guards: the limits.
         origins: where the elements of the result come from.
-        change: what lies between the meshes.
+        change: of the shape between the meshes.
         measures_before: of the mesh as read, by name; None where none were taken, and then there can be no limits.
         measures_after: of the result.
         unit: of the scan; None if it is not known.

@@ -12,9 +12,9 @@ from ..files.writing import StagedFile
 from ..mesh_data import MeshData
 from .origins import Origins, removed_elements
 
-#: what became of an element; the face scalar of the map
+#: the fate of an element; the face scalar of the map
 KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3
-#: red, green, blue, opacity: grey, orange, blue, purple; apart from each other for everybody, and in grey
+#: red, green, blue, opacity: grey, orange, blue, purple; distinct for colour-blind readers and in grey
 COLORS: NDArray[np.uint8] = np.array(
     [[200, 200, 200, 255], [222, 143, 5, 255], [1, 90, 178, 255], [120, 40, 110, 255]], dtype=np.uint8
 )
@@ -26,7 +26,7 @@ def removed_path(path: Path) -> Path:
 
 
 def states_of(origins: Origins, tolerance: float = 0.0) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """(n,) and (m,) what became of the vertices and of the faces.
+    """(n,) and (m,) the state of each vertex and of each face: kept, moved or added.
 
     A vertex is kept if it moved by no more than the tolerance, in mesh units. A face is kept if it has the corners that it had
     and all are kept, moved if one has moved, else added.

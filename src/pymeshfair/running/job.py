@@ -39,10 +39,10 @@ class Job:
         guards: limits over those of the recipe.
         keep_broken: write the output even if a guard was broken.
         map: the .ply file for the intervention map, or None.
-        map_tolerance: what moved by no more than that counts as kept there; None: what did not move.
+        map_tolerance: vertices that moved by no more count as kept there; None: only those that did not move.
         own_texture_names: put the output's name before the names of its textures, so that runs side by side into one folder do
             not ask for the same names, and none depends on which was first.
-        warnings: what is to be known about the recipe; the result and the record list them before those of the run.
+        warnings: about the recipe; the result and the record list them before those of the run.
         measures: whether to measure the mesh before and after; without, there are no limits, and the result does not
             say what the run did to the shape or whether the recipe is for such scans.
         unit: the unit of the scan, one of `pymeshfair.declaration.units.METRES`; None: that of the file, or of the recipe. A
@@ -73,7 +73,7 @@ class Job:
 
     @property
     def made_from(self) -> MadeFrom:
-        """What the output is made from."""
+        """The sources of the output."""
         return MadeFrom(self.input, self.recipe.digest, self.others)
 
     @property
@@ -150,7 +150,7 @@ class StepStarted:
 
 @dataclass(frozen=True)
 class StepProgress:
-    """How far a step is: `fraction` from 0 to 1. Not every filter reports it, and some go from 0 to 1 several times."""
+    """Progress of a step: `fraction` from 0 to 1. Not every filter reports it, and some go from 0 to 1 several times."""
 
     index: int
     fraction: float
@@ -204,7 +204,7 @@ Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Me
 
 @dataclass(frozen=True)
 class StepReport:
-    """What one step did.
+    """The report of one step.
 
     Attributes:
         number: from 1.
@@ -212,8 +212,8 @@ class StepReport:
         python_name: its name in Python.
         seconds: how long it took.
         parameters: every parameter with the value that was effective on this mesh; lengths in mesh units.
-        values: what the filter reported.
-        messages: what it said.
+        values: those that the filter reported.
+        messages: those of the filter.
     """
 
     number: int
@@ -227,7 +227,7 @@ class StepReport:
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a run did.
+    """The result of a run.
 
     Attributes:
         output: the file that was written.
@@ -236,7 +236,7 @@ class RunResult:
         before: the measures of the mesh as read (`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`). This and
             the next two are empty if the job wanted no measures.
         after: the measures of the mesh as written.
-        change: what the run did to the shape, `pymeshfair.running.shape_change.ShapeChange` by name.
+        change: of the shape, `pymeshfair.running.shape_change.ShapeChange` by name.
         steps: one report a step.
         warnings: everything that was in the input and is not in the output, or needs to be known about it.
         seconds: from start to end.

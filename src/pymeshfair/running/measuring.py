@@ -1,4 +1,4 @@
-"""What a run finds out about its mesh before and after the steps: its measures, or only what it cannot do without."""
+"""Measures of the mesh of a run before and after the steps; without measures, only the sizes that every run needs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SOME = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What is known of a mesh.
+    """A measured mesh.
 
     Attributes:
         mesh: the mesh.
@@ -50,7 +50,7 @@ class Measuring:
         self._connectivity: Connectivity | None = None
 
     def look(self, mesh: MeshData) -> Found:
-        """What is known of a mesh.
+        """Measure a mesh.
 
         Raises:
             FilterInputError: a coordinate is not finite.
@@ -64,7 +64,7 @@ class Measuring:
 
 
 def change_of(origins: Origins, before: Found, after: Found) -> ShapeChange | None:
-    """What lies between two meshes; None if they were not measured."""
+    """The change of shape between two meshes; None if they were not measured."""
     if before.measures is None or after.measures is None:
         return None
     return shape_change(origins, (before.measures, after.measures))

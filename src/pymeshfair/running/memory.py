@@ -1,4 +1,4 @@
-"""How much memory a worker may take: a share of the machine's, unless a user says otherwise."""
+"""The memory limit of a worker: a share of the machine's memory, or the amount that a user gives."""
 
 from __future__ import annotations
 

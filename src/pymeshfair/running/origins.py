@@ -1,4 +1,4 @@
-"""Where the elements of a result come from: of every vertex and face the number that it had in the input."""
+"""Origins of elements: the number in the input of every vertex and face of a result."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..mesh_data import MeshData
 
 @dataclass(frozen=True, eq=False)
 class Origins:
-    """What became of a mesh.
+    """The origins of the elements of a result.
 
     Attributes:
         before: the mesh that was read.
@@ -34,7 +34,7 @@ class Origins:
 
     @cached_property
     def distances(self) -> Floats:
-        """(n,) how far each vertex has moved; of an added one how far it lies from the surface of the input."""
+        """(n,) the displacement of each vertex; for an added one its distance from the surface of the input."""
         distances = np.zeros(len(self.vertices))
         old = self.vertices >= 0
         distances[old] = self._moves
@@ -60,7 +60,7 @@ class Origins:
 
 
 def find_origins(result: MeshData, before: MeshData) -> Origins:
-    """What became of the mesh that was read."""
+    """The origins of the elements of a result in the mesh that was read."""
     same_source = result.source is not None and result.source is before.source
     of_vertices = _numbers(result.vertex_ids, before.vertex_ids, len(result.vertices), same_source)
     of_faces = _numbers(result.face_ids, before.face_ids, len(result.faces), same_source)

@@ -1,4 +1,4 @@
-"""Whether a written file can be printed: it is read back as a slicer reads it, equal points merged, triangles alone."""
+"""Checks whether a written file can be printed: read back as a slicer reads it, equal points merged, triangles alone."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _PLACES = 3
 
 
 def print_faults(written: Path, folder: Path, *, wrapped: bool = False) -> Iterator[Breach]:
-    """What would keep a slicer from knowing what is inside: borders, edges of many faces, faces turned over or cutting others.
+    """Faults by which a slicer cannot tell inside from outside: borders, edges of many faces, faces turned over or intersecting.
 
     Args:
         written: the file.
@@ -63,7 +63,7 @@ def print_faults(written: Path, folder: Path, *, wrapped: bool = False) -> Itera
 
 
 def wall_words(mesh: MeshData, unit: str | None) -> str:
-    """How thick the walls of a closed mesh are, with the place of the thinnest; empty where no wall is opposite of another."""
+    """The thickness of the walls of a closed mesh in words, with the thinnest place; empty if no walls face each other."""
     from ..filters.inspection import wall_thickness
 
     if not len(mesh.faces):
@@ -95,9 +95,9 @@ def wrap_words(scan: MeshData, wrap: MeshData) -> str:
 
 
 def _uses(faces: Ints) -> tuple[Longs, Bools, Ints]:
-    """How many faces each edge has, whether they run along it in one direction, and its (e, 2) vertices.
+    """The number of faces of each edge, whether they run along it in one direction, and its (e, 2) vertices.
 
-    Those of faces that merging has collapsed count, as for a slicer.
+    Collapsed faces count, as for a slicer.
     """
     ends = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     edges, which, counts = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,9 +31,9 @@ class ReadMesh:
 
     Attributes:
         path: the file.
-        mesh: what is in it.
-        found: what is known of it.
-        warnings: what the user should know about the file.
+        mesh: the mesh in it.
+        found: its measures.
+        warnings: about the file.
         self_intersecting: (m,) which faces cut others; None if that was not asked for, or could not be told.
     """
 
@@ -46,8 +46,7 @@ class ReadMesh:
     @property
     def measures(self) -> dict[str, Any]:
         """`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name."""
-        assert self.found.measures is not None
-        return dict(plain(asdict(self.found.measures)))
+        return self.found.described or {}
 
 
 def read_mesh(

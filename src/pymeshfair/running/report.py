@@ -1,4 +1,4 @@
-"""What the work of a run came to; the provenance document and the result that are made of it."""
+"""The report of the work of a run; the provenance document and the result that are made of it."""
 
 from __future__ import annotations
 
@@ -16,14 +16,7 @@ from .job import Job, RunResult, StepReport
 
 
 def record_of(job: Job, report: Report, *, started: datetime, seconds: float) -> dict[str, Any]:
-    """The provenance document of a finished run.
-
-    Args:
-        job: what was asked for.
-        report: what the work came to.
-        started: when.
-        seconds: how long it took.
-    """
+    """The provenance document of a finished run."""
     script = job.recipe.script
     assert report.output is not None
     return {
@@ -92,7 +85,7 @@ def _guarded(job: Job, report: Report) -> dict[str, Any]:
 
 
 def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:
-    """What `run_job` gives back, from the document that it has written."""
+    """The result of `run_job`, from the document that it has written."""
     run = record["run"]
     return RunResult(
         output=job.output,
@@ -112,7 +105,7 @@ def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], m
 
 
 def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
-    """What every step did, from a provenance document."""
+    """The reports of all steps, from a provenance document."""
     return tuple(
         StepReport(
             step["number"],
@@ -129,13 +122,13 @@ def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
 
 @dataclass(frozen=True)
 class StepDone:
-    """What a step did.
+    """The work of one step.
 
     Attributes:
         parameters: every parameter with its value on this mesh, in terms of JSON.
-        values: what the filter reported, in terms of JSON.
+        values: those that the filter reported, in terms of JSON.
         seconds: how long it took.
-        messages: what it said.
+        messages: those of the filter.
     """
 
     parameters: Mapping[str, Any]
@@ -146,7 +139,7 @@ class StepDone:
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """What the work of a run came to. Everything that is a mapping is in terms of JSON, as the provenance document has it.
+    """The results of the work of a run. All mappings are in terms of JSON, as in the provenance document.
 
     Attributes:
         input: which files were read.
@@ -155,9 +148,9 @@ class Report:
         staged: the output and its side files in the staging folder.
         before: the measures of the mesh as read; None if none are wanted. So the next two.
         after: those of the mesh as written.
-        change: what lies between them.
-        traits: what the recipe asked of the scan.
-        warnings: what the user should know.
+        change: of the shape between them.
+        traits: those of the scan that the recipe asked for.
+        warnings: for the user.
         breaches: the limits that were broken.
         maps: the files of the intervention map in the staging folder.
         tiles: how the work was cut; None if it was done in one piece.

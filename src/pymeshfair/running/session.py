@@ -43,19 +43,19 @@ from .talk import mark
 _SMALLEST_PROGRESS = 0.005
 
 
-#: what is known of a mesh, the traits that a recipe asks for, and the warning if it is not for such a scan
+#: the measures of a mesh, the traits that a recipe asks for, and the warning if it is not for such a scan
 _Measured: TypeAlias = tuple[Found, Mapping[str, Any], str | None]
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What the steps came to.
+    """The result of the steps.
 
     Attributes:
         before: the mesh as it was read.
         result: the mesh after the steps, without a matrix.
         steps: the report of each step.
-        traits: what the recipe asked of the scan.
+        traits: those of the scan that the recipe asked for.
     """
 
     before: Found
@@ -65,7 +65,7 @@ class Outcome:
 
 
 class Earlier:
-    """What earlier runs found of one mesh, and what their first steps made of it: a change of a later step costs that step.
+    """Measures and intermediate states of earlier runs on one mesh: after a change of a later step only that step runs again.
 
     Args:
         states: how many states of the mesh are kept, the ones used last.
@@ -78,7 +78,7 @@ class Earlier:
         self._kept: list[tuple[tuple[Step, ...], State, tuple[StepDone, ...]]] = []  # the one used last is the last
 
     def measured(self, info: RecipeInfo, measure: Callable[[], _Measured]) -> _Measured:
-        """What is found of the mesh for a recipe of this head."""
+        """The measures of the mesh for a recipe of this head."""
         if self._measured is None or self._measured[0] != info:
             self._measured = info, measure()
         return self._measured[1]
@@ -103,7 +103,7 @@ class Session:
     """One run in this process.
 
     Attributes:
-        warnings: what the user should know so far.
+        warnings: those so far.
     """
 
     def __init__(self, job: Job, stage: Path, on_event: Callable[[Event], None]) -> None:
@@ -149,7 +149,7 @@ class Session:
         Args:
             read: the mesh.
             others: further layers.
-            earlier: what runs on the same meshes have kept, and this one adds to.
+            earlier: states kept by runs on the same meshes; this run adds to them.
 
         Raises:
             StepFailedError, MemoryError: as `run`.
@@ -305,7 +305,7 @@ class Session:
         return replace(report, warnings=tuple(self.warnings))
 
     def _gone(self, read: MeshData, result: MeshData, present: set[str]) -> list[str]:
-        """What the steps have taken away, in words."""
+        """Attributes that the steps have removed, in words."""
         texts = []
         # A recipe of curves makes them of a surface, and that the surface is gone is no news.
         of_curves = self._job.recipe.info.task == "curves"
@@ -360,7 +360,7 @@ class Session:
         return replace(report, breaches=tuple(plain(asdict(breach)) for breach in broken), maps=maps)
 
     def _looked(self, mesh: MeshData, refusal: Exception) -> Found:
-        """What is known of a mesh."""
+        """Measure a mesh."""
         try:
             return self._measuring.look(mesh)
         except FilterInputError as error:

@@ -1,4 +1,4 @@
-"""What a run did to the shape: what moved and how far, what was added and removed, and how its dimensions changed."""
+"""The change of shape by a run: moves, additions, removals, and dimensions."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Sides: TypeAlias = tuple[float | None, float | None, float | None]
 
 @dataclass(frozen=True)
 class Moved:
-    """How far the vertices have moved that are the same before and after, in mesh units.
+    """Displacement of the vertices that are the same before and after, in mesh units.
 
     Where a step made a new mesh there are none such; then all of the result count, with their distances from the input.
 
@@ -45,10 +45,10 @@ class Moved:
         moved: how many of them lie elsewhere now.
         mean: of the distances.
         rms: the root of the mean of their squares.
-        most: what 99 % of them stay below.
+        most: the bound below which 99 % of them stay.
         largest: of them.
         vertex: the number in the result of the vertex that moved furthest.
-        place: where it is now, (x, y, z).
+        place: its place now, (x, y, z).
         edges: the largest distance in mean edges of the input; None if it has no edges.
         mean_edges: the mean in the same way.
     """
@@ -85,7 +85,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Part:
-    """What was added or removed.
+    """Elements that were added or removed.
 
     Attributes:
         vertices: how many.
@@ -125,7 +125,7 @@ class Folded:
 
 @dataclass(frozen=True)
 class ShapeChange:
-    """What a run did to the shape.
+    """The change of shape by a run.
 
     Attributes:
         sides: of the bounding box of what faces use, or of all vertices where there are none, along x, y and z: the change as a
@@ -135,8 +135,8 @@ class ShapeChange:
         area: its change as a share; None where there was none.
         volume: the same, of closed meshes.
         moved: how far vertices moved; None if no vertex counts.
-        added: what the result has and the input had not.
-        removed: what the input had and the result has not.
+        added: elements of the result that the input did not have.
+        removed: elements of the input that the result does not have.
         turned: how many faces look more than a right angle away from where they did; None if vertices or faces were added or
             removed.
         folded: which faces were folded over, `pymeshfair.filters.inspection.folded_faces`, if there are more of them than before;
@@ -162,7 +162,7 @@ class ShapeChange:
 
 
 def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:
-    """What lies between two meshes: the one place from which tables, documents, limits, maps and reports take it.
+    """The change of shape between two meshes: the one place from which tables, documents, limits, maps and reports take it.
 
     Args:
         origins: where the elements of the result come from.
@@ -221,7 +221,7 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
 
 
 def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callable[[], str]) -> Iterator[str]:
-    """What the user should know of a change of shape, and what to do about it.
+    """Warnings about a change of shape, with advice.
 
     Of dimensions and moves nothing where elements were added or removed: there the box changes on purpose.
 
@@ -233,9 +233,9 @@ def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callab
     more = (change.added.share or 0.0) - (change.removed.share or 0.0)
     if change.moved is not None and more > LARGEST_ADDED:
         yield (
-            f"new surface of {more:.0%} of the area that was scanned was added, which nobody measured: look at it"
+            f"new surface of {more:.0%} of the area that was scanned was added without measurements: look at it"
             if change.moved.same
-            else f"the new surface has {more:.0%} more area than the scan, which nobody measured: look at it; where it went "
+            else f"the new surface has {more:.0%} more area than the scan, and no measurements there: look at it; where it went "
             "through an opening to the inside, walls are thin: fill_holes_smoothly and prepare_for_print close openings"
         )
     if change.moved is None or change.turned is None:
@@ -265,7 +265,7 @@ def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callab
 
 
 def milder(steps: Sequence[Step]) -> str:
-    """What makes the steps that smooth do less, a setting of the recipe or else a parameter; empty if they have none."""
+    """Advice to smooth less: a smaller setting of the recipe, or else a parameter; empty if there is none."""
     smoothing = [step for step in steps if step.filter.classes & FilterClass.SMOOTHING]
     found = [(step, name) for step in smoothing for name in _AMOUNTS if step.values.get(name, 1) != 1]
     said = [step.settings[name] for step, name in found if name in step.settings and step.values[name] != "auto"]
@@ -330,7 +330,7 @@ def _moved(origins: Origins, edge: float | None) -> Moved | None:
 
 
 def _part(vertices: Floats, faces: Ints, of_vertices: Bools, of_faces: Bools, whole: float | None) -> Part:
-    """What part of a mesh some of its vertices and faces are."""
+    """The measures of some vertices and faces of a mesh."""
     inside = faces[of_faces]
     if not len(inside):
         return Part(int(of_vertices.sum()), 0, 0.0, 0.0 if whole else None, 0, 0, 0)

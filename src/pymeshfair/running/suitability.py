@@ -1,4 +1,4 @@
-"""Which recipes a scan is for: its traits, and what the heads of recipes ask of them."""
+"""The recipes that suit a scan: its traits, compared with the conditions in the heads of recipes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ALIKE = ("denoise", "smooth")
 _REPLACEABLE = (*_ALIKE, "clean")
 
 
-#: what is said where a recipe has nothing to do, by the trait that says so
+#: the reason why a recipe has nothing to do, by the trait that shows it
 _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "the triangles are good as they are"}
 
 #: the order of recipes
@@ -36,7 +36,7 @@ ERASED = 0.1
 
 @dataclass(frozen=True)
 class Trial:
-    """What a recipe did on a sample of a scan, lengths in mean edges.
+    """A trial of a recipe on a sample of a scan, lengths in mean edges.
 
     Attributes:
         error: at vertices that were held out, along the normals; on a scan without noise how far the others were moved.
@@ -59,7 +59,7 @@ class Trial:
 
     @property
     def words(self) -> str:
-        """What a user would say of it."""
+        """The trial in words."""
         if self.error == self.before == 0.0:
             return "it would move nothing, as there is no noise"
         unseen = ", and the relief is too low beside the noise to be measured: look at the result" if self.before else ""
@@ -73,16 +73,16 @@ class Trial:
 
 @dataclass(frozen=True)
 class Suitability:
-    """How a recipe and a scan go together.
+    """The conditions of a recipe that a scan meets or not.
 
     Attributes:
         recipe: its name.
-        task: what it is there to do.
+        task: that of the recipe.
         title: its title.
         measure: by which it is judged, empty if it does not say.
         met: the conditions that the scan meets, each with what was found.
         unmet: those that it does not.
-        trial: what the recipe did on a sample of the scan, if it was tried.
+        trial: the result on a sample of the scan, if it was tried.
     """
 
     recipe: str
@@ -95,7 +95,7 @@ class Suitability:
 
     @property
     def made_for(self) -> int:
-        """How many conditions that are met say what the scan is, and not what it is not."""
+        """The number of met conditions without "no"."""
         return sum(not text.startswith("no ") for text, _ in self.met)
 
     @property
@@ -113,7 +113,7 @@ def traits_of(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         measures: of both.
-        attributes: what the scan has, of `pymeshfair.files.formats.ATTRIBUTES`.
+        attributes: those of the scan, of `pymeshfair.files.formats.ATTRIBUTES`.
         wanted: the conditions are about these; of the others only what costs nothing is given.
     """
     has_faces = measures.faces > 0
@@ -135,7 +135,7 @@ def traits_of(
 
 
 def judged(name: str, info: RecipeInfo, traits: Mapping[str, float]) -> Suitability:
-    """How a recipe suits a scan."""
+    """The suitability of a recipe for a scan."""
     met = [(c.text, c.found(traits)) for c in info.conditions if c.is_met(traits)]
     unmet = [(c.text, c.found(traits)) for c in info.conditions if not c.is_met(traits)]
     return Suitability(name, info.task, info.title, info.measure, tuple(met), tuple(unmet))
@@ -183,11 +183,7 @@ def ranked(
 def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others: Iterable[Suitability]) -> str | None:
     """The warning for a scan that a recipe is not for, with the recipe to take; None if it suits, or does not say.
 
-    Args:
-        name: of the recipe.
-        info: its head.
-        traits: of the scan, all of them.
-        others: of `ranked`.
+    It takes all traits of the scan, and the `others` as `ranked` gives them.
     """
     verdict = judged(name, info, traits)
     if not verdict.unmet:
@@ -220,8 +216,8 @@ def traits_asked_for(recipe: Recipe, found: Found, attributes: AbstractSet[str])
 
     Args:
         recipe: the recipe.
-        found: what is known of the mesh; if that was not measured, there are none.
-        attributes: what it has.
+        found: the measures of the mesh; if there are none, there are no warnings.
+        attributes: those of the mesh.
 
     Raises:
         RunError: it is of another kind: a cloud where a recipe is for meshes, or the other way round.
@@ -249,8 +245,8 @@ def instead(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> str:
 
     Args:
         recipe: that was run.
-        found: what is known of the mesh that it was run on.
-        attributes: what that has.
+        found: the measures of the mesh that it was run on.
+        attributes: those of that mesh.
     """
     if found.measures is None or recipe.info.task not in _REPLACEABLE:
         return ""
@@ -265,7 +261,7 @@ def needed(conditions: Iterable[Condition]) -> set[str]:
 
 
 def documents(found: Iterable[Suitability]) -> list[dict[str, Any]]:
-    """What `ranked` found in terms of JSON."""
+    """The result of `ranked` in terms of JSON."""
     return [
         {
             "recipe": s.recipe,

@@ -73,7 +73,7 @@ class Watch:
         self._tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
     def until_done(self, started: float) -> Report:
-        """What the worker reports in the end.
+        """The final report of the worker.
 
         Args:
             started: when the job's time began to run (`time.monotonic`).
@@ -203,7 +203,7 @@ class Watch:
             return False
 
 
-#: what a worker of a run imports before its first order comes
+#: the modules that a worker of a run imports before its first order
 MODULES = ("pymeshfair.running.session",)
 #: does the work of a run: is given the job, the staging folder, what takes signals, and what to call with each event
 Work: TypeAlias = "Callable[[Job, Path, Items, Callable[[Event], None]], Report]"

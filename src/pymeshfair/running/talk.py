@@ -1,4 +1,4 @@
-"""What a worker writes to stderr: marks of ours between the lines of MeshLab's log."""
+"""The stderr of a worker: our marks between the lines of MeshLab's log."""
 
 from __future__ import annotations
 

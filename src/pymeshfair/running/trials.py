@@ -1,4 +1,4 @@
-"""What recipes would do on a scan: the error at vertices that they have not seen, and the relief that they take."""
+"""Trials of recipes on a scan: the error at held-out vertices, and the relief that is lost."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def trials(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        scripts: what is tried, by name.
+        scripts: those to try, by name.
         clean: whether the scan has no noise.
         timeout: seconds for each.
 
@@ -90,7 +90,7 @@ def trials(
 
 
 def risks_of(scan: Scan, scripts: Mapping[str, Script], timeout: float | None = None) -> dict[str, float]:
-    """How far results are expected to be from the truth, from what filters make of the scan and of a little more noise.
+    """The expected distance of results from the truth, by filtering the scan and the scan with a little more noise.
 
     Held-out vertices are few, and their noise is in all errors. With noise of the deviation s, h = n . (f(y) - y), signs b and
     g = n . (f(y + e s b) - f(y)) / e, the squared error is the mean of h^2 + 2 s b g - s^2 over all vertices [stein1981,
@@ -98,7 +98,7 @@ def risks_of(scan: Scan, scripts: Mapping[str, Script], timeout: float | None = 
 
     Args:
         scan: with noise of its own at every vertex.
-        scripts: what is compared, by name.
+        scripts: those to compare, by name.
         timeout: seconds for each.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Makes an output again from its provenance, and says whether it is the same, or what has changed since."""
+"""Repeats a run from its provenance, and compares the outputs."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ Verdict: TypeAlias = Literal[
 ]
 #: of the diagonal, how far the numbers of a .3mf file may be apart, which has a random number and so other bytes each time
 _ROUNDING = 1e-6
-#: what weakens a run, so that a provenance alone does not decide it
+#: options that weaken a run, so that a provenance alone must not set them
 _WEAKENING = ("allow_outside", "unchecked")
 
 
 @dataclass(frozen=True)
 class Verification:
-    """What came of making an output again.
+    """The result of a repeated run.
 
     Attributes:
-        verdict: what is so, in two words.
+        verdict: in two words.
         findings: sentences that say what differs, and where.
         notes: sentences about what has changed and made no difference.
     """
@@ -110,7 +110,7 @@ def verify_output(
 
 
 class _Plan(NamedTuple):
-    """How an output is to be made again."""
+    """The run that makes an output again."""
 
     job: Job
     record: Mapping[str, Any]
@@ -122,7 +122,7 @@ class _Plan(NamedTuple):
 
 
 def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: bool) -> Verification | _Plan:
-    """What has changed since, or how to make the output again."""
+    """The changes since the run, or the plan to repeat it."""
     entries = [record["output"], *record["output"].get("side_files", ())]
     if changed := tuple(_changed(entries, output.parent)):
         return Verification("output changed", changed)
@@ -216,7 +216,7 @@ def _same(path: Path, record: Mapping[str, Any]) -> bool:
 
 
 def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[str]:
-    """Why two results of a filter that no seed repeats are more different than chance makes them."""
+    """The differences of two results of a random filter that are larger than chance explains."""
     for what, had, has in (("vertices", len(one.vertices), len(other.vertices)), ("faces", len(one.faces), len(other.faces))):
         if had != has:
             yield f"it had {had:,} {what}, and has {has:,} now"

@@ -1,4 +1,4 @@
-"""The elements of a script as they are written, before anyone asks what they mean."""
+"""The elements of a script as written, before they are checked."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class FilterElement:
         kind: ``"filter"`` or ``"xmlfilter"``.
         name: the attribute of that name, or None.
         line: where it begins, counted from 1.
-        params: what it holds, in the order of the file.
+        params: its parameters, in the order of the file.
         tag: the attribute of that name; empty if there is none.
     """
 
@@ -44,14 +44,14 @@ class FilterElement:
 
 @dataclass(frozen=True)
 class Document:
-    """What stands in a file.
+    """The contents of a file.
 
     Attributes:
         name: of the file, for messages.
         filters: in the order of the file.
         comment: the words at its head.
-        problems: what is wrong with its structure.
-        guards: what a result must not do.
+        problems: mistakes in its structure.
+        guards: limits of the result.
         settings: values that have a name.
         unit: of the scans that the script is for; empty if it says none.
     """

@@ -15,7 +15,7 @@ from .write import NOMINAL_DIAGONAL, NOMINAL_EDGE, format_script
 
 @dataclass(frozen=True)
 class MeshFacts:
-    """What is to be known of the mesh that a script is exported for.
+    """The sizes of the mesh that a script is exported for.
 
     Attributes:
         diagonal: of its bounding box.
@@ -63,7 +63,7 @@ def export_script(
             replaced.append(f"step {number}, {step.filter.name!r}, is MeshLab's {plain.filter.name!r}, which does the same")
         if plain is step and number <= len(lengths):
             plain = plain.with_checked(lengths[number - 1])
-        steps.append(plain if mesh is None else _in_mesh_units(plain, mesh))
+        steps.append(plain if mesh is None else plain.in_mesh_units(diagonal=mesh.diagonal, mean_edge=mesh.mean_edge))
         closed = closed and FilterClass.SMOOTHING in step.filter.classes  # any other step may open the mesh, or select
     if problems:
         raise ScriptError(problems)
@@ -104,12 +104,3 @@ def _relative_lengths(script: Script, step: Step) -> Iterator[Problem]:
 def _problem(script: Script, step: Step, *, why: str, parameter: str | None = None) -> Problem:
     name = "recipe" if script.path is None else str(script.path)
     return Problem(file=name, line=step.line, filter=step.filter.name, parameter=parameter, message=why)
-
-
-def _in_mesh_units(step: Step, mesh: MeshFacts) -> Step:
-    lengths = {
-        name: Length(value.resolve(diagonal=mesh.diagonal, mean_edge=lambda: mesh.mean_edge))
-        for name, value in step.values.items()
-        if isinstance(value, Length)
-    }
-    return step.with_checked(lengths)

@@ -54,7 +54,7 @@ def check_expressions(known: Filter, values: Mapping[str, Any]) -> None:
 
 
 def expression_error(text: str) -> str | None:
-    """Why muParser would not parse the text, or None if it would.
+    """The reason why muParser would not parse the text, or None if it would.
 
     An assignment (``q = 0``) and several results (``x, y``), which muParser lets pass, are refused too: where a filter asks for
     one value they are slips.

@@ -19,10 +19,10 @@ from ..errors import ParameterError
 #: of what a part of a surface must bend at sharp edges for the whole to be a sharp one: machine parts under noise have 0.7 and
 #: more, figures and land up to 0.66
 SHARP = 0.68
-#: how far a surface must be seen from one side to be a range map: half a ball has 0.5
+#: the share at which a surface counts as seen from one side, a range map: half a ball has 0.5
 ONE_SIDED = 0.4
 
-#: word: the trait, its least and most, and how the trait is said where it is so and where it is not
+#: word: the trait, its least and most, and the words where it holds and where it does not
 WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
     "mesh": ("mesh", 1, 1, "there are faces", "there are no faces"),
     "cloud": ("cloud", 1, 1, "there are points alone", "there are faces or edges"),
@@ -47,7 +47,7 @@ QUANTITIES: Mapping[str, tuple[str, str]] = {
 }
 #: quantities of which there are so many, and those that a sentence names with an article
 COUNTS, ARTICLE = ("vertices", "faces", "pieces", "border edges"), ("longest edge",)
-#: how the sentence ends about what was not measured, as there is nothing to measure
+#: the end of the sentence about a trait that could not be measured
 UNKNOWN = "is not known"
 _NUMBER = r"[0-9][0-9,]*(?:\.[0-9]+)?|\.[0-9]+"
 _BOUNDS = re.compile(
@@ -61,7 +61,7 @@ class Condition:
 
     Attributes:
         text: as the recipe says it.
-        trait: what is measured, by name.
+        trait: the measured trait, by name.
         least: the bound below.
         most: the bound above.
         outside: whether the trait must be beyond the bounds, as after ``no``.
@@ -79,7 +79,7 @@ class Condition:
         return value is not None and (self.least <= value <= self.most) != self.outside
 
     def found(self, traits: Mapping[str, float]) -> str:
-        """What the scan has in place of it, or in keeping with it, as the end of a sentence."""
+        """The trait of the scan, as the end of a sentence."""
         value = traits.get(self.trait)
         if value is None:
             return f"its {self.trait} {UNKNOWN}"

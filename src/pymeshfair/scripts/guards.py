@@ -1,4 +1,4 @@
-"""What a result must not do: the limits that a recipe or a command sets to a run."""
+"""The limits that a recipe or a command sets to the result of a run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..declaration import Length, nearest
 from ..declaration.units import PhysicalLength, parse_length
 from ..errors import ParameterError
 
-#: what a result can be required to be, and whether it takes a number
+#: the requirements on a result, and whether each takes a number
 REQUIREMENTS = {
     "watertight": False,
     "manifold": False,
@@ -38,7 +38,7 @@ class Guards:
         max_displacement: no vertex of the input that is still there may have moved further. With a unit, such as ``0.05mm``, it
             must be made one of the mesh by `in_mesh_units`.
         max_volume_change: percent of the volume before, which must not change by more, up or down; both meshes must be closed.
-        require: what the result must be: `REQUIREMENTS`, with the number for those that take one, else None.
+        require: requirements on the result: of `REQUIREMENTS`, with the number for those that take one, else None.
         keep_sharp: percent of the length of the sharp edges near which there must still be one.
     """
 
@@ -62,7 +62,7 @@ class Guards:
         return cls(**{name: readers[name](name, text) for name, text in texts.items()})  # type: ignore[arg-type]
 
     def texts(self) -> dict[str, str]:
-        """What `parse` reads, of those guards that are set."""
+        """The texts that `parse` reads, of the guards that are set."""
         found = {
             "max_displacement": None if self.max_displacement is None else str(self.max_displacement),
             "max_volume_change": None if self.max_volume_change is None else f"{self.max_volume_change!r}%",
@@ -100,8 +100,8 @@ def refuse_unmeasured(guards: Guards) -> None:
     if guards:
         named = ", ".join(f"{name.replace('_', '-')} {text}" for name, text in guards.texts().items())
         raise ParameterError(
-            f"without measures nobody can tell whether limits are kept, and there are some: {named}; leave out --no-measures "
-            "(measures=False), or the limits (those of a recipe are attributes of its <FilterScript>)"
+            f"limits need measures: {named}; leave out --no-measures (measures=False), or the limits (those of a recipe are "
+            "attributes of its <FilterScript>)"
         )
 
 

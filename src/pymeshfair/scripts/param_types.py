@@ -10,7 +10,7 @@ from ..declaration import Parameter
 from .problems import shortened
 
 Attributes = Mapping[str, str]
-#: what is wrong, and what to write instead
+#: the mistake, and the text to write instead
 Complaint = tuple[str, "str | None"]
 
 _NUMBERS = frozenset({"RichFloat", "RichDynamicFloat", "RichAbsPerc"})
@@ -45,7 +45,7 @@ _MOST_DIGITS = 400
 
 
 def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Complaint]:
-    """What keeps MeshLab from reading the value: a type of another kind, or an attribute that is missing."""
+    """Faults by which MeshLab cannot read the value: a type of another kind, or a missing attribute."""
     written = attributes.get("type")
     if written is None:
         yield "the attribute type is missing; MeshLab would drop the parameter and take its default", parameter.xml_type

@@ -1,4 +1,4 @@
-"""Problems of a script, and what an upgrade changed in it: where it is, what is wrong and what to write instead."""
+"""Problems of a script and changes by an upgrade: place, fault, and suggestion."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ class Problem:
     """One thing that is wrong with a script.
 
     Attributes:
-        message: what is wrong, what was written and what is allowed.
+        message: the mistake, the written text and the allowed one.
         file: the path or name of the script.
         line: counted from 1; None if the whole file is meant.
         filter: the name of the filter as written there.
         parameter: the name of the parameter as written there.
-        suggestion: what to write instead, where one thing is likely.
+        suggestion: the text to write instead, where one is likely.
     """
 
     message: str
@@ -64,7 +64,7 @@ class Change:
         line: of the old script, counted from 1.
         filter: its name in the old script.
         parameter: its name in the old script; None if the change is not about one.
-        what: what is written now.
+        what: the change.
         meaning: how the result differs from what the script once did, or from what MeshLab does with it today; empty if the
             meaning is the same.
     """

@@ -41,7 +41,7 @@ _ENCODINGS = frozenset({"utf-8", "utf8", "utf-16", "us-ascii", "ascii"})
 
 
 def excess(attributes: Mapping[str, str]) -> str | None:
-    """Why an element has too many attributes or too long a name; None if it is within the limits."""
+    """The limit that an element exceeds by its attributes or its name, in words; None if it is within the limits."""
     if len(attributes) > MOST_ATTRIBUTES:
         return f"has an element of {len(attributes):,} attributes; {MOST_ATTRIBUTES} are the most"
     longest = max(len(attributes.get(key, "")) for key in ("name", "type"))

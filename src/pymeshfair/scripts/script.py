@@ -19,7 +19,7 @@ class Step:
     """One filter of a script with the values that the script gives.
 
     Attributes:
-        filter: what runs.
+        filter: the filter that runs.
         values: by Python parameter name, as `Filter.check` returns them: lengths as `Length`, choices as words. Parameters
             that are absent take their default on the mesh that the step meets.
         line: where the step begins in its file, counted from 1; None if it came from no file. Two steps that differ in
@@ -47,6 +47,15 @@ class Step:
         settings = {name: setting for name, setting in self.settings.items() if name not in unset}
         return replace(self, values=self.filter.in_order({**self.values, **values}), settings=settings)
 
+    def in_mesh_units(self, *, diagonal: float, mean_edge: float) -> Step:
+        """The step with its lengths in mesh units, on a mesh of this size."""
+        lengths = {
+            name: Length(value.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge))
+            for name, value in self.values.items()
+            if isinstance(value, Length)
+        }
+        return self.with_checked(lengths)
+
     def with_defaults(self, *, lengths: bool = True) -> Step:
         """The step with every value said that is known without a mesh; without `lengths`, those that depend on its size are not.
 
@@ -73,8 +82,8 @@ class Script:
     Attributes:
         steps: in the order in which they run.
         comment: the words at the head of the file, without the marks of a comment.
-        path: where it was read from; it does not count when scripts are compared.
-        guards: what the result must not do.
+        path: the file that it was read from; it does not count when scripts are compared.
+        guards: limits of the result.
         settings: values that have a name, which one place sets for all steps that use them.
         unit: of the scans that it is for, of `pymeshfair.declaration.units.METRES`; empty if it says none.
     """

@@ -27,7 +27,7 @@ class Setting:
         name: by which it is set, ``--set NAME=VALUE``.
         default: the value as a command line would give it, such as ``6edge``.
         unit: in which it is, or what kind of value it is, for readers; may be empty.
-        description: what it does; may be empty.
+        description: its effect; may be empty.
         line: where it stands in its file, counted from 1; None if it came from no file. It does not count in a comparison.
     """
 

@@ -1,4 +1,4 @@
-"""What the elements of a script mean: a ``<filter>`` becomes a step, a ``<Param>`` one of its values."""
+"""Checks the elements of a script: a ``<filter>`` becomes a step, a ``<Param>`` one of its values."""
 
 from __future__ import annotations
 
@@ -286,7 +286,7 @@ def _settings(known: Filter, element: FilterElement) -> dict[str, str]:
 
 
 def _unknown(name: str, cause: str | None) -> tuple[str, str | None]:
-    """Why there is no filter of that name, and what to write instead."""
+    """The problem with an unknown filter's name, and a suggestion."""
     former = former_filter(name)
     if former is None:
         why = f": {cause}" if cause else ""
@@ -297,7 +297,7 @@ def _unknown(name: str, cause: str | None) -> tuple[str, str | None]:
 
 
 def _today(name: str | None) -> str:
-    """What the filter of an ``<xmlfilter>`` is called today, as the end of a sentence."""
+    """Today's name of the filter of an ``<xmlfilter>``, as the end of a sentence."""
     former = former_filter(name or "")
     return "" if former is None or former.now is None else f"; the filter is called {former.now!r} now"
 

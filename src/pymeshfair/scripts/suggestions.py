@@ -1,4 +1,4 @@
-"""What to write instead of a name that is wrong: from the facts about older MeshLab versions, else by a slip of spelling."""
+"""Suggestions for wrong names: from the facts about older MeshLab versions, else by similar spelling."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def gone(former: Former) -> str:
 
 
 def former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
-    """What became of an old parameter, as the end of a sentence, and the parameter to write instead; empty if not known."""
+    """Today's form of an old parameter, as the end of a sentence, and the parameter to write instead; empty if not known."""
     if name in former.renames:
         return f"it is called {former.renames[name]!r} now; `pymeshfair upgrade` rewrites it", former.renames[name]
     if name in former.turns:
@@ -89,7 +89,7 @@ def _plain(name: str) -> str:
 
 
 def _distance(first: str, second: str, most: int) -> int:
-    """How many letters are added, dropped, changed or swapped with the next; any number above `most` if more are."""
+    """The Damerau-Levenshtein distance: letters added, dropped, changed or swapped with the next; above `most` if it is more."""
     if abs(len(first) - len(second)) > most or (Counter(first) - Counter(second)).total() > most:
         return most + 1
     before: list[int] = []

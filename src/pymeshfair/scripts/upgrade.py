@@ -175,7 +175,7 @@ class Upgrade:
 
     Attributes:
         script: the steps.
-        changes: what was changed, in the order of the old script; empty if it was up to date.
+        changes: in the order of the old script; empty if it was up to date.
     """
 
     script: Script

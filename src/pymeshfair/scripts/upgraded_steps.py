@@ -1,4 +1,4 @@
-"""What steps of an old script meant together and mean no longer: the current layer, and the selection that is left over."""
+"""Meanings of an old script across steps that are lost today: the current layer, and a selection that stays."""
 
 from __future__ import annotations
 

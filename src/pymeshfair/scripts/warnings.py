@@ -1,4 +1,4 @@
-"""Everything that a valid script may surprise with: steps that hardly do what was meant, and what they will not find."""
+"""Warnings about valid scripts: steps that do little of their purpose, and layers or selections that will be missing."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .upgraded_steps import deletes_result, left_current_layer, steps_on_leftove
 
 
 def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None = None) -> list[str]:
-    """What runs and hardly does what was meant, and what the steps will not find, one sentence each.
+    """Warnings about steps that do little of their purpose, and about missing layers, one sentence each.
 
     Args:
         script: the steps.
@@ -45,7 +45,7 @@ _SMALL_PART = 1e-7
 
 
 def traps(script: Script) -> Iterator[str]:
-    """What is likely to surprise, one sentence each, known without a mesh."""
+    """Warnings that need no mesh, one sentence each."""
     for index, step in enumerate(script.steps):
         later = script.steps[index + 1 :]
         if left_current_layer(step) and deletes_result(later):
@@ -108,7 +108,7 @@ def check_needs(script: Script, *, layers: int) -> None:
 
 
 def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
-    """What the steps need and will not find when a run begins with `layers` layers, numbered from 0."""
+    """Layers and rasters that the steps need and that a run with `layers` layers, numbered from 0, does not have."""
     name = "script" if script.path is None else str(script.path)
     known: int | None = layers
     for step in script.steps:
@@ -128,7 +128,7 @@ def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
 
 
 def _lacking(parameter: Parameter, step: Step, layers: int | None) -> str | None:
-    """What a value names that will not be there; None if it is, or if that is not known before the run."""
+    """The layer that a value names and that will be missing; None if it is there, or if that is not known before the run."""
     wanted: Any = step.values.get(parameter.name)
     if isinstance(parameter, Mesh) and wanted is not None and layers is not None and wanted >= layers:
         there = "is only layer 0" if layers == 1 else f"are only layers 0 to {layers - 1}"

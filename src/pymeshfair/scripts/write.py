@@ -24,11 +24,11 @@ NOMINAL_DIAGONAL = 100.0
 #: The mean edge that goes with it, as of a scan with 400 samples across.
 NOMINAL_EDGE = 0.25
 
-#: what no XML document can hold, not even escaped
+#: characters that no XML document can hold, not even escaped
 _UNWRITABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-#: what an attribute of XML cannot hold as it is; xml.sax.saxutils would do the same, and import http for it
+#: the escapes in an attribute of XML; xml.sax.saxutils would do the same, and import http for it
 _ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})
 
 
@@ -41,7 +41,7 @@ def format_script(
     number of triangles to decimate to, another layer): MeshLab then takes its default on the mesh that the step meets.
 
     Args:
-        script: what to write.
+        script: the script.
         diagonal: bounding-box diagonal of the mesh that the absolute values next to ``relative=`` are meant for; pymeshfair
             reads the relative value, MeshLab the absolute one.
         mean_edge: mean edge length of that mesh.

@@ -95,6 +95,11 @@ class Cells:
         """(c + 1,) the slot at which each cell begins."""
         return _index(self._starts, self._boxes, self.scale)[0]
 
+    def slots_of(self, first: int, last: int) -> tuple[int, int]:
+        """The first slot of the cells from `first` to before `last`, and the one behind their last."""
+        starts = self.starts
+        return int(starts[first]), int(starts[last])
+
     @property
     def tree(self) -> CellTree:
         """The boxes of the cells, in the unit of trees."""
@@ -130,7 +135,7 @@ class Cells:
 
 @lru_cache(maxsize=1)
 def _index(starts: Column, boxes: Column, scale: float) -> tuple[Longs, CellTree]:
-    """What is written down of all cells, read once by every process."""
+    """The index of all cells, read once by every process."""
     first = starts.read(0, len(starts))
     found = boxes.read(0, len(boxes)).reshape(-1, 2, 3) / scale
     return first, CellTree.over(found, np.diff(first))

@@ -166,7 +166,7 @@ class Cloud:
             first += len(places)
 
     def survey(self, size: int) -> tuple[int, Floats, Floats]:
-        """How many points are left, and the corners of their box; refuses coordinates that are not finite."""
+        """The number of points that are left, and the corners of their box; refuses coordinates that are not finite."""
         count, low, high = 0, np.full(3, np.inf), np.full(3, -np.inf)
         for places, numbers in self.slices(size):
             if not np.isfinite(places).all():
@@ -220,8 +220,8 @@ class Judgement:
         cloud: the points that are left.
         parts: of each tile, the factors of LoOP, or which points are stray.
         count: the points.
-        selection: what was asked for.
-        target: where what is left now is written down.
+        selection: the step.
+        target: the column that marks the points that remain.
     """
 
     cloud: Cloud
@@ -232,7 +232,7 @@ class Judgement:
 
     @property
     def found(self) -> Column:
-        """What was found of each point that is left, in their order."""
+        """The result for each point that is left, in their order."""
         return Column(self.cloud.folder / "found", self.parts[0].dtype)
 
     def gather(self, size: int) -> float:
@@ -286,8 +286,8 @@ def do_step(
     """One stage.
 
     Args:
-        cloud: what is left before.
-        step: what to do.
+        cloud: the points that are left before.
+        step: the step.
         tasks: does them.
         tile: bytes that a tile may take.
         shape: of tiles.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ class Column:
         return np.dtype(self.dtype).itemsize * self.width
 
     def __len__(self) -> int:
-        """How many rows the file has."""
+        """The number of rows of the file."""
         return self.path.stat().st_size // self.row
 
     def create(self, rows: int) -> Column:
@@ -102,6 +102,15 @@ class Part:
         whole = self.values.read(0, len(self.values))
         whole[rows] = values
         self.values.write(0, whole)
+
+
+def joined(paths: Iterable[Path], names: Sequence[str]) -> Iterator[NDArray[Any]]:
+    """The arrays of these names in archives of `numpy.savez`, those of all archives one after another."""
+    found = []
+    for path in paths:
+        with np.load(path) as one:
+            found.append([one[name] for name in names])
+    return (np.concatenate(values) for values in zip(*found, strict=True))
 
 
 def in_order(parts: Sequence[Part], count: int, size: int) -> Iterator[NDArray[Any]]:

@@ -48,7 +48,7 @@ _USUAL_MEMORY = 4_000_000_000
 
 @dataclass(frozen=True)
 class Tiling:
-    """How to cut.
+    """The settings of work by tiles.
 
     Attributes:
         scheduler: of dask, None for processes of this machine.
@@ -283,7 +283,7 @@ class _Course:
 
 
 def _measures(vertices: int, faces: int, low: list[float], high: list[float]) -> dict[str, Any]:
-    """What is measured of a mesh by tiles."""
+    """The measures of a mesh by tiles."""
     sides = [b - a for a, b in zip(low, high, strict=True)] if vertices else [0.0] * 3
     return {"vertices": vertices, "faces": faces, "diagonal": sum(s * s for s in sides) ** 0.5, "sides": sides}
 

@@ -20,7 +20,7 @@ Floats: TypeAlias = NDArray[np.float64]
 Longs: TypeAlias = NDArray[np.int64]
 #: gives (n, 3) coordinates and (n,) numbers, a slice at a time; may be called more than once
 Slices: TypeAlias = Callable[[], Iterable[tuple[Floats, Longs]]]
-#: how tiles are cut: across the longest side, or into slabs across one axis
+#: the cut into tiles: across the longest side, or into slabs across one axis
 Shape: TypeAlias = Literal["boxes", "x", "y", "z"]
 
 #: points of the sample for each bucket, and at most in all
@@ -61,7 +61,7 @@ def divide(slices: Slices, count: int, folder: Path, *, most: int, shape: Shape,
         folder: for the files.
         most: points of a bucket.
         shape: how to cut.
-        name: what the names of the files begin with.
+        name: the start of the names of the files.
 
     Raises:
         OSError: the disk is full.

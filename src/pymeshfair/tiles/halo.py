@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,13 @@ class TileMesh:
     numbers: Longs
     own: NDArray[np.bool_]
     slots: Longs
+
+    def own_by_slot(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Of (n, ...) values those of the tile's own vertices, which have consecutive slots, in the order of these."""
+        slots = self.slots[self.own]
+        ordered = np.empty((len(slots), *values.shape[1:]), values.dtype)
+        ordered[slots - slots.min()] = values[self.own]
+        return ordered
 
 
 class _Growing:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.outliers import NO_LINK
+from .cells import Cells
 from .columns import Column
 from .division import Longs
 
@@ -30,8 +31,10 @@ class Links:
     rows: NDArray[np.int32]
 
     @classmethod
-    def of(cls, begin: int, slots: Longs) -> Links:
-        end = begin + len(slots)
+    def read(cls, column: Column, cells: Cells, first: int, last: int) -> Links:
+        """Those of the points in the cells from `first` to before `last`, whose slots are in a column."""
+        begin, end = cells.slots_of(first, last)
+        slots = column.read(begin, end).reshape(end - begin, -1)
         inside = (slots >= begin) & (slots < end)
         outside = np.unique(slots[~inside & (slots != NO_LINK)])
         rows = np.where(inside, slots - begin, len(slots) + np.searchsorted(outside, slots))
@@ -39,10 +42,14 @@ class Links:
         return cls(begin, end, outside, rows.astype(np.int32))
 
     def slots(self) -> Longs:
-        """(n, k) where the points are that links lead to, or `NO_LINK`."""
+        """(n, k) the slots of the points that links lead to, or `NO_LINK`."""
         every = np.concatenate([np.arange(self.begin, self.end), self.outside, [NO_LINK]])
         return np.asarray(every[self.rows])  # the last one is that of `NO_LINK`
 
+    def of_own(self, column: Column) -> NDArray[Any]:
+        """The values of the points."""
+        return column.read(self.begin, self.end)
+
     def of_all(self, column: Column) -> NDArray[Any]:
         """The values of the points, and of those outside."""
-        return np.concatenate([column.read(self.begin, self.end), column.gather(self.outside)])
+        return np.concatenate([self.of_own(column), column.gather(self.outside)])

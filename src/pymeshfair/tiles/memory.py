@@ -1,4 +1,4 @@
-"""How much a tile may hold, and the room that a run takes on the disk: models, measured by ``benchmarks/scale.py``."""
+"""Sizes of tiles by memory, and the disk space of a run: models, measured by ``benchmarks/scale.py``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SHARE = 0.85
 
 @dataclass(frozen=True)
 class Budget:
-    """What there is.
+    """Workers and their memory.
 
     Attributes:
         workers: processes.

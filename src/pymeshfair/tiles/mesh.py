@@ -6,7 +6,6 @@ Normal filtering goes round by round: after each all tiles see what the others h
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from ..errors import FilterInputError
 from ..files.errors import ContentsError
 from ..files.ply import CORNERS
 from ..files.ply_header import PlyProperty, header_bytes
+from ..files.writing import to_disk
 from ..filters.denoising import (
     RelaxedPart,
     distances_of_part,
@@ -30,7 +30,7 @@ from ..filters.denoising import (
 )
 from ..filters.execution import part_of
 from ..filters.mesh import NormalisedMesh, Whole, check_healthy, normalised_mesh
-from ..filters.topology import border_vertices
+from ..filters.topology import border_vertices, proper_faces
 from .cells import Cells, Ranges
 from .cloud import Cloud
 from .columns import Column, Part, in_order
@@ -53,7 +53,7 @@ class Rounds:
 
     Attributes:
         surface: the mesh.
-        filtering: what is done.
+        filtering: the step.
         whole: the box of the vertices that faces use.
     """
 
@@ -67,7 +67,7 @@ class Rounds:
         self.surface.state.write(start, mesh.points)
 
     def measure(self, first: int, last: int) -> tuple[list[float], int]:
-        """What some cells contribute to the mean distance of centres: each face counts with its first vertex."""
+        """The contribution of some cells to the mean distance of centres: each face counts with its first vertex."""
         tile = tile_with_rings(self.surface, first, last, 3, places=self.surface.state)
         return distances_of_part(tile.vertices, tile.faces, tile.own[tile.faces.min(axis=1)])
 
@@ -85,10 +85,7 @@ class Rounds:
             vertex_update=filtering.vertex_update,
             border=filtering.border,
         )
-        start, end = (int(self.surface.cells.starts[cell]) for cell in (first, last))
-        by_slot = np.empty((end - start, 3))
-        by_slot[tile.slots[tile.own] - start] = moved[tile.own]
-        self.surface.next_state.write(start, by_slot)
+        self.surface.next_state.write(self.surface.cells.slots_of(first, last)[0], tile.own_by_slot(moved))
 
     def end(self, first: int, last: int) -> tuple[Floats, Floats]:
         """Give some cells their coordinates; the corners of the box that they are in then."""
@@ -100,7 +97,7 @@ class Rounds:
         return moved.min(axis=0), moved.max(axis=0)
 
     def _normalised(self, first: int, last: int) -> tuple[int, NormalisedMesh]:
-        start, end = (int(self.surface.cells.starts[cell]) for cell in (first, last))
+        start, end = self.surface.cells.slots_of(first, last)
         return start, normalised_mesh(self.surface.cells.points.read(start, end), _NO_FACES, whole=self.whole)
 
     def do(self, tiles: list[tuple[int, int]], tasks: Tasks, progress: Callable[[float], None]) -> list[tuple[Floats, Floats]]:
@@ -141,7 +138,7 @@ class Relaxation:
 
     @property
     def _across(self) -> Column:
-        """Where vertices of the outline are without their way along the surface."""
+        """The places of vertices of the outline without their displacement along the surface."""
         return Column(self.surface.cells.folder / "across", "<f8", 3)
 
     @property
@@ -162,17 +159,14 @@ class Relaxation:
             whole=self.whole,
             is_open=self.is_open,
         )
-        begin, end = (int(self.surface.cells.starts[cell]) for cell in (first, last))
-        rows = tile.slots[tile.own] - begin
+        begin = self.surface.cells.slots_of(first, last)[0]
         for column, values in ((self.surface.moved, part.moved), (self._across, part.across), (self._outline, part.outline)):
-            by_slot = np.empty((end - begin, *values.shape[1:]), values.dtype)
-            by_slot[rows] = values[tile.own]
-            column.write(begin, by_slot)
+            column.write(begin, tile.own_by_slot(values))
         return part.squares
 
     def keep(self, share: float, first: int, last: int) -> tuple[Floats, Floats]:
         """Put the vertices where they are, the outline with that share of its way along; the corners of their box."""
-        begin, end = (int(self.surface.cells.starts[cell]) for cell in (first, last))
+        begin, end = self.surface.cells.slots_of(first, last)
         moved, across = self.surface.moved.read(begin, end), self._across.read(begin, end)
         outline = self._outline.read(begin, end) > 0
         found = np.where(outline[:, None], across + share * (moved - across), moved)
@@ -255,8 +249,7 @@ class MeshFile:
                     for p in properties:
                         new[p.name] = places[:, "xyz".index(p.name)] if p.name in "xyz" else rows[p.name]
                     file.write(new.tobytes())
-            file.flush()
-            os.fsync(file.fileno())
+            to_disk(file)
 
     def _copy(self, name: str, file: Any) -> None:
         table = self.file.tables[name]
@@ -281,9 +274,8 @@ class MeshTiles:
         And whether there is a border.
         """
         tile = tile_with_rings(self.surface, first, last, 1)
-        a, b, c = tile.faces.T
         used = np.zeros(len(tile.vertices), np.bool_)
-        used[tile.faces[(a != b) & (b != c) & (c != a)]] = True
+        used[tile.faces[proper_faces(tile.faces)]] = True
         points = tile.vertices[used & tile.own]
         border = bool((border_vertices(tile.faces, len(used)) & tile.own).any())
         return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf), border
@@ -303,12 +295,10 @@ class MeshTiles:
     def move(self, move: Move, whole: Whole, first: int, last: int) -> tuple[Floats, Floats]:
         """One step on the vertices of some cells; the corners of the box that they are in then."""
         tile = tile_with_rings(self.surface, first, last, rings_of(move.filter, move.values))
-        moved = apply(move.filter, move.values, tile, whole)[tile.own]
-        check_healthy(tile.vertices[tile.own], moved, whole.diagonal, tile.numbers[tile.own].astype(np.int32))
-        begin, end = (int(self.surface.cells.starts[cell]) for cell in (first, last))
-        by_slot = np.empty((end - begin, 3))
-        by_slot[tile.slots[tile.own] - begin] = moved
-        self.surface.moved.write(begin, by_slot)
+        moved = apply(move.filter, move.values, tile, whole)
+        check_healthy(tile.vertices[tile.own], moved[tile.own], whole.diagonal, tile.numbers[tile.own].astype(np.int32))
+        by_slot = tile.own_by_slot(moved)
+        self.surface.moved.write(self.surface.cells.slots_of(first, last)[0], by_slot)
         return by_slot.min(axis=0), by_slot.max(axis=0)
 
     def part(self, first: int) -> Part:
@@ -318,7 +308,7 @@ class MeshTiles:
     def finish(self, first: int, last: int) -> None:
         """Write down the final coordinates of some cells by number."""
         cells = self.surface.cells
-        begin, end = int(cells.starts[first]), int(cells.starts[last])
+        begin, end = cells.slots_of(first, last)
         numbers = cells.numbers.read(begin, end)
         order = np.argsort(numbers)
         self.part(first).write(numbers[order], cells.points.read(begin, end)[order])

@@ -1,4 +1,4 @@
-"""Which filters of a mesh can be done by tiles, how many rings of faces around a tile each needs, and the call of each."""
+"""The filters of meshes that work by tiles: the rings of faces that each needs around a tile, and its call."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from .halo import TileMesh
 EXPLICIT, TAUBIN, NORMALS = "apply_coord_explicit_smoothing", "apply_coord_taubin_fairing", "apply_coord_normal_filtering"
 #: MeshLab's own Taubin Smooth
 MESHLAB = "apply_coord_taubin_smoothing"
-#: operators whose weights need nothing but the one-ring
+#: operators whose weights need only the one-ring
 _LOCAL = ("uniform", "cotangent")
-#: what else the filter does, where nobody says
+#: defaults of the other parameters
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
-#: and what its authors take
+#: defaults of the filter itself, by its authors
 _AUTHORS = {field.name: field.default for field in fields(NormalFilter) if field.name != "radius"} | {
     name: inspect.signature(normal_filtering).parameters[name].default for name in ("vertex_iterations", "outer_iterations")
 }
@@ -54,11 +54,11 @@ class Filtering:
         vertex_iterations: steps of the vertices in a round.
         outer_iterations: rounds.
         vertex_update: how vertices follow.
-        outliers: what becomes of vertices that stand out.
-        rounding: what becomes of the terraces of rounded coordinates.
+        outliers: the treatment of vertices that stand out.
+        rounding: the treatment of terraces of rounded coordinates.
         relaxation: pairs of Taubin's steps before.
-        relaxation_direction: where they go.
-        border: what border vertices do.
+        relaxation_direction: the directions in which vertices may go.
+        border: the rule for border vertices.
     """
 
     settings: NormalFilter
@@ -93,7 +93,7 @@ def chosen(values: Mapping[str, Any], vertices: Floats, faces: NDArray[np.int32]
     """The parameters with those that are automatic chosen on a sample of the mesh, as in one piece.
 
     Raises:
-        FilterInputError: what is chosen needs the whole mesh.
+        FilterInputError: the choice needs the whole mesh.
     """
     given, border = _given(values), values["border"]
     # as in one piece: passes and rounding are no part of what is tried
@@ -113,12 +113,7 @@ def chosen(values: Mapping[str, Any], vertices: Floats, faces: NDArray[np.int32]
 
 
 def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
-    """Why a step cannot be done by tiles, or None if it can.
-
-    Args:
-        filter: its Python name.
-        values: of all its parameters.
-    """
+    """The reason why a filter, by its Python name and all its values, cannot be done by tiles; None if it can."""
     if filter not in (EXPLICIT, TAUBIN, NORMALS, MESHLAB):
         return "needs all of the mesh at once, or has not been cut into tiles yet"
     if values["selected"]:
@@ -166,7 +161,7 @@ def cost_of(filter: str, values: Mapping[str, Any]) -> tuple[int, int]:
 
 
 def rings_of(filter: str, values: Mapping[str, Any]) -> int:
-    """How many rings of faces around a vertex decide where steps of Laplacian or of Taubin's take it."""
+    """The number of rings of faces around a vertex on which Laplacian or Taubin steps depend."""
     return 2 * int(values["stepsmoothnum"]) if filter == MESHLAB else int(values["iterations"]) * (2 if filter == TAUBIN else 1)
 
 

@@ -95,7 +95,7 @@ def search_tile(cells: Cells, k: int, most: int, first: int, last: int, inside: 
         inside: called with what is found in the tile, in parallel for different rows; not if the tile has too few points.
         around: called afterwards with the points that have, or may have, neighbours in other tiles, some at a time.
     """
-    begin, end = int(cells.starts[first]), int(cells.starts[last])
+    begin, end = cells.slots_of(first, last)
     numbers = cells.numbers.read(begin, end)
     by_number = np.argsort(numbers)
     places = cells.points.read(begin, end)[by_number]
@@ -134,7 +134,7 @@ def _none(rows: int, k: int) -> Nearest:
 
 
 def _own_nearest(tile: TilePoints, asking: NDArray[np.intp]) -> Nearest:
-    """What those who ask have found in their tile, by squared distance, then by number."""
+    """The neighbours in the tile of the points that ask, by squared distance, then by number."""
     shape = len(asking), tile.nearest.shape[1]
     nearest = Nearest(np.empty(shape), np.empty(shape, np.int64), np.empty(shape, np.int64))
     for first in range(0, len(asking), _AT_ONCE):

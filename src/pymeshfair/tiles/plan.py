@@ -1,4 +1,4 @@
-"""Which recipes can be done by tiles, and what each of their steps does there."""
+"""The steps of a recipe by tiles; refuses recipes that need the whole mesh."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class CloudStep:
 
     @property
     def neighbors(self) -> int:
-        """How many nearest points a point is compared with."""
+        """The number of nearest points that a point is compared with."""
         return int(self.values["k"]) - 1 if self.filter == POINT_NORMALS else int(self.values.get("neighbors", 0))
 
 
@@ -71,7 +71,7 @@ class Move:
 
 @dataclass(frozen=True)
 class Plan:
-    """What the steps of a recipe are by tiles: all on a cloud, or all moves of a mesh.
+    """The steps of a recipe by tiles: all on a cloud, or all moves of a mesh.
 
     Attributes:
         cloud: on a cloud.
@@ -83,7 +83,7 @@ class Plan:
 
 
 def plan_of(script: Script) -> Plan:
-    """What the steps of a recipe are by tiles.
+    """The steps of a recipe by tiles.
 
     Raises:
         ScriptError: a step cannot be done by tiles; it is named, and why.
@@ -120,7 +120,7 @@ def plan_of(script: Script) -> Plan:
 
 
 def _why_not(name: str, values: Mapping[str, Any]) -> str | None:
-    """Why a step on a cloud cannot be done by tiles, or None if it can."""
+    """The reason why a step on a cloud cannot be done by tiles, or None if it can."""
     if name == POINT_NORMALS and values["k"] < 3:
         return "computes normals from fewer than three points"
     if name == SURPLUS and values["side"].unit == "edge":

@@ -118,7 +118,7 @@ class PlySlices:
         return table
 
     def __len__(self) -> int:
-        """How many vertices it has."""
+        """The number of vertices."""
         return self.vertices.element.count
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:

@@ -18,7 +18,7 @@ from ..filters.denoising import normals_of, smoothed_directions
 from ..filters.libraries import sparse
 from ..filters.neighbours import Nearest
 from .cells import Cells
-from .columns import Column, Part
+from .columns import Column, Part, joined
 from .division import Floats, Longs
 from .links import Links
 from .neighbours import TilePoints, search_tile
@@ -40,7 +40,7 @@ class NormalTiles:
 
     @property
     def iterations(self) -> int:
-        """How often normals are smoothed."""
+        """The number of smoothing iterations of normals."""
         return int(self.values["smoothiter"])
 
     @property
@@ -93,12 +93,12 @@ class NormalTiles:
 
     def fit(self, first: int, last: int) -> None:
         """The planes through them."""
-        links = self._links_of(first, last)
+        links = Links.read(self._links, self.cells, first, last)
         self.directions(0).write(links.begin, normals_of(links.of_all(self.cells.points) / self.cells.scale, links.rows))
 
     def smooth(self, iteration: int, first: int, last: int) -> None:
         """The mean of each normal and those of its neighbours, on its side."""
-        links = self._links_of(first, last)
+        links = Links.read(self._links, self.cells, first, last)
         before = links.of_all(self.directions(iteration - 1))
         self.directions(iteration).write(links.begin, smoothed_directions(before, links.rows))
 
@@ -108,8 +108,8 @@ class NormalTiles:
 
     def orient(self, first: int, last: int) -> None:
         """Turn the normals of a tile alike, along the links across which they agree most."""
-        links = self._links_of(first, last)
-        own = self._own(links)
+        links = Links.read(self._links, self.cells, first, last)
+        own = links.of_own(self.directions(self.iterations))
         count = len(own)
         rows, at = np.nonzero((links.rows < count) & (links.rows != np.arange(count)[:, None]))
         others = links.rows[rows, at]
@@ -119,8 +119,8 @@ class NormalTiles:
         self._parts.write(links.begin, parts + links.begin)
 
     def meet(self, first: int, last: int) -> None:
-        """How the parts of a tile agree with those of others, and how far each looks up."""
-        links = self._links_of(first, last)
+        """The agreement of the parts of a tile with those of others, and the upward component of each."""
+        links = Links.read(self._links, self.cells, first, last)
         signed = links.of_all(self.directions(self.iterations)) * links.of_all(self._signs)[:, None]
         parts = links.of_all(self._parts)
         rows, at = np.nonzero(links.rows >= len(links.rows))
@@ -133,11 +133,7 @@ class NormalTiles:
 
     def across(self, tiles: list[tuple[int, int]]) -> Longs:
         """The parts that are to be turned over, ascending, so that all agree; what belongs together looks up on the whole."""
-        found = []
-        for first, _ in tiles:
-            with np.load(self._around(first)) as one:
-                found.append([one[name] for name in ("parts", "ups", "pairs", "votes")])
-        parts, ups, pairs, votes = (np.concatenate(values) for values in zip(*found, strict=True))
+        parts, ups, pairs, votes = joined((self._around(first) for first, _ in tiles), ("parts", "ups", "pairs", "votes"))
         ends = np.searchsorted(parts, pairs)
         both, at = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)  # seen from either side
         votes = np.bincount(at.ravel(), votes, minlength=len(both))
@@ -149,7 +145,7 @@ class NormalTiles:
 
     def finish(self, over: Longs, first: int, last: int) -> None:
         """The normals, by number, the parts in `over` turned over; with a view point, all turned to it."""
-        begin, end = (int(self.cells.starts[cell]) for cell in (first, last))
+        begin, end = self.cells.slots_of(first, last)
         normals = self.directions(self.iterations).read(begin, end)
         if self.values["flipflag"]:
             ways = np.asarray(self.values["viewpos"]) - self.cells.points.read(begin, end)
@@ -160,14 +156,6 @@ class NormalTiles:
         numbers = self.cells.numbers.read(begin, end)
         order = np.argsort(numbers)
         self.part(first).write(numbers[order], normals[order])
-
-    def _own(self, links: Links) -> Floats:
-        own: Floats = self.directions(self.iterations).read(links.begin, links.end)
-        return own
-
-    def _links_of(self, first: int, last: int) -> Links:
-        begin, end = (int(self.cells.starts[cell]) for cell in (first, last))
-        return Links.of(begin, self._links.read(begin, end).reshape(end - begin, -1))
 
 
 def _turned_alike(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from io import BytesIO
@@ -20,6 +19,7 @@ from ..files.las import NORMAL, chunks, header_of, las_unit, opened, write_las_p
 from ..files.ply import SCALAR
 from ..files.ply_header import PlyElement, PlyProperty, header_bytes
 from ..files.ply_write import write_ply
+from ..files.writing import to_disk
 from ..mesh_data import MeshData
 from .ply_slices import PlySlices
 
@@ -29,7 +29,7 @@ _SCALAR = "outlier_probability"
 _COUNT = b"element vertex %020d\n"
 #: formats of clouds that tiles can read and write
 CLOUD_FORMATS = ("ply", "las", "laz")
-#: what points get that they had not, of "scalars" (the probability) and "normals"
+#: the new attributes of points, of "scalars" (the probability) and "normals"
 Added: TypeAlias = tuple[str, ...]
 #: for every slice of a cloud the points to keep (a mask), and by name what all its points get
 Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], dict[str, NDArray[np.float64]]]]
@@ -63,7 +63,7 @@ class Source(Protocol):
             count: the number of points to write.
             marks: for every slice the points to keep, and what is added.
             size: points per slice.
-            added: what is added.
+            added: the new attributes.
         """
 
 
@@ -118,8 +118,7 @@ class LasCloud:
                     writer.write_points(points)
                 if records:
                     writer.write_evlrs(records)
-            file.flush()
-            os.fsync(file.fileno())
+            to_disk(file)
 
 
 class PlyCloud(PlySlices):
@@ -163,8 +162,7 @@ class PlyCloud(PlySlices):
                     for name, numbers in zip(_PLY[one], np.atleast_2d(column[kept].T), strict=True):
                         new[name] = numbers
                 file.write(new.tobytes())
-            file.flush()
-            os.fsync(file.fileno())
+            to_disk(file)
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from ..filters.outliers import (
     thicknesses,
 )
 from .cells import Cells
-from .columns import Column, Part
+from .columns import Column, Part, joined
 from .division import Floats, Longs
 from .links import Links
 from .neighbours import TilePoints, search_tile
@@ -36,7 +36,7 @@ class StrayTiles:
 
     Attributes:
         cells: the cloud.
-        rule: what makes a point stray.
+        rule: the test for stray points.
         tile: points of a tile.
     """
 
@@ -139,30 +139,30 @@ class StrayTiles:
 
     def link(self, median: float, first: int, last: int) -> None:
         """Which neighbours are linked, and which points are on a surface by themselves; `median` is that of the spacings."""
-        links = self._links_of(first, last)
+        links = Links.read(self._links, self.cells, first, last)
         places = links.of_all(self.cells.points) / self.cells.scale
         numbers, reaches, lasts = (links.of_all(values) for values in (self.cells.numbers, self._reaches, self._lasts))
         cut_links(places, numbers, links.rows, reaches, lasts)
         self._links.write(links.begin, links.slots())
         counts = linked_to(links.rows, np.ones(len(places), np.bool_))
-        chosen = self.rule.on_surface(self._own(self.spacings, links), median, self._own(self._thicknesses, links), counts)
+        chosen = self.rule.on_surface(links.of_own(self.spacings), median, links.of_own(self._thicknesses), counts)
         self._chosen(0).write(links.begin, chosen)
 
     def join(self, number: int, first: int, last: int) -> None:
         """Which points have joined them, for the first time, the second, and so on."""
-        links = self._links_of(first, last)
+        links = Links.read(self._links, self.cells, first, last)
         chosen = links.of_all(self._chosen(number - 1)) > 0
-        joined = chosen[: len(links.rows)] | self.rule.is_joined(linked_to(links.rows, chosen))
-        self._chosen(number).write(links.begin, joined)
+        more = chosen[: len(links.rows)] | self.rule.is_joined(linked_to(links.rows, chosen))
+        self._chosen(number).write(links.begin, more)
 
     def connect(self, first: int, last: int) -> None:
         """The parts of the points; those that are linked to points of other tiles are left to `across`."""
-        links = self._links_of(first, last)
+        links = Links.read(self._links, self.cells, first, last)
         chosen = links.of_all(self._chosen(JOINED)) > 0
         count = len(links.rows)
         parts = linked_parts(links.rows, chosen)
         self._parts.write(links.begin, parts + links.begin)
-        sizes, sums = part_sums(parts, self._own(self._thicknesses, links), count)
+        sizes, sums = part_sums(parts, links.of_own(self._thicknesses), count)
         stray = ~chosen[:count] | self.rule.too_small(sizes, sums)[parts]
         rows, at = np.nonzero(links.rows >= count)
         others = links.rows[rows, at].astype(np.int64)
@@ -184,11 +184,8 @@ class StrayTiles:
 
     def across(self, tiles: list[tuple[int, int]]) -> Longs:
         """The parts that are stray though they reach through several tiles, ascending."""
-        found = []
-        for first, _ in tiles:
-            with np.load(self._across(first)) as one:
-                found.append([one[name] for name in ("parts", "sizes", "sums", "own", "others")])
-        parts, sizes, sums, own, others = (np.concatenate(values) for values in zip(*found, strict=True))
+        names = ("parts", "sizes", "sums", "own", "others")
+        parts, sizes, sums, own, others = joined((self._across(first) for first, _ in tiles), names)
         ends = np.searchsorted(parts, own), np.searchsorted(parts, self._parts.gather(others))
         graph = sparse.coo_matrix((np.ones(len(own), np.int8), ends), shape=(len(parts), len(parts)))
         count, whole = sparse.csgraph.connected_components(graph, directed=False)
@@ -199,16 +196,7 @@ class StrayTiles:
 
     def finish(self, stray: Longs, first: int, last: int) -> None:
         """Mark the points of the parts that `across` has found to be stray."""
-        begin, end = (int(self.cells.starts[cell]) for cell in (first, last))
+        begin, end = self.cells.slots_of(first, last)
         order = np.argsort(self.cells.numbers.read(begin, end))
         rows = np.flatnonzero(np.isin(self._parts.read(begin, end)[order], stray))
         self.part(first).replace(rows, np.ones(len(rows), np.uint8))
-
-    def _links_of(self, first: int, last: int) -> Links:
-        begin, end = (int(self.cells.starts[cell]) for cell in (first, last))
-        return Links.of(begin, self._links.read(begin, end).reshape(end - begin, -1))
-
-    @staticmethod
-    def _own(column: Column, links: Links) -> Floats:
-        values: Floats = column.read(links.begin, links.end)
-        return values

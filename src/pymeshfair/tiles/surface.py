@@ -59,7 +59,7 @@ class Surface:
         return self.cells.folder / f"faces-{bucket}"
 
     def _starts(self, bucket: int) -> Column:
-        """Where the faces of each cell of a bucket begin in its file, and where they end."""
+        """The begin and end of the faces of each cell of a bucket in its file."""
         return Column(self.cells.folder / f"faces-{bucket}.starts", "<i8")
 
     def fill(self, bucket: Bucket, first: int) -> tuple[Longs, Floats]:

@@ -64,7 +64,7 @@ def work_folder(
 
     Args:
         output: the file to write.
-        key: what the tasks and their files depend on. Files of a run with another key are removed.
+        key: stands for all on which the tasks and their files depend. Files of a run with another key are removed.
         resume: use the files of a former run with the same key.
         keep: exceptions at which the folder stays, for a later run.
 

@@ -1,4 +1,4 @@
-"""Who may talk to the server: whoever knows the token, from a page of the server itself, under a name of this machine."""
+"""Access to the server: by the token, from a page of the server itself, under a name of this machine."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _HEADERS = [
 
 
 def new_token() -> str:
-    """A token that nobody guesses: 256 random bits."""
+    """A random token of 256 bits."""
     return secrets.token_urlsafe(32)
 
 
@@ -35,10 +35,6 @@ def redirecting_file(address: str, folder: Path) -> Path:
     """A file that leads a browser to an address, and that this user alone can read.
 
     The address holds the token, and every user of the machine can read the browser's command line.
-
-    Args:
-        address: where it leads.
-        folder: where it is written.
     """
     path = folder / "open.html"
     where = escape(address)
@@ -57,13 +53,12 @@ class Guarded:
     which no browser opens a socket, is that host itself.
 
     Args:
-        application: what is guarded.
+        application: to be guarded.
         token: the first part of every path.
         names: host names besides ``localhost`` and addresses in numbers.
     """
 
     def __init__(self, application: Application, token: str, names: tuple[str, ...] = ()) -> None:
-        """See the class."""
         self._application = application
         self._start = f"/{token}/".encode()
         self._names = {"localhost", *(name.casefold() for name in names)}

@@ -60,7 +60,7 @@ class Bench:
         self._earlier = Earlier()
 
     def opening(self) -> Result:
-        """What the page shows before anything ran."""
+        """The measures and the mesh that the page shows before a run."""
         return {"measures": measure_rows({"scan": self._before.measures}, self._unit)}, self._packed(self._scan)
 
     def run(self, job: Job, stage: Path) -> Result:
@@ -111,7 +111,7 @@ class Bench:
 
 
 def _stoppable(stage: Path) -> Callable[[Event], None]:
-    """What reports events, and stops the work at the next one after the page has asked for that by a file."""
+    """Reports events, and stops the work at the next one after the page has asked for that by a file."""
 
     def tell(event: Event) -> None:
         if (stage / STOP).exists():

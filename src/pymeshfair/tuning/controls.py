@@ -16,7 +16,7 @@ from ..scripts.write import number_text
 
 @dataclass(frozen=True)
 class StepChoices:
-    """What a page says of one step.
+    """The choices of a page for one step.
 
     Attributes:
         on: whether the step is to run.
@@ -90,16 +90,8 @@ def script_with(script: Script, settings: Sequence[StepChoices]) -> Script:
 
 def in_mesh_units(script: Script, diagonal: float, mean_edge: float) -> Script:
     """The script with all its lengths in mesh units, so that on a part of a scan they are those of the whole."""
-
-    def fixed(step: Step) -> Step:
-        lengths = {
-            name: Length(value.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge))
-            for name, value in step.values.items()
-            if isinstance(value, Length)
-        }
-        return step.with_checked(lengths)
-
-    return script.with_steps(fixed(step) for step in script.with_defaults().steps)
+    steps = script.with_defaults().steps
+    return script.with_steps(step.in_mesh_units(diagonal=diagonal, mean_edge=mean_edge) for step in steps)
 
 
 def saved_comment(recipe: Recipe, scan: str, note: str) -> str:
@@ -124,7 +116,7 @@ def _set(number: int, step: Step, setting: StepChoices) -> Step:
     shown = step.with_defaults().values
     for name, text in setting.values.items():
         if text == value_text(shown.get(name)):
-            continue  # what nobody changed keeps the name that the recipe gives it
+            continue  # an unchanged value keeps the setting of the recipe that it comes from
         try:
             parameter = step.filter.parameter(name)
             if text == "" and not isinstance(parameter, String):

@@ -1,4 +1,4 @@
-"""What the page asks for and what it is told, over one socket: one JSON document a message, and meshes as bytes."""
+"""The messages between page and server over one socket: JSON documents, and meshes as bytes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,6 @@ class Finisher:
     """One run of a file into a file, in a thread."""
 
     def __init__(self) -> None:
-        """See the class."""
         self._stopped = threading.Event()
 
     def stop(self) -> None:
@@ -56,12 +55,12 @@ class Finisher:
 
 @dataclass(frozen=True)
 class Subject:
-    """What a page is about.
+    """The subject of a page.
 
     Attributes:
         scan: the scan.
         recipe: the name or path of the recipe that is shown first.
-        folder: where recipes and results are written.
+        folder: for recipes and results.
     """
 
     scan: Scan
@@ -74,12 +73,11 @@ class Conversation:
 
     Args:
         connection: an accepted socket.
-        subject: what is tuned.
+        subject: the recipe and the scan.
         workshops: by whether it is the whole of a large scan.
     """
 
     def __init__(self, connection: WebSocket, subject: Subject, workshops: dict[bool, Workshop]) -> None:
-        """See the class."""
         self._connection = connection
         self._subject = subject
         self._workshops = workshops
@@ -280,7 +278,7 @@ class Conversation:
         write_script(script, path, diagonal=scan.diagonal, mean_edge=scan.mean_edge, overwrite=replace_it)
 
     def _telling(self, number: int) -> Callable[[Any], None]:
-        """What passes the events of a run on to the page."""
+        """A function that passes the events of a run on to the page."""
         loop = asyncio.get_running_loop()
 
         def tell(event: Any) -> None:

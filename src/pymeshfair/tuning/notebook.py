@@ -8,7 +8,6 @@ import subprocess
 import sys
 import weakref
 from html import escape
-from types import TracebackType
 
 from ..errors import RunError
 from ..operating_system import this_system
@@ -21,10 +20,10 @@ class Tuning:
     """A page to tune on, shown by a notebook where the last line of a cell is one: ``Tuning("scan.ply")``.
 
     Recipes and results are written to the working folder. The server ends with `close`, at the end of a ``with`` block, when
-    nobody refers to this any more, or when the notebook's kernel exits.
+    this object is deleted, or when the notebook's kernel exits.
 
     Attributes:
-        address: of the page; whoever knows it can use it.
+        address: of the page; it gives access, and so is secret.
 
     Args:
         scan: the mesh file.
@@ -36,7 +35,6 @@ class Tuning:
     """
 
     def __init__(self, scan: str | os.PathLike[str], recipe: str = "smooth_implicit", *, height: int = 900) -> None:
-        """See the class."""
         command = [sys.executable, "-m", "pymeshfair", "tune", os.fspath(scan), "--recipe", recipe, "--no-browser", "--json"]
         self._height = height
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **this_system().own_session())
@@ -54,7 +52,7 @@ class Tuning:
         self.address = str(told["address"])
 
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
+        """The frame that a notebook shows."""
         return f'<iframe src="{escape(self.address)}" width="100%" height="{self._height}" title="pymeshfair tune"></iframe>'
 
     def close(self) -> None:
@@ -64,7 +62,7 @@ class Tuning:
     def __enter__(self) -> Tuning:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

@@ -28,7 +28,7 @@ class Scan:
         diagonal: of its bounding box, in mesh units.
         mean_edge: in mesh units.
         part: a file with a part of it; None if it is small enough to be taken whole.
-        warnings: what reading could not keep.
+        warnings: contents that reading could not keep.
     """
 
     path: Path

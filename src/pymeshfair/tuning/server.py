@@ -28,7 +28,7 @@ def application(subject: Subject, token: str, folder: Path, names: tuple[str, ..
     """The page and its socket, behind the token.
 
     Args:
-        subject: what is tuned.
+        subject: the recipe and the scan.
         token: without it everything is refused.
         folder: for what is made.
         names: host names besides ``localhost`` and addresses in numbers.

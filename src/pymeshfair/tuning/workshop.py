@@ -1,4 +1,4 @@
-"""Keeps workers: one that runs what was asked last, and one that is ready when the first had to be killed."""
+"""The workers of the page: one for the last request, and a spare one in case the first is killed."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Worker:
         self._opening = asyncio.create_task(self._result(Order.of(open_scan, scan, memory_limit=default_memory())))
 
     async def opened(self) -> Result:
-        """What the page shows of the scan.
+        """The measures and the mesh of the scan.
 
         Raises:
             RunError: it cannot be read.
@@ -132,7 +132,7 @@ class Workshop:
         self._lock = asyncio.Lock()
 
     async def open(self) -> Result:
-        """What is told of the scan, and the scan for the browser; the first time a worker is started that reads it.
+        """The measures of the scan, and the scan for the browser; the first call starts a worker that reads it.
 
         Raises:
             RunError: the scan cannot be read.

@@ -1,4 +1,4 @@
-"""Adds given vertices and faces to a mesh in place, by way of several filters of MeshLab, none of which does it alone.
+"""Adds given vertices and faces to a mesh in place, by several filters of MeshLab in turn, as no single one does it.
 
 Subdivision makes vertices and faces in place, and merging vertices that coincide gives faces any vertices. So one face, the seed,
 is cut out and subdivided until there are enough faces; these are cut apart; every vertex is sent to (i, 0, 0), where i is the
@@ -18,9 +18,6 @@ from ..declaration import Bools, Ints
 from ..errors import MeshError
 from .arrays import read_array
 from .workbench import Workbench
-
-#: A morph is s + (t - s) in floating point, which small whole numbers reach in two.
-_MOST_MORPHS = 3
 
 
 def check_growable(mesh: Any) -> None:
@@ -135,7 +132,7 @@ def _cut_out(bench: Workbench, mark: str) -> None:
 
 
 def _subdivisions(vertices: int, faces: int) -> int:
-    """How often a triangle must be divided to have that many vertices, and that many faces which keep none when cut apart."""
+    """The number of subdivisions of a triangle that give so many vertices, and so many faces that keep none when cut apart."""
     times = 1
     while True:
         side = 2**times
@@ -151,9 +148,5 @@ def _send(bench: Workbench, mesh: Any, target: NDArray[np.intp]) -> None:
     """Move vertex i to (target[i], 0, 0)."""
     places = np.zeros((len(target), 3))
     places[:, 0] = target
-    with bench.helper_layer(pymeshlab.Mesh(vertex_matrix=places)) as helper:
-        for _ in range(_MOST_MORPHS):
-            bench.apply("compute_coord_linear_morphing", targetmesh=helper, percentmorph=100)
-            if np.array_equal(read_array(mesh, "vertices"), places):
-                return
-    raise MeshError(f"MeshLab did not take the places of the new vertices of {mesh.label()!r}; please report this mesh")
+    if not bench.move_to(mesh, places):
+        raise MeshError(f"MeshLab did not take the places of the new vertices of {mesh.label()!r}; please report this mesh")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,41 @@ from ..mesh_data.mesh_data import diagonal_of, mean_edge_of, selected_vertices_o
 from .arrays import EDITABLE, empty_array, read_array
 from .workbench import Workbench
 
+_T = TypeVar("_T")
+
+
+class _Array(Generic[_T]):
+    """An array of a layer, under its own name."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, layer: MeshLayer, owner: type) -> _T:
+        return cast("_T", layer._array(self._name))
+
+
+class _Has:
+    """Whether a layer has an array: ``has_vertex_scalars`` for ``vertex_scalars``."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name.removeprefix("has_")
+
+    def __get__(self, layer: MeshLayer, owner: type) -> bool:
+        return layer._has(self._name)
+
 
 class MeshLayer:
     """A pymeshlab mesh as the `Layer` that a filter reads, with edits that MeshLab has not been told yet.
 
     Arrays are read when first asked for and then kept, so a layer serves until the mesh changes otherwise.
     """
+
+    vertices, faces, edges = _Array[Floats](), _Array[Ints](), _Array[Ints]()
+    vertex_normals, face_normals = _Array[Floats](), _Array[Floats]()
+    vertex_selection, face_selection = _Array[Bools](), _Array[Bools]()
+    vertex_scalars, face_scalars = _Array[Floats](), _Array[Floats]()
+    vertex_colors, face_colors = _Array[Floats](), _Array[Floats]()
+    has_vertex_scalars, has_vertex_colors, has_face_scalars, has_face_colors = _Has(), _Has(), _Has(), _Has()
 
     def __init__(
         self,
@@ -37,7 +66,7 @@ class MeshLayer:
             bench: of the mesh set that the mesh belongs to.
             other: finds another layer by its id.
             settle: writes the edits to the mesh; called when MeshLab must derive something from them.
-            edit: what is not written to the mesh yet; it adds and removes no elements.
+            edit: the changes that are not written to the mesh yet; it adds and removes no elements.
         """
         self._mesh = mesh
         self._bench = bench
@@ -99,66 +128,6 @@ class MeshLayer:
     @property
     def label(self) -> str:
         return "" if self._mesh is None else str(self._mesh.label())
-
-    @property
-    def vertices(self) -> Floats:
-        return self._array("vertices")
-
-    @property
-    def faces(self) -> Ints:
-        return self._array("faces")
-
-    @property
-    def edges(self) -> Ints:
-        return self._array("edges")
-
-    @property
-    def vertex_normals(self) -> Floats:
-        return self._array("vertex_normals")
-
-    @property
-    def face_normals(self) -> Floats:
-        return self._array("face_normals")
-
-    @property
-    def vertex_selection(self) -> Bools:
-        return self._array("vertex_selection")
-
-    @property
-    def face_selection(self) -> Bools:
-        return self._array("face_selection")
-
-    @property
-    def vertex_scalars(self) -> Floats:
-        return self._array("vertex_scalars")
-
-    @property
-    def face_scalars(self) -> Floats:
-        return self._array("face_scalars")
-
-    @property
-    def vertex_colors(self) -> Floats:
-        return self._array("vertex_colors")
-
-    @property
-    def face_colors(self) -> Floats:
-        return self._array("face_colors")
-
-    @property
-    def has_vertex_scalars(self) -> bool:
-        return self._has("vertex_scalars")
-
-    @property
-    def has_vertex_colors(self) -> bool:
-        return self._has("vertex_colors")
-
-    @property
-    def has_face_scalars(self) -> bool:
-        return self._has("face_scalars")
-
-    @property
-    def has_face_colors(self) -> bool:
-        return self._has("face_colors")
 
     @property
     def has_wedge_tex_coords(self) -> bool:

@@ -7,9 +7,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+import pymeshlab
 from numpy.typing import NDArray
 
 from ..meshlab.base import BASE, MESHLAB, after_failure
+from .arrays import read_array
+
+#: A morph is s + (t - s) in floating point; from what the first leaves over, the second reaches t exactly.
+_MOST_MORPHS = 3
 
 
 class Workbench:
@@ -45,17 +50,25 @@ class Workbench:
     @contextmanager
     def helper_layer(self, mesh: Any) -> Iterator[int]:
         """Another layer for as long as the context lasts; gives its id. The current layer stays the current one."""
-        base = BASE
-        current = base.current_mesh_id(self.meshset)
-        base.add_mesh(self.meshset, mesh, "", False)
-        helper: int = [m.id() for m in base.__iter__(self.meshset)][-1]
+        current = BASE.current_mesh_id(self.meshset)
+        BASE.add_mesh(self.meshset, mesh, "", False)
+        helper: int = [m.id() for m in BASE.__iter__(self.meshset)][-1]
         self.helper_ids.append(helper)
         try:
             yield helper
         finally:
-            base.set_current_mesh(self.meshset, helper)
+            BASE.set_current_mesh(self.meshset, helper)
             self.apply("delete_current_mesh")
-            base.set_current_mesh(self.meshset, current)
+            BASE.set_current_mesh(self.meshset, current)
+
+    def move_to(self, mesh: Any, places: NDArray[np.float64]) -> bool:
+        """Move the vertices of the current layer, a mesh with faces, to (n, 3) places; whether MeshLab took them exactly."""
+        with self.helper_layer(pymeshlab.Mesh(vertex_matrix=places)) as target:
+            for _ in range(_MOST_MORPHS):
+                self.apply("compute_coord_linear_morphing", targetmesh=target, percentmorph=100)
+                if np.array_equal(read_array(mesh, "vertices"), places):
+                    return True
+        return False
 
     @contextmanager
     def matrix_aside(self, mesh: Any) -> Iterator[None]:
@@ -65,32 +78,30 @@ class Workbench:
         gives NaN. Everything else it gives is free of the matrix.
         """
         matrix = mesh.transform_matrix()
-        if np.array_equal(matrix, np.eye(4)):
-            yield
-            return
-        self._set_matrix(mesh, np.eye(4))
+        self.set_matrix(mesh, np.eye(4))
         try:
             yield
         finally:
-            self._set_matrix(mesh, matrix)
+            self.set_matrix(mesh, matrix)
 
-    def _set_matrix(self, mesh: Any, matrix: NDArray[np.float64]) -> None:
-        base = BASE
-        current = base.current_mesh_id(self.meshset)
-        base.set_current_mesh(self.meshset, mesh.id())
+    def set_matrix(self, mesh: Any, matrix: NDArray[np.float64]) -> None:
+        """Give a layer a matrix, unless it has it."""
+        if np.array_equal(mesh.transform_matrix(), matrix):
+            return
+        current = BASE.current_mesh_id(self.meshset)
+        BASE.set_current_mesh(self.meshset, mesh.id())
         self.apply("set_matrix", transformmatrix=matrix, compose=False, freeze=False)
-        base.set_current_mesh(self.meshset, current)
+        BASE.set_current_mesh(self.meshset, current)
 
     @contextmanager
     def _silence(self) -> Iterator[None]:
-        base = BASE
-        base.set_verbosity(self.meshset, False)
-        base.set_parameter_verbosity(self.meshset, False)
+        BASE.set_verbosity(self.meshset, False)
+        BASE.set_parameter_verbosity(self.meshset, False)
         try:
             yield
         finally:
-            base.set_verbosity(self.meshset, self.verbose)
-            base.set_parameter_verbosity(self.meshset, self.tells_parameters)
+            BASE.set_verbosity(self.meshset, self.verbose)
+            BASE.set_parameter_verbosity(self.meshset, self.tells_parameters)
 
     def without_helpers(self, mesh_id: int) -> int:
         """The id that a layer would have if no helper layer had ever taken one: what a script should say."""

@@ -40,8 +40,7 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
     Raises:
         MeshError: something failed, and something else could not be put back.
     """
-    base = BASE
-    layers = {layer.id() for layer in base.__iter__(bench.meshset)}
+    layers = {layer.id() for layer in BASE.__iter__(bench.meshset)}
     matrix = mesh.transform_matrix()
     before: _Before | None = None
     try:
@@ -49,25 +48,20 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
             before = _Before(mesh)
             yield
     except BaseException as error:
-        for layer in [layer.id() for layer in base.__iter__(bench.meshset)]:
+        for layer in [layer.id() for layer in BASE.__iter__(bench.meshset)]:
             if layer not in layers:  # a helper layer that an interruption has left
-                base.set_current_mesh(bench.meshset, layer)
+                BASE.set_current_mesh(bench.meshset, layer)
                 bench.apply("delete_current_mesh")
                 bench.helper_ids[:] = sorted({*bench.helper_ids, layer})
-        base.set_current_mesh(bench.meshset, mesh.id())
+        BASE.set_current_mesh(bench.meshset, mesh.id())
         lost: list[str] = []
         if before is not None:
-            _set_matrix(bench, mesh, np.eye(4))
+            bench.set_matrix(mesh, np.eye(4))
             lost = before.put_back(bench, mesh)
-        _set_matrix(bench, mesh, matrix)
+        bench.set_matrix(mesh, matrix)
         if lost and isinstance(error, Exception):
             raise MeshError(f"{error}; and {', '.join(lost)} of {mesh.label()!r} could not be put back") from error
         raise
-
-
-def _set_matrix(bench: Workbench, mesh: Any, matrix: Any) -> None:
-    if not np.array_equal(mesh.transform_matrix(), matrix):
-        bench.apply("set_matrix", transformmatrix=matrix, compose=False, freeze=False)
 
 
 class _Before:
@@ -316,9 +310,6 @@ _NORMAL_BY = {"vertex": "compute_normal_by_function_per_vertex", "face": "comput
 _COLOR_BY = {"vertex": "compute_color_by_function_per_vertex", "face": "compute_color_by_function_per_face"}
 _COLOR_CHANNELS = {"vertex": "xyza", "face": "rgba"}
 
-#: A morph is s + (t - s) in floating point; from what the first leaves over, the second reaches t exactly.
-_MOST_MORPHS = 3
-
 
 def write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:
     """Write the edit's scalars, colours, selection, coordinates and normals to the current layer, in this order.
@@ -344,11 +335,8 @@ def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
     if np.array_equal(read_array(mesh, "vertices"), vertices):
         return
     if mesh.face_number():
-        with bench.helper_layer(pymeshlab.Mesh(vertex_matrix=vertices)) as target:
-            for _ in range(_MOST_MORPHS):
-                bench.apply("compute_coord_linear_morphing", targetmesh=target, percentmorph=100)
-                if np.array_equal(read_array(mesh, "vertices"), vertices):
-                    return
+        if bench.move_to(mesh, vertices):
+            return
     elif not has_room(bench, "vertex", 6):
         move_points(bench, mesh, spare_names(), vertices)
     else:
