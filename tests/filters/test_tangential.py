@@ -97,7 +97,7 @@ def test_a_sharp_edge_stays_straight() -> None:
 
 
 def test_edges_of_noise_hold_no_triangle() -> None:
-    """Four in five vertices of a noisy sheet are at sharp edges, and its triangles may leave it as far as those of a smooth one."""
+    """Four in five vertices of a noisy sheet are at sharp edges; its triangles leave it as far as those of a smooth one."""
     flat, faces = irregular_grid(25, 25, amount=0.4)
     edge = mean_edge_length(flat, faces)
     noisy = flat + np.random.default_rng(3).normal(size=flat.shape) * [0.0, 0.0, 0.3 * edge]
