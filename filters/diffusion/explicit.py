@@ -16,8 +16,8 @@ from .stencil import Advance, UpdateRule, explicit_stencil
 
 #: operators without a unit, whose spectrum lies in [-2, 0] on every mesh
 NORMALISED_OPERATORS: tuple[OperatorName, ...] = ("uniform", "inverse_length", "cotangent")
-#: A step with weights takes as long for a vertex as a sum of vectors, for which `threads_for` is made, for so many.
-_WEIGHTED = 4
+#: A step takes as long for a vertex as a sum of vectors, for which `threads_for` is made, for so many.
+_WORK = 4
 #: One iteration: takes its number from 0 on, the points, and an array to write to in which vertices that do not move have their
 #: places; returns the points after it and the array that is free now.
 Iteration: TypeAlias = Callable[[int, Floats, Floats], tuple[Floats, Floats]]
@@ -113,12 +113,10 @@ class ExplicitSurface(NamedTuple):
     Attributes:
         mesh: normalised, its points in the order of the stencil.
         advance: writes p + step (L p) for the vertices that move.
-        work: how many sums of vectors a step is for a vertex.
     """
 
     mesh: NormalisedMesh
     advance: Advance
-    work: int
 
     def iterated(self, iteration: Iteration, iterations: int, progress: Progress) -> Floats:
         """(n, 3) the vertices after as many iterations.
@@ -128,7 +126,7 @@ class ExplicitSurface(NamedTuple):
         """
         now = self.mesh.new_points()
         free = now.copy()
-        with threads_for(self.work * len(now)):
+        with threads_for(_WORK * len(now)):
             for done in range(iterations):
                 now, free = iteration(done, now, free)
                 progress((done + 1) / iterations)
@@ -180,4 +178,4 @@ def explicit_surface(
     star = stars(mesh.numbered_cells(), len(mesh), names=mesh.order)
     with threads_for(len(mesh)):
         advance = explicit_stencil(mesh, star, operator, border=border, update=update)
-    return ExplicitSurface(mesh, advance, 1 if operator == "uniform" else _WEIGHTED)
+    return ExplicitSurface(mesh, advance)
