@@ -20,7 +20,9 @@ NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
 # Sorting the triangles round a vertex takes quadratic time; the hub of a fan larger than this counts as irregular.
 _LARGEST_WALK = 64
 # Vertices of a block, which share a table.
-_BLOCK = 4096
+_BLOCK = 1024
+# The star of a vertex takes as long as so many of the sums of vectors that `threads_for` is made for.
+_WORK = 4
 _SLOT_BITS = 10
 #: of a table in which kernels look vertices up, see `slot_of`
 SLOTS = 1 << _SLOT_BITS
@@ -87,7 +89,7 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     del faces  # frees the memory for the arrays below, if the caller holds no reference
     kinds: Kinds = np.empty(n_vertices, dtype=np.uint8)
     sizes: Ints = np.empty(n_vertices, dtype=np.int32)
-    with threads_for(n_vertices):
+    with threads_for(_WORK * n_vertices):
         names = np.empty(0, dtype=np.int32) if names is None else names
         order_ends(ring_offsets, ring, names, kinds, sizes)
         irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
