@@ -17,8 +17,13 @@ from .explicit import meshlab, vertices_of
 
 
 def ours(energy: Energy) -> Preparation:
-    """Our fairing, finding the region in its mesh included."""
-    return lambda s: lambda: fair_region(s.vertices, s.faces, s.free, energy=energy).vertices[s.free]
+    """Our fairing, on the patch alone as the others."""
+
+    def prepare(subject: Subject) -> Work:
+        vertices, faces, free = fairing.cropped(subject.vertices, subject.faces, subject.free)
+        return lambda: fair_region(vertices, faces, free, energy=energy).vertices[free]
+
+    return prepare
 
 
 def libigl(order: int) -> Preparation:
