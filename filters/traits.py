@@ -7,15 +7,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .checks import check_choice
-from .denoising import estimate_noise, filter_face_normals, neighbours_share_noise, surface_noise
+from .denoising import estimate_noise, filter_face_normals, shared_noise, surface_noise
 from .diffusion import taubin_fairing
 from .evidence import Sample, sample_of
 from .geometry import edge_lengths, seen_from_one_side
 from .mesh import check_mesh, normalised_mesh
 from .topology import edges, face_adjacency
 
-#: "noise": of `surface_noise`, in mean edges. "sharpness" and "facing": of the functions. "camera noise": 1 if neighbours share
-#: their noise, as those of a depth camera's map do, else 0. "longest edge": in mean edges.
+#: "noise": of `shared_noise`, or else of `surface_noise`, in mean edges. "sharpness" and "facing": of the functions. "camera
+#: noise": 1 if neighbours share their noise, as those of a depth camera's map do, else 0. "longest edge": in mean edges.
 Trait: TypeAlias = Literal["noise", "sharpness", "facing", "camera noise", "longest edge"]
 TRAITS: tuple[Trait, ...] = get_args(Trait)
 
@@ -51,14 +51,12 @@ def measured_traits(
         return found
     mesh = normalised_mesh(points, triangles)
     sample = sample_of(mesh.points, mesh.cells, None if mean_edge is None else mean_edge * mesh.scale)
-    if "camera noise" in names:
-        shares = neighbours_share_noise(sample.points, sample.faces, estimate_noise(sample.points, sample.faces))
-        found["camera noise"] = float(shares)
-    if "noise" in names or "sharpness" in names:
-        noise = surface_noise(sample)
-        found |= {"noise": noise} if "noise" in names else {}
-        found |= {"sharpness": sharpness(sample, noise)} if "sharpness" in names else {}
-    return found
+    shared = shared_noise(sample.points, sample.faces, estimate_noise(sample.points, sample.faces))
+    noise = shared or surface_noise(sample)
+    measured = {"camera noise": float(shared > 0.0), "noise": noise}
+    if "sharpness" in names:
+        measured["sharpness"] = sharpness(sample, noise)
+    return found | {name: value for name, value in measured.items() if name in names}
 
 
 def facing(vertices: ArrayLike, faces: ArrayLike) -> float:
@@ -84,7 +82,7 @@ def sharpness(sample: Sample, noise: float) -> float:
 
     Args:
         sample: of `sample_of`.
-        noise: of `surface_noise`; what is to be taken off first.
+        noise: what is to be taken off first.
 
     Returns:
         1 of a cube, 0 of a finely meshed sphere, pi r / (pi r + h) of a finely meshed cylinder. Machine parts have 0.7 to 0.95

@@ -12,7 +12,7 @@ from .clouds import (
     smoothed_directions,
     unit_normals,
 )
-from .correlated_noise import neighbours_share_noise
+from .correlated_noise import shared_noise
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .impulses import OUTLIERS, Outliers, replace_outlying
 from .noise_level import NoiseEstimate, estimate_noise, noise_floor, surface_noise
@@ -70,7 +70,6 @@ __all__ = [
     "estimated_range_sigma",
     "filter_face_normals",
     "needs_distance",
-    "neighbours_share_noise",
     "noise_floor",
     "normal_filtering",
     "normals_of",
@@ -81,6 +80,7 @@ __all__ = [
     "round_of_part",
     "settings",
     "share_along",
+    "shared_noise",
     "smoothed_directions",
     "surface_noise",
     "unit_normals",

@@ -103,7 +103,7 @@ def setting_of_shared(
     nearest to the truth, see `choose_by_risk`. Fused maps share it more widely than can be measured beside the surface, and get a
     strong setting. Arguments as of `setting_of_rounded`; the noise is that of `estimate_noise`.
     """
-    if not _share_noise(mesh.points, mesh.cells, noise):
+    if _field_of_shared(mesh.points, mesh.cells, noise) is None:
         return None
     if not on_lines_of_sight(mesh.points, mesh.cells):
         return STRONG, None
@@ -117,15 +117,19 @@ def setting_of_shared(
     return (STRONG, None) if found is None else (found.chosen.label, found)
 
 
-def neighbours_share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> bool:
-    """Whether the mesh has noise that neighbours share.
+def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
+    """The standard deviation of noise that neighbours share, along the normals or the axis of rounding; 0 if they do not.
 
     Args:
-        points: (n, 3) coordinates.
+        points: (n, 3) coordinates with a mean edge of 1.
         faces: (m, 3) triangles.
         noise: of `estimate_noise`.
     """
-    return rounding_of(points, faces) is not None or _share_noise(points, faces, noise)
+    rounding = rounding_of(points, faces)
+    if rounding is not None:
+        return float(np.median(np.diff(rounding.levels)) / np.sqrt(12.0))
+    field = _field_of_shared(points, faces, noise)
+    return 0.0 if field is None else float(np.sqrt(field.variances.sum()))
 
 
 def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
@@ -136,20 +140,21 @@ def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
     return bool(squares[-1] > tuned.ON_LINES * squares.sum())
 
 
-def _share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> bool:
+def _field_of_shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> NoiseField | None:
+    """The noise, roughly, if neighbours share it."""
     if noise.level == 0.0 or seen_from_one_side(points, faces) <= tuned.FACING:
-        return False
+        return None
     on_lines = on_lines_of_sight(points, faces)
     if not on_lines and not _fused(points, faces):
-        return False
+        return None
     sample = sample_of(points, faces)
     if not on_lines and Agreement.of(sample.points, sample.faces).is_surface:
-        return False
+        return None
     normals, scored = smooth_normals(sample.points, sample.faces), far_from_border(sample.faces, len(sample.points), rings=_RINGS)
     widths, scales = _TELL
     field = noise_field(sample.points, sample.faces, normals=normals, scored=scored, widths=widths, scales=scales)
     least = max(tuned.OWN, 0.5 * noise.level)
-    return field.own >= least and field.shared > 0.5
+    return field if field.own >= least and field.shared > 0.5 else None
 
 
 def _fused(points: Floats, faces: Ints) -> bool:

@@ -12,10 +12,10 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from pymeshfair.filters.denoising.automatic import automatic_choice
 from pymeshfair.filters.denoising.correlated_noise import (
-    neighbours_share_noise,
     noise_field,
     on_lines_of_sight,
     setting_of_shared,
+    shared_noise,
 )
 from pymeshfair.filters.denoising.noise_level import estimate_noise
 from pymeshfair.filters.denoising.preparation import denoised
@@ -23,7 +23,7 @@ from pymeshfair.filters.denoising.repertoire import STRONG
 from pymeshfair.filters.denoising.rounding import rounding_of
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
 from pymeshfair.filters.evidence import Choice, choose_by_risk, far_from_border
-from pymeshfair.filters.geometry import angles_between, face_normals, mean_edge_length
+from pymeshfair.filters.geometry import angles_between, face_normals, mean_edge_length, vertex_normals_by_area
 from pymeshfair.filters.mesh import normalised_mesh
 from pymeshfair.filters.topology import border_vertices
 from tests.meshes import grid, irregular_grid, renumbered, rotation, sample
@@ -81,7 +81,7 @@ def _fused(level: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _found(vertices: np.ndarray, faces: np.ndarray) -> bool:
-    return neighbours_share_noise(vertices, faces, estimate_noise(vertices, faces))
+    return shared_noise(vertices, faces, estimate_noise(vertices, faces)) > 0.0
 
 
 @pytest.mark.parametrize("width", [0, 2, 4])
@@ -224,6 +224,17 @@ def _waves(step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     axis /= np.linalg.norm(axis)
     heights = truth @ axis
     return truth + np.outer(step * np.round(heights / step) - heights, axis), truth, faces
+
+
+def test_the_amount_of_shared_noise_is_seen() -> None:
+    """Rounding to half an edge is noise of 0.5 / sqrt(12); a camera's map has as much as was put in, within a third."""
+    vertices, _, faces = _waves(0.5)
+    edge = mean_edge_length(vertices, faces)
+    assert shared_noise(vertices / edge, faces, estimate_noise(vertices, faces)) == pytest.approx(0.5 / edge / 12**0.5, rel=0.1)
+    noisy, truth, faces = _map("flight")
+    added = np.einsum("ij,ij->i", noisy - truth, vertex_normals_by_area(truth, faces)).std()
+    edge = mean_edge_length(noisy, faces)
+    assert shared_noise(noisy / edge, faces, estimate_noise(noisy, faces)) == pytest.approx(added / edge, rel=0.35)
 
 
 def test_the_axis_and_the_levels_of_rounding_are_found() -> None:
