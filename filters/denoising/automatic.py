@@ -123,11 +123,13 @@ def _impulses(scan: Scan) -> tuple[Scan | None, bool]:
     and all vertices there are off.
     """
     replaced, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
-    if outlying.sum() <= tuned.IMPULSIVE * len(outlying):
+    if np.mean(outlying) <= 0.5 * tuned.IMPULSIVE:  # half a mesh may be calm
         return None, False
     beside, elsewhere = sizes_beside(replaced, scan.faces, scan.normals, outlying, scan.scored)
-    uneven = beside > max(tuned.LARGER * elsewhere, tuned.WEAK)
-    return (None if uneven else replace(scan, points=replaced, replaced=outlying)), uneven
+    if beside > max(tuned.LARGER * elsewhere, tuned.WEAK):
+        return None, True
+    impulsive = np.mean(outlying) > tuned.IMPULSIVE
+    return (replace(scan, points=replaced, replaced=outlying) if impulsive else None), False
 
 
 def _cross_validated(scan: Scan, border: BorderPolicy, repertoire: Repertoire) -> Choice[Setting] | None:

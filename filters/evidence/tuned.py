@@ -45,7 +45,8 @@ EVEN = 1.3
 WEAK = 0.05
 
 # Impulse noise.
-#: More vertices than this stand out of impulse or uneven noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
+#: More vertices than this stand out of impulse noise, and than half of this of uneven noise: of Gaussian noise up to 0.003, of
+#: clean meshes up to 0.007.
 IMPULSIVE = 0.01
 #: A vertex stands out if it is off by so many deviations of the mesh, and by as many times the median of its two rings.
 STANDS_OUT = 3.0
