@@ -123,7 +123,7 @@ def _impulses(scan: Scan) -> tuple[Scan | None, bool]:
     and all vertices there are off.
     """
     replaced, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
-    if np.mean(outlying) <= 0.5 * tuned.IMPULSIVE:  # half a mesh may be calm
+    if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # half a mesh may be calm
         return None, False
     beside, elsewhere = sizes_beside(replaced, scan.faces, scan.normals, outlying, scan.scored)
     if beside > max(tuned.LARGER * elsewhere, tuned.WEAK):
