@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import igl
 import numpy as np
@@ -18,6 +18,7 @@ import pymeshlab
 import trimesh
 from denoising_holdouts import SAMPLES, chest_mesh, depth_maps, dodecahedron, in_order, lens, part, remeshed, taken, torus
 from denoising_metrics import Floats, Ints
+from numpy.typing import NDArray
 
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.geometry import mean_edge_length
@@ -270,6 +271,12 @@ def _ring(n: int, m: int) -> Ints:
     return _halved(at, following, np.roll(following, -1, axis=1), beside)
 
 
+def between_rows(numbers: NDArray[np.integer[Any]]) -> Ints:
+    """The triangles between the rows of vertices that an array of their numbers has."""
+    at = numbers.astype(np.int32)
+    return _halved(at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:])
+
+
 def _halved(a: Ints, b: Ints, c: Ints, d: Ints) -> Ints:
     """(2 k, 3) triangles of k quadrilaterals, given by their corners in order."""
     halves = [np.column_stack([p.ravel() for p in corners]) for corners in ((a, b, c), (a, c, d))]
@@ -372,4 +379,15 @@ def made(shapes: Sequence[Shape], only: Sequence[str] = ()) -> Iterator[NoisyPai
                 yield NoisyPair(f"{shape.name}_{name}", noisy, truth, faces)
 
 
-__all__ = ["NOISES", "NoisyPair", "Shape", "coarser", "depth_maps", "looked_at", "made", "smoothed_scans", "unseen"]
+__all__ = [
+    "NOISES",
+    "NoisyPair",
+    "Shape",
+    "between_rows",
+    "coarser",
+    "depth_maps",
+    "looked_at",
+    "made",
+    "smoothed_scans",
+    "unseen",
+]

@@ -21,7 +21,7 @@ import pymeshlab
 import trimesh
 from denoising_holdouts import SAMPLES, depth_map, taken, torus
 from denoising_metrics import Floats, Ints
-from denoising_pairs import emblems, gear, gyroid, knot, level_set, plate
+from denoising_pairs import between_rows, emblems, gear, gyroid, knot, level_set, plate
 
 import pymeshfair
 from pymeshfair.filters.geometry import mean_edge_length
@@ -61,8 +61,7 @@ def tube(turn: float = 0.0, n: int = 90) -> Mesh:
     points = np.stack([out * np.cos(t), out * np.sin(t), across * np.cos(turn * t / 2.0)], -1).reshape(-1, 3)
     index = np.arange(n * 9).reshape(n, 9)
     index = np.concatenate([index, index[:1, ::-1] if turn % 2 else index[:1]])
-    a, b, c, d = (part.ravel() for part in (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]))
-    return points, np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])]).astype(np.int32)
+    return points, between_rows(index)
 
 
 def torn() -> Mesh:

@@ -19,15 +19,13 @@ import tempfile
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pymeshlab
 import trimesh
 from denoising_holdouts import depth_map, in_order, remeshed
 from denoising_metrics import Floats, Ints
-from denoising_pairs import Noise, along_an_axis, along_normals, level_set, uniform
-from numpy.typing import NDArray
+from denoising_pairs import Noise, along_an_axis, along_normals, between_rows, level_set, uniform
 
 import pymeshfair
 from pymeshfair.filters.geometry import mean_edge_length
@@ -69,17 +67,11 @@ def doughnut() -> Mesh:
     return made(create_torus={"hradius": 2.0, "vradius": 0.7, "hsubdiv": 90, "vsubdiv": 30})
 
 
-def cells(index: NDArray[np.integer[Any]]) -> Ints:
-    """The triangles between rows of vertices."""
-    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
-    return np.concatenate([np.stack(corners, -1).reshape(-1, 3) for corners in ((a, b, c), (a, c, d))]).astype(np.int32)
-
-
 def hills(steps: float = 0.0) -> Mesh:
     """A sheet with hills, or with steps of some height."""
     x, y = np.meshgrid(np.arange(55.0), np.arange(50.0), indexing="ij")
     z = 3.0 * np.sin(x / 9.0) * np.cos(y / 8.0) if not steps else steps * (x > 25) + steps * (y > 30)
-    return np.stack([x, y, z], -1).reshape(-1, 3), cells(np.arange(x.size).reshape(x.shape))
+    return np.stack([x, y, z], -1).reshape(-1, 3), between_rows(np.arange(x.size).reshape(x.shape))
 
 
 def turned(radius: Floats, along: Floats) -> Mesh:
@@ -87,7 +79,7 @@ def turned(radius: Floats, along: Floats) -> Mesh:
     around = np.arange(90)[:, None] * np.pi / 45
     points = np.stack(np.broadcast_arrays(radius * np.cos(around), radius * np.sin(around), along), -1).reshape(-1, 3)
     index = np.arange(90 * len(along)).reshape(90, -1)
-    return points, cells(np.concatenate([index, index[:1]]))
+    return points, between_rows(np.concatenate([index, index[:1]]))
 
 
 def vase() -> Mesh:
@@ -107,7 +99,7 @@ def knot() -> Mesh:
     points = middle + 0.28 * (np.cos(around)[..., None] * sides[0] + np.sin(around)[..., None] * sides[1])
     index = np.arange(320 * 20).reshape(320, 20)
     index = np.concatenate([index, index[:1]])
-    return points[:-1, :-1].reshape(-1, 3), cells(np.concatenate([index, index[:, :1]], axis=1))[:, ::-1]
+    return points[:-1, :-1].reshape(-1, 3), between_rows(np.concatenate([index, index[:, :1]], axis=1))[:, ::-1]
 
 
 def schwarz() -> Mesh:
@@ -178,7 +170,7 @@ def land() -> Mesh:
     length = np.hypot(*np.meshgrid(np.fft.fftfreq(n) * n, np.fft.fftfreq(n) * n))
     heights = np.fft.ifft2(np.fft.fft2(rng.normal(size=(n, n))) / np.maximum(length, 1.0) ** 2.5).real
     x, y = np.meshgrid(np.arange(float(n)), np.arange(float(n)), indexing="ij")
-    return np.stack([x, y, 4.0 * heights / heights.std()], -1).reshape(-1, 3), cells(np.arange(n * n).reshape(n, n))
+    return np.stack([x, y, 4.0 * heights / heights.std()], -1).reshape(-1, 3), between_rows(np.arange(n * n).reshape(n, n))
 
 
 def still_life() -> Mesh:

@@ -51,8 +51,9 @@ def measured_traits(
         return found
     mesh = normalised_mesh(points, triangles)
     sample = sample_of(mesh.points, mesh.cells, None if mean_edge is None else mean_edge * mesh.scale)
-    shared = shared_noise(sample.points, sample.faces, estimate_noise(sample.points, sample.faces))
-    noise = shared or surface_noise(sample)
+    estimate = estimate_noise(sample.points, sample.faces)
+    shared = shared_noise(sample.points, sample.faces, estimate)
+    noise = shared or surface_noise(sample, estimate)
     measured = {"camera noise": float(shared > 0.0), "noise": noise}
     if "sharpness" in names:
         measured["sharpness"] = sharpness(sample, noise)

@@ -310,7 +310,7 @@ def is_designed(points: Floats, faces: Ints) -> bool:
     return len(np.unique(pairs[flat])) >= 0.99 * len(faces)
 
 
-def surface_noise(sample: Sample) -> float:
+def surface_noise(sample: Sample, noise: NoiseEstimate | None = None) -> float:
     """The standard deviation of the noise along the normals in mean edges, as recipes name it: the smaller of two estimates.
 
     `estimate_noise` takes fine details for noise everywhere; `noise_floor` sees noise alone where the surface is calm, and 1.3
@@ -318,13 +318,14 @@ def surface_noise(sample: Sample) -> float:
 
     Args:
         sample: of `sample_of`.
+        noise: of `estimate_noise` on it, if the caller has it; that saves time.
 
     Returns:
         0 of planes as they were designed, and of a mesh without inner vertices.
     """
     if not len(sample.faces) or is_designed(sample.points, sample.faces):
         return 0.0
-    level = estimate_noise(sample.points, sample.faces).level
+    level = (noise or estimate_noise(sample.points, sample.faces)).level
     scored = far_from_border(sample.faces, len(sample.points))
     if not np.any(scored):
         return level

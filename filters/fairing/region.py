@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..checks import ConvergenceError, FilterInputError, check_choice
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress
+from ..geometry import cross_product
 from ..libraries import sparse
 from ..linear_solvers import RefinedSolution, laplacian_power, refined_solution
 from ..mesh import Bools, Floats, Ints, Longs, bounding_box, check_healthy, check_mesh, check_vertex_mask, normalised_mesh, spikes
@@ -212,9 +213,7 @@ def _areas(before: Floats, after: Floats, free: Bools, faces: Ints) -> tuple[flo
         a, b, c = faces[f]
         if free[a] or free[b] or free[c]:
             for k, points in enumerate((before, after)):
-                ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
-                vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
-                x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+                x, y, z = cross_product(points, a, b, c)
                 sums[k] += 0.5 * math.sqrt(x * x + y * y + z * z)
     return sums[0], sums[1]
 

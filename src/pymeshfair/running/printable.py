@@ -11,7 +11,7 @@ import numpy as np
 from ..declaration import Floats, Ints
 from ..files.equal_rows import numbered
 from ..files.inputs import read_file
-from ..filters.geometry import vector_lengths
+from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection.surface_measures import surface_measures
 from ..filters.libraries import sparse
 from ..filters.mesh import Bools, Longs
@@ -86,10 +86,9 @@ def wrap_words(scan: MeshData, wrap: MeshData) -> str:
 
     if not len(scan.faces):
         return ""
-    corners = scan.vertices[scan.faces]
-    areas = vector_lengths(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    areas = vector_lengths(cross_products(scan.vertices, scan.faces))
     away = np.abs(Surface.of(scan.vertices, scan.faces).nearest(wrap.vertices).signed).mean()
-    depths = np.abs(Surface.of(wrap.vertices, wrap.faces).nearest(corners.mean(axis=1)).signed)
+    depths = np.abs(Surface.of(wrap.vertices, wrap.faces).nearest(scan.vertices[scan.faces].mean(axis=1)).signed)
     share = areas[depths > 2.0 * away].sum() / max(areas.sum(), np.finfo(np.float64).tiny)
     return f"{share:.1%} of the scanned area is closed in, inside or in hollows narrower than alpha; a smaller alpha keeps these"
 
