@@ -80,23 +80,14 @@ class RunError(PymeshfairError):
 
 @dataclass(frozen=True)
 class Place:
-    """A place in a run: a step of the recipe, or before or after the steps.
+    """A place in a run: a step of the recipe, or before or after the steps."""
 
-    Attributes:
-        doing: the work in words: ``"reading scan.ply"``, ``"step 2 of 5, 'Close Holes'"``.
-        step: the number of the step from 1, or None outside the steps.
-        total: how many steps the recipe has.
-        filter: MeshLab's name of the step's filter.
-        file: the recipe's file, if it has one.
-        line: where in that file the step begins.
-    """
-
-    doing: str
-    step: int | None = None
-    total: int | None = None
-    filter: str | None = None
-    file: Path | None = None
-    line: int | None = None
+    doing: str  # the work in words: ``"reading scan.ply"``, ``"step 2 of 5, 'Close Holes'"``
+    step: int | None = None  # the number of the step from 1, or None outside the steps
+    total: int | None = None  # how many steps the recipe has
+    filter: str | None = None  # MeshLab's name of the step's filter
+    file: Path | None = None  # the recipe's file, if it has one
+    line: int | None = None  # where in that file the step begins
 
     @classmethod
     def of_step(cls, step: int, total: int, filter: str, *, file: Path | None = None, line: int | None = None) -> Place:

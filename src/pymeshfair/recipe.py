@@ -38,28 +38,17 @@ class RecipeInfo:
 
     The comment is a title on the first line and paragraphs, some of which begin with a word and a colon: ``Task:``, ``For:``,
     ``Fits:``, ``Judged:``, ``Does:``, ``Tune:`` and ``Superseded:``. Any of them may be missing.
-
-    Attributes:
-        title: the first line.
-        task: its task (``Task:``), one of `TASKS` for shipped recipes.
-        fits: for which scans the recipe is, in numbers (``Fits:``); `pymeshfair.scripts.fits.parse_fits` reads it.
-        judged: by what measure it is the best choice for these (``Judged:``).
-        purpose: for which scans the recipe is (``For:``).
-        does: its effect on them (``Does:``).
-        tune: the settings to change when the result is not right (``Tune:``).
-        more: the other paragraphs.
-        superseded: the better choice (``Superseded:``), of a recipe that is kept only because it was shipped once.
     """
 
-    title: str = ""
-    purpose: str = ""
-    does: str = ""
-    tune: str = ""
-    more: tuple[str, ...] = ()
-    task: str = ""
-    fits: str = ""
-    judged: str = ""
-    superseded: str = ""
+    title: str = ""  # the first line
+    purpose: str = ""  # for which scans the recipe is (``For:``)
+    does: str = ""  # its effect on them (``Does:``)
+    tune: str = ""  # the settings to change when the result is not right (``Tune:``)
+    more: tuple[str, ...] = ()  # the other paragraphs
+    task: str = ""  # its task (``Task:``), one of `TASKS` for shipped recipes
+    fits: str = ""  # for which scans the recipe is, in numbers (``Fits:``); `pymeshfair.scripts.fits.parse_fits` reads it
+    judged: str = ""  # by what measure it is the best choice for these (``Judged:``)
+    superseded: str = ""  # the better choice (``Superseded:``), of a recipe that is kept only because it was shipped once
 
     @property
     def measure(self) -> str:
@@ -88,17 +77,11 @@ class RecipeInfo:
 
 @dataclass(frozen=True)
 class Recipe:
-    """A checked chain of filters with a name.
+    """A checked chain of filters with a name."""
 
-    Attributes:
-        name: a shipped recipe's name, or the path of a script without its folder and ``.mlx``.
-        script: the steps.
-        changes: how the script that was read was upgraded; empty if it was not.
-    """
-
-    name: str
-    script: Script
-    changes: tuple[Change, ...] = ()
+    name: str  # a shipped recipe's name, or the path of a script without its folder and ``.mlx``
+    script: Script  # the steps
+    changes: tuple[Change, ...] = ()  # how the script that was read was upgraded; empty if it was not
 
     @cached_property
     def text(self) -> str:
@@ -145,19 +128,12 @@ def superseded_recipes() -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class RecipeHead:
-    """The head of a shipped recipe, read without its filters.
+    """The head of a shipped recipe, read without its filters."""
 
-    Attributes:
-        name: under which it is loaded.
-        info: the words at its head.
-        settings: the values that have a name.
-        steps: how many filters it has.
-    """
-
-    name: str
-    info: RecipeInfo
-    settings: tuple[Setting, ...]
-    steps: int
+    name: str  # under which it is loaded
+    info: RecipeInfo  # the words at its head
+    settings: tuple[Setting, ...]  # the values that have a name
+    steps: int  # how many filters it has
 
 
 def shipped_heads() -> list[RecipeHead]:

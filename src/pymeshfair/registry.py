@@ -38,23 +38,15 @@ __all__ = [
 
 @dataclass(frozen=True)
 class BrokenPlugin:
-    """A plugin, or one filter of it, that could not be used.
+    """A plugin, or one filter of it, that could not be used."""
 
-    Attributes:
-        distribution: the package that names the plugin.
-        entry_point: as written in its metadata, e.g. ``scanlab = scanlab.filters``.
-        reason: one sentence.
-        details: the traceback, or an empty string.
-        names: of a filter that was refused, its Python name and its name in menus; empty if the whole plugin failed.
-        source: the text of the module of a plugin that failed, if it can be read.
-    """
-
-    distribution: str
-    entry_point: str
-    reason: str
-    details: str = ""
+    distribution: str  # the package that names the plugin
+    entry_point: str  # as written in its metadata, e.g. ``scanlab = scanlab.filters``.
+    reason: str  # one sentence
+    details: str = ""  # the traceback, or an empty string
+    #: of a filter that was refused, its Python name and its name in menus; empty if the whole plugin failed
     names: tuple[str, ...] = ()
-    source: str = field(default="", repr=False)
+    source: str = field(default="", repr=False)  # the text of the module of a plugin that failed, if it can be read
 
     def __str__(self) -> str:
         return f"plugin {self.entry_point.partition('=')[0].strip()!r} of {self.distribution} cannot be used: {self.reason}"
@@ -68,17 +60,11 @@ class BrokenPlugin:
 
 @dataclass(frozen=True)
 class Plugin:
-    """A plugin that has been loaded.
+    """A plugin that has been loaded."""
 
-    Attributes:
-        distribution: the package that names it.
-        entry_point: as in `BrokenPlugin`.
-        filters: those that it declares, each once.
-    """
-
-    distribution: str
-    entry_point: str
-    filters: tuple[Filter, ...]
+    distribution: str  # the package that names it
+    entry_point: str  # as in `BrokenPlugin`
+    filters: tuple[Filter, ...]  # those that it declares, each once
 
     def broken(self, reason: str, *, names: tuple[str, ...]) -> BrokenPlugin:
         """One of its filters that cannot be used."""

@@ -27,19 +27,12 @@ _GROWTH = 2.0
 
 @dataclass(frozen=True)
 class Prospect:
-    """The work that a batch would do.
+    """The work that a batch would do."""
 
-    Attributes:
-        states: of each scan ``"to do"``, ``"done"`` or ``"cannot be done"``, by its number.
-        problems: of those that cannot be done why, by their numbers.
-        bytes_in: of the inputs that are to do.
-        bytes_free: where the outputs go, or None where the system does not say.
-    """
-
-    states: Mapping[int, str]
-    problems: Mapping[int, str]
-    bytes_in: int
-    bytes_free: int | None
+    states: Mapping[int, str]  # of each scan ``"to do"``, ``"done"`` or ``"cannot be done"``, by its number
+    problems: Mapping[int, str]  # of those that cannot be done why, by their numbers
+    bytes_in: int  # of the inputs that are to do
+    bytes_free: int | None  # where the outputs go, or None where the system does not say
 
     @property
     def lacks_room(self) -> bool:

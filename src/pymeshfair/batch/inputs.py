@@ -23,19 +23,13 @@ _COLUMNS = ("input", "output")
 
 @dataclass(frozen=True)
 class Asked:
-    """One scan as it was asked for.
+    """One scan as it was asked for."""
 
-    Attributes:
-        input: the mesh file, an absolute path; whether it exists is seen when its turn comes.
-        folder: its folder below the folder, or the fixed part of the pattern, of the command line; None of a file named there.
-        output: its output relative to the folder of the batch, where a table names it.
-        overrides: ``STEP.PARAM=VALUE``, from the columns of a table.
-    """
-
-    input: Path
+    input: Path  # the mesh file, an absolute path; whether it exists is seen when its turn comes
+    #: its folder below the folder, or the fixed part of the pattern, of the command line; None of a file named there
     folder: Path | None = None
-    output: str | None = None
-    overrides: tuple[str, ...] = ()
+    output: str | None = None  # its output relative to the folder of the batch, where a table names it
+    overrides: tuple[str, ...] = ()  # ``STEP.PARAM=VALUE``, from the columns of a table
 
 
 def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Asked]:

@@ -20,48 +20,30 @@ Status = Literal["done", "broken", "failed"]
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of one scan.
-
-    Attributes:
-        input: the mesh file.
-        output: the file that was or should have been written.
-        status: see `Status`.
-        seconds: that it took, the wait for its turn not among them.
-        finished: when, in UTC.
-        host: on which machine.
-        digests: SHA-256 of ``"input"``, ``"recipe"`` and ``"output"``, of a scan that was written.
-        before: measures of the mesh as read, as `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name; None
-            where there are none.
-        after: of the mesh as written.
-        displacement: `pymeshfair.running.shape_change.Moved` by name; None where it is not known.
-        steps: the name and the seconds of each.
-        warnings: of the run.
-        breaches: the guards that were broken.
-        error: of a scan that failed: ``"kind"``, ``"message"``, ``"doing"`` (where in the run), ``"details"``.
-        peak_memory: bytes.
-        former: of a scan that failed, the file that lies at the place of its output; empty if there is none.
-        resumed: whether it was done before this batch began.
-        unit: of the lengths, if it is known.
-    """
+    """The outcome of one scan."""
 
     input: str
-    output: str
+    output: str  # the file that was or should have been written
     status: Status
-    seconds: float
-    finished: str = ""
-    host: str = ""
+    seconds: float  # that it took, the wait for its turn not among them
+    finished: str = ""  # when, in UTC
+    host: str = ""  # on which machine
+    #: SHA-256 of ``"input"``, ``"recipe"`` and ``"output"``, of a scan that was written
     digests: Mapping[str, str] = field(default_factory=dict)
+    #: measures of the mesh as read, as `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name; None where there
+    #: are none
     before: Mapping[str, Any] | None = None
-    after: Mapping[str, Any] | None = None
-    displacement: Mapping[str, Any] | None = None
-    steps: tuple[Mapping[str, Any], ...] = ()
-    warnings: tuple[str, ...] = ()
-    breaches: tuple[Mapping[str, Any], ...] = ()
+    after: Mapping[str, Any] | None = None  # of the mesh as written
+    displacement: Mapping[str, Any] | None = None  # `pymeshfair.running.shape_change.Moved` by name; None where it is not known
+    steps: tuple[Mapping[str, Any], ...] = ()  # the name and the seconds of each
+    warnings: tuple[str, ...] = ()  # of the run
+    breaches: tuple[Mapping[str, Any], ...] = ()  # the guards that were broken
+    #: of a scan that failed: ``"kind"``, ``"message"``, ``"doing"`` (where in the run), ``"details"``
     error: Mapping[str, Any] | None = None
-    peak_memory: int | None = None
-    former: str = ""
-    resumed: bool = False
-    unit: str | None = None
+    peak_memory: int | None = None  # bytes
+    former: str = ""  # of a scan that failed, the file that lies at the place of its output; empty if there is none
+    resumed: bool = False  # whether it was done before this batch began
+    unit: str | None = None  # of the lengths, if it is known
 
     @classmethod
     def of_result(cls, job: Job, result: RunResult, host: str) -> Outcome:

@@ -24,23 +24,14 @@ _NAMED = 10
 
 @dataclass(frozen=True)
 class Scan:
-    """One scan of a batch.
+    """One scan of a batch."""
 
-    Attributes:
-        number: from 1, in the order of the batch.
-        input: the mesh file.
-        output: the file to write.
-        overrides: changes of the recipe by its own row of a table.
-        recipe: with these changes.
-        label: a short name that no other scan of the batch has.
-    """
-
-    number: int
+    number: int  # from 1, in the order of the batch
     input: Path
-    output: Path
-    overrides: tuple[str, ...]
-    recipe: Recipe
-    label: str
+    output: Path  # the file to write
+    overrides: tuple[str, ...]  # changes of the recipe by its own row of a table
+    recipe: Recipe  # with these changes
+    label: str  # a short name that no other scan of the batch has
 
 
 def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Job:

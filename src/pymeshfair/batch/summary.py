@@ -25,27 +25,16 @@ TABLE, DOCUMENT = "batch.csv", "batch.json"
 
 @dataclass(frozen=True)
 class Summary:
-    """The results of a batch.
+    """The results of a batch."""
 
-    Attributes:
-        outcomes: of the scans that have one, in the order of the batch.
-        far: of each, in what it lies far from the others.
-        labels: of each a short name that no other has.
-        planned: how many scans the batch has.
-        template: of the runs of the batch.
-        started: when, in UTC.
-        finished: when, in UTC.
-        seconds: from start to end.
-    """
-
-    outcomes: Sequence[Outcome]
-    far: Sequence[tuple[str, ...]]
-    labels: Sequence[str]
-    planned: int
-    template: Job
-    started: str
-    finished: str
-    seconds: float
+    outcomes: Sequence[Outcome]  # of the scans that have one, in the order of the batch
+    far: Sequence[tuple[str, ...]]  # of each, in what it lies far from the others
+    labels: Sequence[str]  # of each a short name that no other has
+    planned: int  # how many scans the batch has
+    template: Job  # of the runs of the batch
+    started: str  # when, in UTC
+    finished: str  # when, in UTC
+    seconds: float  # from start to end
 
     @classmethod
     def of(

@@ -72,15 +72,10 @@ _READERS = 4
 
 @dataclass(frozen=True)
 class Done:
-    """A scan that is done.
+    """A scan that is done."""
 
-    Attributes:
-        outcome: as of this batch.
-        path: its output; another than that of the scan if its number in the names has changed.
-    """
-
-    outcome: Outcome
-    path: Path
+    outcome: Outcome  # as of this batch
+    path: Path  # its output; another than that of the scan if its number in the names has changed
 
 
 def done_before(

@@ -15,18 +15,12 @@ from .streams import printable
 
 @dataclass(frozen=True)
 class Failure:
-    """The error that ended a command.
+    """The error that ended a command."""
 
-    Attributes:
-        kind: the name of the exception, e.g. ``"ScriptError"``.
-        message: the mistake, its place, and advice.
-        exit_code: 1 the run failed, 2 wrong usage or an invalid recipe, 130 interrupted.
-        details: further attributes of the exception, such as the problems of a script or the step that failed.
-    """
-
-    kind: str
-    message: str
-    exit_code: int
+    kind: str  # the name of the exception, e.g. ``"ScriptError"``.
+    message: str  # the mistake, its place, and advice
+    exit_code: int  # 1 the run failed, 2 wrong usage or an invalid recipe, 130 interrupted
+    #: further attributes of the exception, such as the problems of a script or the step that failed
     details: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod

@@ -26,19 +26,12 @@ _ENOUGH_DISK = 1 << 30
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at.
+    """One thing that was looked at."""
 
-    Attributes:
-        name: the examined part.
-        ok: whether it is as it should be.
-        detail: the result.
-        advice: the remedy, when it is not.
-    """
-
-    name: str
-    ok: bool
-    detail: str
-    advice: str = ""
+    name: str  # the examined part
+    ok: bool  # whether it is as it should be
+    detail: str  # the result
+    advice: str = ""  # the remedy, when it is not
 
 
 def look_around() -> Iterator[Finding]:

@@ -14,13 +14,9 @@ import typer
 
 
 class LastingStream(io.TextIOWrapper):
-    """A text stream that goes on, to nowhere, once it cannot be written.
+    """A text stream that goes on, to nowhere, once it cannot be written."""
 
-    Attributes:
-        failure: the error that stopped writing, or None; a pipe whose reader is gone is no failure.
-    """
-
-    failure: OSError | None = None
+    failure: OSError | None = None  # the error that stopped writing, or None; a pipe whose reader is gone is no failure
 
     def write(self, text: str) -> int:
         """Write, or not."""

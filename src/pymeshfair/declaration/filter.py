@@ -103,17 +103,11 @@ def gathering(function: Callable[..., Edit]) -> Callable[..., Edit]:
 
 @dataclass(frozen=True)
 class Equivalent:
-    """A filter of MeshLab's, with the values by which it gives the same result, to rounding.
+    """A filter of MeshLab's, with the values by which it gives the same result, to rounding."""
 
-    Attributes:
-        filter: its Python name.
-        values: by Python parameter name.
-        closed_only: the results are the same on closed meshes without a selection alone.
-    """
-
-    filter: str
-    values: Mapping[str, Any]
-    closed_only: bool = False
+    filter: str  # its Python name
+    values: Mapping[str, Any]  # by Python parameter name
+    closed_only: bool = False  # the results are the same on closed meshes without a selection alone
 
 
 FindEquivalent: TypeAlias = Callable[[Mapping[str, Any]], Equivalent | None]

@@ -98,9 +98,6 @@ class Percentage(_Bounded):
     """A length: the declaration and the caller use `Length`, the filter's function receives mesh units.
 
     A default may be written as text (``"1%"``, ``"6edge"``). Zero is allowed and means what the help says, usually "not used".
-
-    Attributes:
-        of_edges: whether the mean edge is that of the layer's polylines even if it has faces.
     """
 
     kind = "a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)"
@@ -108,7 +105,7 @@ class Percentage(_Bounded):
     xml_type = "RichAbsPerc"
     python_type = float
     minimum: float | None = 0.0
-    of_edges: bool = False
+    of_edges: bool = False  # whether the mean edge is that of the layer's polylines even if it has faces
 
     def from_number(self, value: Any) -> Any:
         if isinstance(value, Length) and (value.unit == "absolute" or not value.amount):

@@ -66,15 +66,10 @@ _SUFFIX = re.compile(rf"(.*?)\s*(?<![a-z])({'|'.join(METRES)})", re.DOTALL)
 
 @dataclass(frozen=True)
 class PhysicalLength:
-    """A length in one of the units of `METRES`.
+    """A length in one of the units of `METRES`."""
 
-    Attributes:
-        amount: how many.
-        unit: of them.
-    """
-
-    amount: float
-    unit: str
+    amount: float  # how many
+    unit: str  # of them
 
     def in_mesh_units(self, unit: str | None) -> Length:
         """The length on a scan in that unit.

@@ -69,17 +69,11 @@ def e57_survey(path: Path) -> tuple[int, tuple[str, ...]]:
 
 @dataclass(frozen=True)
 class _Survey:
-    """The headers and fields of the scans that have points.
+    """The headers and fields of the scans that have points."""
 
-    Attributes:
-        file: the open file.
-        headers: of the scans.
-        kinds: for each scan, by field, whether its values are 32-bit integers.
-    """
-
-    file: Any
-    headers: list[Any]
-    kinds: list[dict[str, bool]]
+    file: Any  # the open file
+    headers: list[Any]  # of the scans
+    kinds: list[dict[str, bool]]  # for each scan, by field, whether its values are 32-bit integers
 
     @staticmethod
     def of(file: Any) -> _Survey:

@@ -33,17 +33,11 @@ MISSING_PYE57, MISSING_LASPY = missing_package("pye57", "e57"), missing_package(
 
 @dataclass(frozen=True)
 class Format:
-    """One kind of file that a run writes.
+    """One kind of file that a run writes."""
 
-    Attributes:
-        extension: without the dot, in lower case; the first of those that it has.
-        rounding: how far writing moves a coordinate at most, as a share of its amount, and in units besides.
-        holds: the `ATTRIBUTES` that it keeps; everything else that a mesh has is named in a warning.
-    """
-
-    extension: str
-    rounding: tuple[float, float]
-    holds: frozenset[str]
+    extension: str  # without the dot, in lower case; the first of those that it has
+    rounding: tuple[float, float]  # how far writing moves a coordinate at most, as a share of its amount, and in units besides
+    holds: frozenset[str]  # the `ATTRIBUTES` that it keeps; everything else that a mesh has is named in a warning
 
     def lost(self, present: set[str]) -> list[str]:
         """The `ATTRIBUTES` among `present` that such a file does not keep."""

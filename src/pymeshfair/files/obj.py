@@ -49,48 +49,29 @@ _LEVELS = "the colours of its vertices go up to 255: they are taken for levels o
 
 @dataclass(frozen=True, eq=False)
 class ObjDocument:
-    """An OBJ file as it was read, for the writer.
+    """An OBJ file as it was read, for the writer."""
 
-    Attributes:
-        data: its bytes.
-        tokens: its lines alone.
-        mesh: the mesh in it.
-        width: how many numbers stand on the line of a vertex.
-        normals: (k, 3) of the ``vn`` lines.
-        corner_normals: (m, 3) which of them the corners of the triangles name, -1 for none; None if they name none.
-        states: (m, 4) the last lines of `STATES` before each triangle, -1 for none.
-        materials: of its material files.
-        names: of the materials that its faces use.
-        material_of_face: (m,) which of them, -1 for none.
-        lost: contents that cannot be written anew, in words.
-    """
-
-    data: bytes
-    tokens: Tokens
-    mesh: MeshData
-    width: int
-    normals: NDArray[np.float64]
+    data: bytes  # its bytes
+    tokens: Tokens  # its lines alone
+    mesh: MeshData  # the mesh in it
+    width: int  # how many numbers stand on the line of a vertex
+    normals: NDArray[np.float64]  # (k, 3) of the ``vn`` lines
+    #: (m, 3) which of them the corners of the triangles name, -1 for none; None if they name none
     corner_normals: NDArray[np.int64] | None
-    states: NDArray[np.int64]
-    materials: Materials
-    names: tuple[str, ...]
-    material_of_face: NDArray[np.int64]
-    lost: tuple[str, ...]
+    states: NDArray[np.int64]  # (m, 4) the last lines of `STATES` before each triangle, -1 for none
+    materials: Materials  # of its material files
+    names: tuple[str, ...]  # of the materials that its faces use
+    material_of_face: NDArray[np.int64]  # (m,) which of them, -1 for none
+    lost: tuple[str, ...]  # contents that cannot be written anew, in words
 
 
 @dataclass(frozen=True, eq=False)
 class _Corners:
-    """The corners of faces or polylines.
+    """The corners of faces or polylines."""
 
-    Attributes:
-        lines: (p,) where they are.
-        lengths: (p,) how many corners each has.
-        indices: (c, 3) the indices of vertices, texture coordinates and normals, -1 for none.
-    """
-
-    lines: NDArray[np.int64]
-    lengths: NDArray[np.int64]
-    indices: NDArray[np.int64]
+    lines: NDArray[np.int64]  # (p,) where they are
+    lengths: NDArray[np.int64]  # (p,) how many corners each has
+    indices: NDArray[np.int64]  # (c, 3) the indices of vertices, texture coordinates and normals, -1 for none
 
 
 def read_obj(path: Path, references: References) -> Reading:

@@ -35,19 +35,13 @@ class Material:
 
 @dataclass
 class Materials:
-    """The contents of material files.
+    """The contents of material files."""
 
-    Attributes:
-        named: the materials by their names.
-        lines: those of the files.
-        images: for lines with the name of an image what stands before it, and the name.
-        others: keywords and options that say more than a colour and its texture.
-    """
-
-    named: dict[str, Material] = field(default_factory=dict)
-    lines: list[str] = field(default_factory=list)
+    named: dict[str, Material] = field(default_factory=dict)  # the materials by their names
+    lines: list[str] = field(default_factory=list)  # those of the files
+    #: for lines with the name of an image what stands before it, and the name
     images: dict[int, tuple[str, str]] = field(default_factory=dict)
-    others: dict[str, None] = field(default_factory=dict)
+    others: dict[str, None] = field(default_factory=dict)  # keywords and options that say more than a colour and its texture
 
     @property
     def textures(self) -> list[str]:

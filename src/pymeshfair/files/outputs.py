@@ -16,17 +16,11 @@ from .writing import OVERWRITE, check_kind, check_place
 
 @dataclass(frozen=True)
 class MadeFrom:
-    """The sources of an output. Runs with equal sources may replace the files of each other.
-
-    Attributes:
-        input: the mesh file.
-        recipe: the SHA-256 digest of the recipe.
-        others: the files of further layers.
-    """
+    """The sources of an output. Runs with equal sources may replace the files of each other."""
 
     input: Path
-    recipe: str
-    others: tuple[Path, ...] = ()
+    recipe: str  # the SHA-256 digest of the recipe
+    others: tuple[Path, ...] = ()  # the files of further layers
 
     def differs(self, record: Mapping[str, Any] | None) -> str | None:
         """The reason why a provenance record does not belong to a run with these sources; None if it does."""

@@ -33,25 +33,16 @@ _MEANT = {*PLACE, *NORMAL, *COLOR, ALPHA, SCALAR, RADIUS, *CORNERS, WEDGES, TEXT
 
 @dataclass(frozen=True, eq=False)
 class PlyDocument:
-    """A PLY file as it was read, for the writer.
+    """A PLY file as it was read, for the writer."""
 
-    Attributes:
-        header: of the file.
-        tables: the rows of its elements.
-        data: its bytes.
-        tokens: those of what stands behind the header, of a text.
-        row_of_face: (m,) the row of ``face`` that each triangle comes from; None if there is one row a triangle.
-        has_other_faces: whether triangles come from strips or a grid, and not from rows of ``face``.
-        wedges: (m, 3, 2) the texture coordinates at the corners of the triangles, or None.
-    """
-
-    header: PlyHeader
-    tables: Mapping[str, Table]
-    data: NDArray[np.uint8]
-    tokens: Tokens | None = None
+    header: PlyHeader  # of the file
+    tables: Mapping[str, Table]  # the rows of its elements
+    data: NDArray[np.uint8]  # its bytes
+    tokens: Tokens | None = None  # those of what stands behind the header, of a text
+    #: (m,) the row of ``face`` that each triangle comes from; None if there is one row a triangle
     row_of_face: NDArray[np.int32] | None = None
-    has_other_faces: bool = False
-    wedges: Array | None = None
+    has_other_faces: bool = False  # whether triangles come from strips or a grid, and not from rows of ``face``
+    wedges: Array | None = None  # (m, 3, 2) the texture coordinates at the corners of the triangles, or None
 
     @property
     def tail(self) -> bytes:

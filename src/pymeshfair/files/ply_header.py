@@ -63,21 +63,13 @@ class PlyElement:
 
 @dataclass(frozen=True)
 class PlyHeader:
-    """A PLY header.
+    """A PLY header."""
 
-    Attributes:
-        format: one of `FORMATS`.
-        elements: in the order of the file.
-        comments: the words after ``comment`` and ``obj_info``.
-        size: its length in bytes, including the end of its last line.
-        text: its bytes.
-    """
-
-    format: str
-    elements: tuple[PlyElement, ...]
-    comments: tuple[str, ...]
-    size: int
-    text: bytes
+    format: str  # one of `FORMATS`
+    elements: tuple[PlyElement, ...]  # in the order of the file
+    comments: tuple[str, ...]  # the words after ``comment`` and ``obj_info``
+    size: int  # its length in bytes, including the end of its last line
+    text: bytes  # its bytes
 
     @property
     def byte_order(self) -> str:

@@ -43,21 +43,13 @@ class Lists(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """The rows of one element.
+    """The rows of one element."""
 
-    Attributes:
-        element: its declaration in the header.
-        columns: by property, (n,) values, or lists.
-        rows: the rows as they are in a binary file where they are equally long; None elsewhere.
-        bytes: where they begin and end in the file.
-        lines: (n,) the lines of a text that they are, as `Tokens` counts them.
-    """
-
-    element: PlyElement
-    columns: Mapping[str, Array | Lists]
-    rows: Array | None = None
-    bytes: tuple[int, int] = (0, 0)
-    lines: NDArray[np.int64] | None = None
+    element: PlyElement  # its declaration in the header
+    columns: Mapping[str, Array | Lists]  # by property, (n,) values, or lists
+    rows: Array | None = None  # the rows as they are in a binary file where they are equally long; None elsewhere
+    bytes: tuple[int, int] = (0, 0)  # where they begin and end in the file
+    lines: NDArray[np.int64] | None = None  # (n,) the lines of a text that they are, as `Tokens` counts them
 
     def numbers(self, name: str) -> Array | None:
         """(n,) the values of a property; None if it has no such property, or one of lists."""

@@ -45,19 +45,12 @@ _ROUNDING = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """The rows of an element as they are to be written.
+    """The rows of an element as they are to be written."""
 
-    Attributes:
-        element: for the header.
-        columns: by property.
-        source: the table that they come from, if only the `changed` properties differ from it.
-        changed: the properties that differ.
-    """
-
-    element: PlyElement
-    columns: Mapping[str, Array | Lists]
-    source: Table | None = None
-    changed: frozenset[str] = frozenset()
+    element: PlyElement  # for the header
+    columns: Mapping[str, Array | Lists]  # by property
+    source: Table | None = None  # the table that they come from, if only the `changed` properties differ from it
+    changed: frozenset[str] = frozenset()  # the properties that differ
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:

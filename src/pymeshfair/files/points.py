@@ -29,21 +29,13 @@ _TITLES = {"r": "red", "g": "green", "b": "blue", "i": "intensity"} | {f"normal{
 
 @dataclass(frozen=True, eq=False)
 class PointsDocument:
-    """A text of points, for the writer.
+    """A text of points, for the writer."""
 
-    Attributes:
-        columns: the attribute of each.
-        titles: the line of titles, if there is one.
-        separator: the characters between numbers.
-        counted: whether the number of points stands before them.
-        top: the highest value of a colour, 0 if colours are none.
-    """
-
-    columns: tuple[str, ...]
-    titles: bytes = b""
-    separator: str = " "
-    counted: bool = False
-    top: float = 255.0
+    columns: tuple[str, ...]  # the attribute of each
+    titles: bytes = b""  # the line of titles, if there is one
+    separator: str = " "  # the characters between numbers
+    counted: bool = False  # whether the number of points stands before them
+    top: float = 255.0  # the highest value of a colour, 0 if colours are none
 
 
 def read_points(path: Path, references: References) -> Reading:

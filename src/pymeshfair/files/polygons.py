@@ -32,17 +32,12 @@ def triangulated(
 
 
 class Outlines(NamedTuple):
-    """Polygons made of triangles again.
+    """Polygons made of triangles again."""
 
-    Attributes:
-        places: (c,) which of the 3 m corners of the triangles each corner is, those of one polygon after those of another.
-        lengths: (p,) how many corners each has.
-        broken: how many polygons are left in triangles, as some of theirs are gone, or they have an edge twice.
-    """
-
+    #: (c,) which of the 3 m corners of the triangles each corner is, those of one polygon after those of another
     places: NDArray[np.int64]
-    lengths: NDArray[np.int64]
-    broken: int = 0
+    lengths: NDArray[np.int64]  # (p,) how many corners each has
+    broken: int = 0  # how many polygons are left in triangles, as some of theirs are gone, or they have an edge twice
 
     @property
     def triangles(self) -> NDArray[np.int64]:

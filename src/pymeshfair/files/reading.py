@@ -19,17 +19,11 @@ NO_END = "its last line has no end: if the file was cut short, so was perhaps it
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A mesh file that was read.
+    """A mesh file that was read."""
 
-    Attributes:
-        mesh: the mesh in it.
-        doubts: sentences that the user should read about it.
-        side_files: the files that belong to it.
-    """
-
-    mesh: MeshData
-    doubts: tuple[str, ...] = ()
-    side_files: tuple[Path, ...] = ()
+    mesh: MeshData  # the mesh in it
+    doubts: tuple[str, ...] = ()  # sentences that the user should read about it
+    side_files: tuple[Path, ...] = ()  # the files that belong to it
 
 
 def unended(text: bytes) -> tuple[str, ...]:

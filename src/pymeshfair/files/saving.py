@@ -27,19 +27,12 @@ from .writing import StagedFile, to_disk
 
 @dataclass(frozen=True)
 class TexturePlan:
-    """The textures to write with a mesh.
+    """The textures to write with a mesh."""
 
-    Attributes:
-        files: those to put in place with the output.
-        reused: those that are already in place.
-        names: by the names of the textures what they are called beside the output.
-        missing: the names of the textures that do not exist.
-    """
-
-    files: tuple[StagedFile, ...]
-    reused: tuple[Path, ...]
-    names: Mapping[str, str]
-    missing: tuple[str, ...]
+    files: tuple[StagedFile, ...]  # those to put in place with the output
+    reused: tuple[Path, ...]  # those that are already in place
+    names: Mapping[str, str]  # by the names of the textures what they are called beside the output
+    missing: tuple[str, ...]  # the names of the textures that do not exist
 
 
 def stage_textures(
@@ -110,36 +103,22 @@ WORTH_A_WARNING, DESTROYED = 1e-3, 0.5
 
 @dataclass(frozen=True)
 class Saved:
-    """The files written to the staging folder.
-
-    Attributes:
-        output: the mesh file.
-        side_files: its textures and material file.
-        reused: textures of the output that were in place already.
-        warnings: contents of the mesh that the file does not hold.
-    """
+    """The files written to the staging folder."""
 
     output: StagedFile
-    side_files: tuple[StagedFile, ...]
-    reused: tuple[Path, ...]
-    warnings: tuple[str, ...]
+    side_files: tuple[StagedFile, ...]  # its textures and material file
+    reused: tuple[Path, ...]  # textures of the output that were in place already
+    warnings: tuple[str, ...]  # contents of the mesh that the file does not hold
 
 
 @dataclass(frozen=True)
 class Writing:
-    """Input of a writer besides the mesh.
+    """Input of a writer besides the mesh."""
 
-    Attributes:
-        resolution: gives the length that coordinates must be able to tell apart.
-        textures: by the names of the textures their names beside the output.
-        material_file: the name of the material file beside the output.
-        materials: takes the bytes of the material file, if there is one.
-    """
-
-    resolution: Callable[[], float]
-    textures: Mapping[str, str]
-    material_file: str
-    materials: list[bytes]
+    resolution: Callable[[], float]  # gives the length that coordinates must be able to tell apart
+    textures: Mapping[str, str]  # by the names of the textures their names beside the output
+    material_file: str  # the name of the material file beside the output
+    materials: list[bytes]  # takes the bytes of the material file, if there is one
 
 
 #: Writes a mesh without a matrix to an open file. Returns, in words, what is left out or otherwise than in the file that the mesh

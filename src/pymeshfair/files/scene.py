@@ -40,17 +40,11 @@ _TEXTS = re.compile(r'"((?:[^"\\]|\\.)*)"|\'([^\']*)\'|(\S+)')
 
 @dataclass(eq=False)
 class Node:
-    """A node: its type, the texts of its fields, and the nodes in them.
-
-    Attributes:
-        type: its type.
-        fields: the numbers, truths or texts of each field.
-        parts: the nodes in fields, each with the name of the field.
-    """
+    """A node: its type, the texts of its fields, and the nodes in them."""
 
     type: str
-    fields: dict[str, str] = field(default_factory=dict)
-    parts: list[tuple[str, Node]] = field(default_factory=list)
+    fields: dict[str, str] = field(default_factory=dict)  # the numbers, truths or texts of each field
+    parts: list[tuple[str, Node]] = field(default_factory=list)  # the nodes in fields, each with the name of the field
 
     def part(self, *types: str) -> Node | None:
         """The first part of one of these types."""

@@ -263,25 +263,16 @@ _TOKEN_END = re.compile(rb"[ \t\r\n/]")
 
 @dataclass(frozen=True)
 class Tokens:
-    """The lines of a text, without empty ones and comments.
-
-    Attributes:
-        text: the bytes.
-        kinds: (t,) what each token is.
-        values: (t,) the numbers, to the nearest double, 0 for words.
-        first: (l + 1,) the first token of each line, and t.
-        keywords: (l,) the first word of each line, see `word`; 0 if the line begins with a number or a longer word.
-        starts: (l,) where each line begins in the text.
-        numbers: (l,) the number of each line in the file, from 1.
-    """
+    """The lines of a text, without empty ones and comments."""
 
     text: Bytes
-    kinds: NDArray[np.uint8]
-    values: NDArray[np.float64]
-    first: NDArray[np.int64]
+    kinds: NDArray[np.uint8]  # (t,) what each token is
+    values: NDArray[np.float64]  # (t,) the numbers, to the nearest double, 0 for words
+    first: NDArray[np.int64]  # (l + 1,) the first token of each line, and t
+    #: (l,) the first word of each line, see `word`; 0 if the line begins with a number or a longer word
     keywords: NDArray[np.uint64]
-    starts: NDArray[np.int64]
-    numbers: NDArray[np.int64]
+    starts: NDArray[np.int64]  # (l,) where each line begins in the text
+    numbers: NDArray[np.int64]  # (l,) the number of each line in the file, from 1
 
     @property
     def lengths(self) -> NDArray[np.int64]:

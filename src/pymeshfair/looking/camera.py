@@ -28,19 +28,12 @@ _MARGIN = 0.03
 
 @dataclass(frozen=True)
 class Camera:
-    """A parallel projection.
+    """A parallel projection."""
 
-    Attributes:
-        rows: (3, 3) the directions to the right, upwards and to the eye.
-        centre: (3,) the point of space that is in the middle of the picture.
-        width: of the window, in mesh units.
-        height: of the window, in mesh units.
-    """
-
-    rows: Floats
-    centre: Floats
-    width: float
-    height: float
+    rows: Floats  # (3, 3) the directions to the right, upwards and to the eye
+    centre: Floats  # (3,) the point of space that is in the middle of the picture
+    width: float  # of the window, in mesh units
+    height: float  # of the window, in mesh units
 
     def screen(self, vertices: Floats, columns: int, rows: int) -> Floats:
         """(n, 3) pixels from the left, pixels from the top, and nearness in mesh units, in a picture of columns x rows pixels."""

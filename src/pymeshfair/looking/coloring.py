@@ -30,34 +30,22 @@ _WITHIN, _BAND = (0.86, 0.90, 0.84), 0.3
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """Numbers on the vertices or faces of one mesh.
+    """Numbers on the vertices or faces of one mesh."""
 
-    Attributes:
-        values: (n,) or (m,).
-        by_face: whether they belong to faces.
-    """
-
-    values: Floats
-    by_face: bool = False
+    values: Floats  # (n,) or (m,)
+    by_face: bool = False  # whether they belong to faces
 
 
 @dataclass(frozen=True)
 class Coloring:
-    """A measure that becomes a colour.
+    """A measure that becomes a colour."""
 
-    Attributes:
-        label: the text at the colour bar.
-        of: the numbers of a mesh, given a reference as well; None where the mesh has none.
-        diverging: whether 0 is the middle, and has the middle colour.
-        limits: the ends of the colour bar, where they do not follow from the numbers.
-        alone: why a mesh has no such numbers, in words.
-    """
-
-    label: str
+    label: str  # the text at the colour bar
+    #: the numbers of a mesh, given a reference as well; None where the mesh has none
     of: Callable[[MeshData, MeshData], Numbers | None]
-    diverging: bool
-    limits: Limits | None = None
-    alone: str = "the meshes have none"
+    diverging: bool  # whether 0 is the middle, and has the middle colour
+    limits: Limits | None = None  # the ends of the colour bar, where they do not follow from the numbers
+    alone: str = "the meshes have none"  # why a mesh has no such numbers, in words
 
     def limits_for(self, numbers: Sequence[Numbers]) -> Limits:
         """The ends of one colour bar for several meshes."""

@@ -32,21 +32,13 @@ _BLOCK = 1 << 16
 
 @dataclass(frozen=True)
 class Area:
-    """A part of a surface that lies out of the tolerance; its faces share vertices.
+    """A part of a surface that lies out of the tolerance; its faces share vertices."""
 
-    Attributes:
-        mesh: "after", or "before" of what the second mesh does not have.
-        place: (x, y, z) where it lies furthest from the other surface.
-        amount: how far that is, above 0 on the outer side of the other surface; in mesh units, as the next one.
-        size: the diagonal of its box.
-        area: of it, in square mesh units.
-    """
-
-    mesh: str
-    place: tuple[float, float, float]
-    amount: float
-    size: float
-    area: float
+    mesh: str  # "after", or "before" of what the second mesh does not have
+    place: tuple[float, float, float]  # (x, y, z) where it lies furthest from the other surface
+    amount: float  # how far that is, above 0 on the outer side of the other surface; in mesh units, as the next one
+    size: float  # the diagonal of its box
+    area: float  # of it, in square mesh units
 
 
 def areas_out_of_tolerance(name: str, mesh: MeshData, distance: SurfaceDistance, tolerance: float, area: float) -> list[Area]:
@@ -82,38 +74,23 @@ def areas_out_of_tolerance(name: str, mesh: MeshData, distance: SurfaceDistance,
 
 @dataclass(frozen=True)
 class LengthIn:
-    """A length in three units.
+    """A length in three units."""
 
-    Attributes:
-        mesh_units: as the coordinates have it.
-        mean_edges: over the mean edge of the first mesh; None if it has none.
-        percent_of_diagonal: over the diagonal of its bounding box; None if that is 0.
-    """
-
-    mesh_units: float
-    mean_edges: float | None
-    percent_of_diagonal: float | None
+    mesh_units: float  # as the coordinates have it
+    mean_edges: float | None  # over the mean edge of the first mesh; None if it has none
+    percent_of_diagonal: float | None  # over the diagonal of its bounding box; None if that is 0
 
 
 @dataclass(frozen=True)
 class Moved:
-    """Displacement of the vertices that are the same in both meshes.
+    """Displacement of the vertices that are the same in both meshes."""
 
-    Attributes:
-        mean: of the distances.
-        rms: the root of the mean of their squares.
-        most: the distance that 99 % of them keep below.
-        largest: of the distances.
-        vertex: the vertex of the second mesh that has it.
-        place: (x, y, z) of that vertex.
-    """
-
-    mean: LengthIn
-    rms: LengthIn
-    most: LengthIn
-    largest: LengthIn
-    vertex: int
-    place: tuple[float, float, float]
+    mean: LengthIn  # of the distances
+    rms: LengthIn  # the root of the mean of their squares
+    most: LengthIn  # the distance that 99 % of them keep below
+    largest: LengthIn  # of the distances
+    vertex: int  # the vertex of the second mesh that has it
+    place: tuple[float, float, float]  # (x, y, z) of that vertex
 
 
 @dataclass(frozen=True)
@@ -121,35 +98,19 @@ class Deviation:
     """Distances of one surface from the other, in samples on its faces by area; in a cloud in its points.
 
     The sign is that of the outer side of the other surface. Errors are twice the standard error of as many random samples.
-
-    Attributes:
-        samples: how many.
-        mean: of the signed distances.
-        mean_size: of the distances without sign.
-        rms: the root of the mean of their squares.
-        standard_deviation: of the signed distances about their mean.
-        percentiles: what 50, 90, 95 and 99 % of the area keep below without sign, by "50" ...
-        largest: the largest distance without sign, which faces were searched for.
-        place: (x, y, z) where that is.
-        at_most: no place of the surface lies further.
-        within: the share of the area within the tolerance; None if none was given.
-        mean_error: of `mean`; of the next ones so.
-        mean_size_error: see above.
-        rms_error: see above.
-        within_error: see above.
     """
 
-    samples: int
-    mean: LengthIn
-    mean_size: LengthIn
-    rms: LengthIn
-    standard_deviation: LengthIn
-    percentiles: Mapping[str, LengthIn]
-    largest: LengthIn
-    place: tuple[float, float, float]
-    at_most: LengthIn
-    within: float | None
-    mean_error: LengthIn
+    samples: int  # how many
+    mean: LengthIn  # of the signed distances
+    mean_size: LengthIn  # of the distances without sign
+    rms: LengthIn  # the root of the mean of their squares
+    standard_deviation: LengthIn  # of the signed distances about their mean
+    percentiles: Mapping[str, LengthIn]  # what 50, 90, 95 and 99 % of the area keep below without sign, by "50" ..
+    largest: LengthIn  # the largest distance without sign, which faces were searched for
+    place: tuple[float, float, float]  # (x, y, z) where that is
+    at_most: LengthIn  # no place of the surface lies further
+    within: float | None  # the share of the area within the tolerance; None if none was given
+    mean_error: LengthIn  # of `mean`; of the next ones so
     mean_size_error: LengthIn
     rms_error: LengthIn
     within_error: float | None
@@ -214,15 +175,10 @@ class Comparison:
 
 
 class Distances(NamedTuple):
-    """The distances between two surfaces, place by place.
+    """The distances between two surfaces, place by place."""
 
-    Attributes:
-        after: of the second from the first.
-        before: of the first from the second.
-    """
-
-    after: SurfaceDistance
-    before: SurfaceDistance
+    after: SurfaceDistance  # of the second from the first
+    before: SurfaceDistance  # of the first from the second
 
 
 def compare(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> tuple[Comparison, Distances]:

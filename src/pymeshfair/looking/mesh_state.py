@@ -27,24 +27,17 @@ _CELLS = 8
 
 @dataclass(frozen=True, eq=False)
 class MeshState:
-    """One mesh and what it is like.
+    """One mesh and what it is like."""
 
-    Attributes:
-        path: its file.
-        mesh: the mesh.
-        self_intersecting: (m,) which of its faces cut others, if that is known.
-        measures: `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name, and ``border_loops``; ``holes``, the
-            border loops that do not go round the outside of a sheet; ``self_intersecting_faces``, None if not looked for;
-            ``noise``, the standard deviation along the normals in mesh units, None of a cloud, above `MOST_OF_NOISE` vertices
-            that of about a quarter of them; ``sharp_edge_length``.
-        sharp: the sharp edges.
-    """
-
-    path: Path
+    path: Path  # its file
     mesh: MeshData
-    self_intersecting: Bools | None
+    self_intersecting: Bools | None  # (m,) which of its faces cut others, if that is known
+    #: `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name, and ``border_loops``; ``holes``, the border loops
+    #: that do not go round the outside of a sheet; ``self_intersecting_faces``, None if not looked for; ``noise``, the standard
+    #: deviation along the normals in mesh units, None of a cloud, above `MOST_OF_NOISE` vertices that of about a quarter of them;
+    #: ``sharp_edge_length``
     measures: dict[str, Any]
-    sharp: SharpEdges
+    sharp: SharpEdges  # the sharp edges
 
     @property
     def attributes(self) -> tuple[str, ...]:

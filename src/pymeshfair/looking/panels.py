@@ -22,25 +22,15 @@ _NO_FACES, _NO_EDGES = np.empty((0, 3), dtype=np.int32), np.empty((0, 2), dtype=
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """One mesh of a picture.
+    """One mesh of a picture."""
 
-    Attributes:
-        title: the text above.
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles; none for a cloud or polylines.
-        edges: (e, 2) edges of polylines.
-        scalars: (n,) numbers that become colours with ``Appearance("scalar")``.
-        colors: (n, 3) from 0 to 1, shown with ``Appearance("own")``.
-        marked: (m,) bool, faces that are tinted; then the picture is coloured by ``"own"``.
-    """
-
-    title: str
-    vertices: ArrayLike
-    faces: ArrayLike = field(default_factory=lambda: _NO_FACES)
-    edges: ArrayLike = field(default_factory=lambda: _NO_EDGES)
-    scalars: ArrayLike | None = None
-    colors: ArrayLike | None = None
-    marked: ArrayLike | None = None
+    title: str  # the text above
+    vertices: ArrayLike  # (n, 3) coordinates
+    faces: ArrayLike = field(default_factory=lambda: _NO_FACES)  # (m, 3) triangles; none for a cloud or polylines
+    edges: ArrayLike = field(default_factory=lambda: _NO_EDGES)  # (e, 2) edges of polylines
+    scalars: ArrayLike | None = None  # (n,) numbers that become colours with ``Appearance("scalar")``
+    colors: ArrayLike | None = None  # (n, 3) from 0 to 1, shown with ``Appearance("own")``
+    marked: ArrayLike | None = None  # (m,) bool, faces that are tinted; then the picture is coloured by ``"own"``
 
 
 def draw_panels(panels: Sequence[Panel], appearance: Appearance | None = None) -> Image.Image:

@@ -26,41 +26,23 @@ _SCALE_BAR = 0.25
 
 @dataclass(frozen=True)
 class Appearance:
-    """The settings of a picture.
+    """The settings of a picture."""
 
-    Attributes:
-        color: one of `pymeshfair.looking.coloring.COLORINGS` or `OTHERS`.
-        azimuth: see `view_rows`.
-        elevation: see `view_rows`.
-        up: the upright axis, "y" or "z".
-        centre: (x, y, z) of a close-up; None for the whole.
-        extent: the shorter side of a close-up, in mesh units.
-        width: of a panel, in pixels.
-        height: of a panel, in pixels.
-        stripes: of reflection lines, all round.
-        titles: whether every panel has a title.
-        label: the text at the colour bar; the words of the coloring if it is empty.
-        columns: panels beside each other; more go below.
-        limits: the ends of the colour bar; found from the numbers if it is None.
-        tolerance: distances up to it have one colour; 0 for none.
-        unit: of the scan; empty if it is not known.
-    """
-
-    color: str = "plain"
-    azimuth: float = 0.0
-    elevation: float = 0.0
-    up: str = "y"
-    centre: tuple[float, float, float] | None = None
-    extent: float = 0.0
-    width: int = 640
-    height: int = 640
-    stripes: float = 8.0
-    titles: bool = True
-    label: str = ""
-    columns: int = 4
-    limits: Limits | None = None
-    tolerance: float = 0.0
-    unit: str = ""
+    color: str = "plain"  # one of `pymeshfair.looking.coloring.COLORINGS` or `OTHERS`
+    azimuth: float = 0.0  # see `view_rows`
+    elevation: float = 0.0  # see `view_rows`
+    up: str = "y"  # the upright axis, "y" or "z"
+    centre: tuple[float, float, float] | None = None  # (x, y, z) of a close-up; None for the whole
+    extent: float = 0.0  # the shorter side of a close-up, in mesh units
+    width: int = 640  # of a panel, in pixels
+    height: int = 640  # of a panel, in pixels
+    stripes: float = 8.0  # of reflection lines, all round
+    titles: bool = True  # whether every panel has a title
+    label: str = ""  # the text at the colour bar; the words of the coloring if it is empty
+    columns: int = 4  # panels beside each other; more go below
+    limits: Limits | None = None  # the ends of the colour bar; found from the numbers if it is None
+    tolerance: float = 0.0  # distances up to it have one colour; 0 for none
+    unit: str = ""  # of the scan; empty if it is not known
 
     def camera(self, clouds: Sequence[Floats]) -> Camera:
         """The one camera for all meshes."""

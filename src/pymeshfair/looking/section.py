@@ -15,15 +15,10 @@ _AXES = "xyz"
 
 @dataclass(frozen=True)
 class Plane:
-    """All places whose coordinate along an axis has one value.
+    """All places whose coordinate along an axis has one value."""
 
-    Attributes:
-        axis: 0, 1 or 2 for x, y or z.
-        value: of the coordinate, in mesh units.
-    """
-
-    axis: int
-    value: float
+    axis: int  # 0, 1 or 2 for x, y or z
+    value: float  # of the coordinate, in mesh units
 
     @classmethod
     def parse(cls, text: str) -> Plane:

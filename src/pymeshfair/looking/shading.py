@@ -52,26 +52,17 @@ _NUMBERS_LIGHT = Light(0.45, 0.58, 0.06)
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """The contents of one panel: a mesh, a cloud, or polylines.
+    """The contents of one panel: a mesh, a cloud, or polylines."""
 
-    Attributes:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        edges: (e, 2) edges of polylines, drawn where there are no faces.
-        colors: (n, 3) or (m, 3) from 0 to 1, by vertices or faces as `by_face` says; None for the colour of clay.
-        by_face: whether colours belong to faces.
-        normals: (n, 3) of a cloud, for its light; or None.
-        texture: the colours of the surface, in place of `colors`.
-        paint: instead of light and colours, the (k, 3) colours of (k, 3) unit normals, in the directions of the mesh.
-    """
-
-    vertices: Floats
-    faces: Ints
-    edges: Ints
+    vertices: Floats  # (n, 3) coordinates
+    faces: Ints  # (m, 3) triangles
+    edges: Ints  # (e, 2) edges of polylines, drawn where there are no faces
+    #: (n, 3) or (m, 3) from 0 to 1, by vertices or faces as `by_face` says; None for the colour of clay
     colors: Floats | None = None
-    by_face: bool = False
-    normals: Floats | None = None
-    texture: Sampler | None = None
+    by_face: bool = False  # whether colours belong to faces
+    normals: Floats | None = None  # (n, 3) of a cloud, for its light; or None
+    texture: Sampler | None = None  # the colours of the surface, in place of `colors`
+    #: instead of light and colours, the (k, 3) colours of (k, 3) unit normals, in the directions of the mesh
     paint: Callable[[Floats], Floats] | None = None
 
 
@@ -187,15 +178,10 @@ def _dots(scene: Scene, screen: Floats) -> tuple[Floats, Ints]:
 
 
 class DepthBuffer(NamedTuple):
-    """The front element at each of h x w pixels, row 0 on top.
+    """The front element at each of h x w pixels, row 0 on top."""
 
-    Attributes:
-        elements: (h, w) the number of the face or dot; -1 where nothing is.
-        depths: (h, w) how near it is; -inf where nothing is.
-    """
-
-    elements: Ints
-    depths: NDArray[np.float64]
+    elements: Ints  # (h, w) the number of the face or dot; -1 where nothing is
+    depths: NDArray[np.float64]  # (h, w) how near it is; -inf where nothing is
 
     @classmethod
     def empty(cls, height: int, width: int) -> DepthBuffer:

@@ -19,15 +19,10 @@ _WITHIN = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0
 
 
 class Donors(NamedTuple):
-    """The old elements from which added ones take what an edit does not say.
+    """The old elements from which added ones take what an edit does not say."""
 
-    Attributes:
-        vertices: (a,) for each added vertex the old one.
-        faces: (b,) for each added face the old one.
-    """
-
-    vertices: NDArray[np.intp]
-    faces: NDArray[np.intp]
+    vertices: NDArray[np.intp]  # (a,) for each added vertex the old one
+    faces: NDArray[np.intp]  # (b,) for each added face the old one
 
 
 def find_donors(points: Floats, faces: Ints, added_faces: Ints, old: int, may_give: Bools) -> Donors:

@@ -23,44 +23,28 @@ Array: TypeAlias = NDArray[Any]
 
 @dataclass(frozen=True)
 class Texture:
-    """An image on the surface.
+    """An image on the surface."""
 
-    Attributes:
-        name: as the mesh file writes it.
-        image: the image file, or its bytes where it lies within the mesh file; None if it does not exist.
-        painted: whether a step may have changed it since it was read.
-    """
-
-    name: str
-    image: Path | bytes | None
-    painted: bool = False
+    name: str  # as the mesh file writes it
+    image: Path | bytes | None  # the image file, or its bytes where it lies within the mesh file; None if it does not exist
+    painted: bool = False  # whether a step may have changed it since it was read
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """The file that a mesh was read from.
-
-    Attributes:
-        path: the file.
-        format: its format, an extension in lower case.
-        document: kept by the reader of that format for its writer, so that unchanged parts are written as they were.
-        extras: contents of the file that `MeshData` cannot have, in words; only a file of the same format can keep it.
-        side_files: the files that belong to it: materials, textures, buffers.
-        images: those that its materials name besides textures; only a file of the same format can keep them.
-        vertices: how many vertices it has.
-        faces: how many triangles its faces make.
-        edges: how many edges its polylines have.
-    """
+    """The file that a mesh was read from."""
 
     path: Path
-    format: str
-    document: Any = None
+    format: str  # its format, an extension in lower case
+    document: Any = None  # kept by the reader of that format for its writer, so that unchanged parts are written as they were
+    #: contents of the file that `MeshData` cannot have, in words; only a file of the same format can keep it
     extras: tuple[str, ...] = ()
-    side_files: tuple[Path, ...] = ()
+    side_files: tuple[Path, ...] = ()  # the files that belong to it: materials, textures, buffers
+    #: those that its materials name besides textures; only a file of the same format can keep them
     images: tuple[Texture, ...] = ()
-    vertices: int = 0
-    faces: int = 0
-    edges: int = 0
+    vertices: int = 0  # how many vertices it has
+    faces: int = 0  # how many triangles its faces make
+    edges: int = 0  # how many edges its polylines have
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -12,37 +12,27 @@ from typing import Any, Literal
 
 @dataclass(frozen=True)
 class Former:
-    """Today's form of an old filter, or of the parameters of one that kept its name. Values are texts as scripts have them.
+    """Today's form of an old filter, or of the parameters of one that kept its name. Values are texts as scripts have them."""
 
-    Attributes:
-        now: MeshLab's name of the filter today; None if it is gone, or became several.
-        splits: by one of its parameters and its value, the names of the filters that it became; the value 0 is the default.
-        idle: it never changed a mesh, so that a step can be left out.
-        invented: the name was never MeshLab's; `now` is what such scripts mean.
-        sets: values to give, by parameter, unless the script gives one.
-        renames: new names of parameters, by the old.
-        turns: by old parameter and value (``*`` for any), the values that say the same today; ``*`` stands for the old value and
-            ``-*`` for minus the old value.
-        drops: parameters that are gone, with the value that does what MeshLab does today; None if no value matters.
-        loses: parameters that are gone and whose work no value does today, with what changes.
-        relabelled: parameters whose choices have other words today, while their numbers do what they did.
-        layers: ``"left"`` if the filter once left the current layer alone and its result is current today; ``"current"`` if
-            its result was current in every version.
-        note: the change of the result, or advice when the filter is gone; empty if the meaning is the same.
-    """
-
-    now: str | None
+    now: str | None  # MeshLab's name of the filter today; None if it is gone, or became several
+    #: by one of its parameters and its value, the names of the filters that it became; the value 0 is the default
     splits: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    idle: bool = False
-    invented: bool = False
-    sets: Mapping[str, str] = field(default_factory=dict)
-    renames: Mapping[str, str] = field(default_factory=dict)
+    idle: bool = False  # it never changed a mesh, so that a step can be left out
+    invented: bool = False  # the name was never MeshLab's; `now` is what such scripts mean
+    sets: Mapping[str, str] = field(default_factory=dict)  # values to give, by parameter, unless the script gives one
+    renames: Mapping[str, str] = field(default_factory=dict)  # new names of parameters, by the old
+    #: by old parameter and value (``*`` for any), the values that say the same today; ``*`` stands for the old value and ``-*``
+    #: for minus the old value
     turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
+    #: parameters that are gone, with the value that does what MeshLab does today; None if no value matters
     drops: Mapping[str, str | None] = field(default_factory=dict)
+    #: parameters that are gone and whose work no value does today, with what changes
     loses: Mapping[str, str] = field(default_factory=dict)
-    relabelled: Sequence[str] = ()
+    relabelled: Sequence[str] = ()  # parameters whose choices have other words today, while their numbers do what they did
+    #: ``"left"`` if the filter once left the current layer alone and its result is current today; ``"current"`` if its result was
+    #: current in every version
     layers: Literal["left", "current", ""] = ""
-    note: str = ""
+    note: str = ""  # the change of the result, or advice when the filter is gone; empty if the meaning is the same
 
     def today(self, values: Mapping[str, str]) -> str | None:
         """MeshLab's name today of a filter with these values, by old parameter; None if it is gone."""

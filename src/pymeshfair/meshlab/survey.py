@@ -39,21 +39,13 @@ class SurveyError(PymeshfairError):
 
 @dataclass(frozen=True)
 class InstalledParameter:
-    """One parameter of the installed pymeshlab.
+    """One parameter of the installed pymeshlab."""
 
-    Attributes:
-        name: the Python name.
-        kind: as pymeshlab lists it, e.g. ``float (bounded)``.
-        default: on the unit cube; a length in mesh units, a choice as its index.
-        bounds: on the unit cube, both ends, where it lists some.
-        choices: the words of an enumeration.
-    """
-
-    name: str
-    kind: str
-    default: Any
-    bounds: tuple[float, float] | None = None
-    choices: tuple[str, ...] = ()
+    name: str  # the Python name
+    kind: str  # as pymeshlab lists it, e.g. ``float (bounded)``.
+    default: Any  # on the unit cube; a length in mesh units, a choice as its index
+    bounds: tuple[float, float] | None = None  # on the unit cube, both ends, where it lists some
+    choices: tuple[str, ...] = ()  # the words of an enumeration
 
 
 @dataclass(frozen=True)

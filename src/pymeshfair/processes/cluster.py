@@ -60,21 +60,13 @@ class LostSchedulerError(ClusterError):
 
 @dataclass(frozen=True)
 class Scheduler:
-    """The address and the certificates of a dask scheduler, as in dask's own commands.
+    """The address and the certificates of a dask scheduler, as in dask's own commands."""
 
-    Attributes:
-        address: such as ``tcp://host:8786``; empty if it is in `file`.
-        file: the file in which ``dask scheduler --scheduler-file`` writes its address.
-        ca_file: certificates of the authorities that may have signed the scheduler's.
-        certificate: the certificate of this client.
-        key: its private key.
-    """
-
-    address: str = ""
-    file: Path | None = None
-    ca_file: Path | None = None
-    certificate: Path | None = None
-    key: Path | None = None
+    address: str = ""  # such as ``tcp://host:8786``; empty if it is in `file`
+    file: Path | None = None  # the file in which ``dask scheduler --scheduler-file`` writes its address
+    ca_file: Path | None = None  # certificates of the authorities that may have signed the scheduler's
+    certificate: Path | None = None  # the certificate of this client
+    key: Path | None = None  # its private key
 
     def place(self) -> str:
         """The address.
@@ -135,21 +127,13 @@ def open_client(scheduler: Scheduler) -> Iterator[Client]:
 
 @dataclass(frozen=True)
 class Conditions:
-    """Requirements on a worker.
+    """Requirements on a worker."""
 
-    Attributes:
-        packages: the version of each package.
-        probe: a file in the folder of outputs.
-        token: the content of that file.
-        inputs: the sizes of some inputs in bytes.
-        more: returns further reasons against a worker; it can be pickled.
-    """
-
-    packages: Mapping[str, str | None]
-    probe: Path
-    token: str
-    inputs: Mapping[Path, int | None]
-    more: Callable[[], list[str]] = list
+    packages: Mapping[str, str | None]  # the version of each package
+    probe: Path  # a file in the folder of outputs
+    token: str  # the content of that file
+    inputs: Mapping[Path, int | None]  # the sizes of some inputs in bytes
+    more: Callable[[], list[str]] = list  # returns further reasons against a worker; it can be pickled
 
     def unfit(self) -> list[str]:
         """The reasons against this process as a worker; empty if there are none."""

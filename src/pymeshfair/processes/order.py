@@ -19,16 +19,11 @@ class DefectError(PymeshfairError):
 
 @dataclass(frozen=True)
 class Order:
-    """A call of a function in another process.
+    """A call of a function in another process."""
 
-    Attributes:
-        call: the function and its arguments, pickled: a function of a module, or a method of a value that can be pickled.
-        memory_limit: bytes that the process may take, or None.
-        if_lost: a function without arguments that the worker calls if the process that sent the order ends; pickled, or None.
-    """
-
-    call: bytes
-    memory_limit: int | None = None
+    call: bytes  # the function and its arguments, pickled: a function of a module, or a method of a value that can be pickled
+    memory_limit: int | None = None  # bytes that the process may take, or None
+    #: a function without arguments that the worker calls if the process that sent the order ends; pickled, or None
     if_lost: bytes | None = None
 
     @classmethod
@@ -45,25 +40,16 @@ class Order:
 
 @dataclass(frozen=True)
 class Answer:
-    """The result of a task.
+    """The result of a task."""
 
-    Attributes:
-        result: its return value.
-        error: the exception that it raised: one of pymeshfair's, MemoryError, ImportError, OSError, or `DefectError`; or None.
-        details: the traceback of the error.
-        process: the id of the process.
-        peak_memory: the peak of its memory during the task in bytes, or None if the system does not measure it.
-        seconds: processor time.
-        is_used_up: whether the process must not do another task, see `pymeshfair.processes.worker.use_up`.
-    """
-
-    result: Any = None
+    result: Any = None  # its return value
+    #: the exception that it raised: one of pymeshfair's, MemoryError, ImportError, OSError, or `DefectError`; or None
     error: Exception | None = None
-    details: str = ""
-    process: str = ""
-    peak_memory: int | None = None
-    seconds: float = 0.0
-    is_used_up: bool = False
+    details: str = ""  # the traceback of the error
+    process: str = ""  # the id of the process
+    peak_memory: int | None = None  # the peak of its memory during the task in bytes, or None if the system does not measure it
+    seconds: float = 0.0  # processor time
+    is_used_up: bool = False  # whether the process must not do another task, see `pymeshfair.processes.worker.use_up`
 
 
 def answer(task: Callable[[], Any], process: str) -> Answer:

@@ -22,17 +22,11 @@ _BARS = 48
 
 @dataclass(frozen=True)
 class Line:
-    """One line of a chart.
+    """One line of a chart."""
 
-    Attributes:
-        name: that of its sample, such as "before".
-        path: of the SVG.
-        kind: "before" or "after", which the style sheet tells apart by colour and dashes.
-    """
-
-    name: str
-    path: str
-    kind: str
+    name: str  # that of its sample, such as "before"
+    path: str  # of the SVG
+    kind: str  # "before" or "after", which the style sheet tells apart by colour and dashes
 
 
 @dataclass(frozen=True)
@@ -45,29 +39,17 @@ class Tick:
 
 @dataclass(frozen=True)
 class Chart:
-    """The data for the template of a chart.
+    """The data for the template of a chart."""
 
-    Attributes:
-        title: the subject.
-        summary: the same in a sentence, for those who do not see it.
-        across: the quantity of the horizontal axis.
-        upwards: the quantity of the vertical axis.
-        lines: the curves.
-        ticks_across: the marks at the horizontal axis.
-        ticks_upwards: the marks at the vertical axis.
-        headers: of the table.
-        rows: of the table.
-    """
-
-    title: str
-    summary: str
-    across: str
-    upwards: str
-    lines: tuple[Line, ...]
-    ticks_across: tuple[Tick, ...]
-    ticks_upwards: tuple[Tick, ...]
-    headers: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    title: str  # the subject
+    summary: str  # the same in a sentence, for those who do not see it
+    across: str  # the quantity of the horizontal axis
+    upwards: str  # the quantity of the vertical axis
+    lines: tuple[Line, ...]  # the curves
+    ticks_across: tuple[Tick, ...]  # the marks at the horizontal axis
+    ticks_upwards: tuple[Tick, ...]  # the marks at the vertical axis
+    headers: tuple[str, ...]  # of the table
+    rows: tuple[tuple[str, ...], ...]  # of the table
     width: int = WIDTH
     height: int = HEIGHT
     left: int = _LEFT
@@ -204,21 +186,13 @@ _WIDTH, _HEIGHT, _MARGIN = 460, 320, 16
 
 @dataclass(frozen=True)
 class SectionChart:
-    """The data for the template of a section.
+    """The data for the template of a section."""
 
-    Attributes:
-        title: which plane, and what goes to the right and upwards.
-        before: the path of the outline of the first mesh.
-        after: that of the second.
-        bar: the length of the scale bar in the picture.
-        bar_words: its length in mesh units, with the unit if it is known.
-    """
-
-    title: str
-    before: str
-    after: str
-    bar: float
-    bar_words: str
+    title: str  # which plane, and what goes to the right and upwards
+    before: str  # the path of the outline of the first mesh
+    after: str  # that of the second
+    bar: float  # the length of the scale bar in the picture
+    bar_words: str  # its length in mesh units, with the unit if it is known
     width: int = _WIDTH
     height: int = _HEIGHT
 

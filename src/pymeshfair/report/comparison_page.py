@@ -49,52 +49,33 @@ _AREAS = 20
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict of a report: one sentence, and some more.
+    """The verdict of a report: one sentence, and some more."""
 
-    Attributes:
-        kind: "good", "info", "warn" or "bad", which the style sheet shows by a colour.
-        text: the sentence.
-        lines: further sentences.
-    """
-
-    kind: str
-    text: str
-    lines: tuple[str, ...] = ()
+    kind: str  # "good", "info", "warn" or "bad", which the style sheet shows by a colour
+    text: str  # the sentence
+    lines: tuple[str, ...] = ()  # further sentences
 
 
 @dataclass(frozen=True)
 class RunPart:
-    """The part of the report about a run.
+    """The part of the report about a run."""
 
-    Attributes:
-        steps: the reports of the steps.
-        change: of the shape, `pymeshfair.running.shape_change.ShapeChange` by name; empty if that was not measured.
-        recipe: the script as text.
-        provenance: the record as text.
-    """
-
-    steps: Sequence[StepReport]
+    steps: Sequence[StepReport]  # the reports of the steps
+    #: of the shape, `pymeshfair.running.shape_change.ShapeChange` by name; empty if that was not measured
     change: Mapping[str, Any]
-    recipe: str
-    provenance: str
+    recipe: str  # the script as text
+    provenance: str  # the record as text
 
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """Two meshes and what lies between them.
+    """Two meshes and what lies between them."""
 
-    Attributes:
-        before: the first.
-        after: the second.
-        found: what `pymeshfair.looking.comparison.compare` found.
-        distances: between the surfaces, place by place.
-        spectra: by "before" and "after", what the filter ``get_surface_spectrum`` found; empty if it was not asked.
-    """
-
-    before: MeshState
-    after: MeshState
-    found: Comparison
-    distances: Distances
+    before: MeshState  # the first
+    after: MeshState  # the second
+    found: Comparison  # what `pymeshfair.looking.comparison.compare` found
+    distances: Distances  # between the surfaces, place by place
+    #: by "before" and "after", what the filter ``get_surface_spectrum`` found; empty if it was not asked
     spectra: Mapping[str, Mapping[str, Any]]
 
 

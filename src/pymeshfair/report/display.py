@@ -24,27 +24,16 @@ _THINNED = 2
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """A mesh for a browser: n vertices and k elements.
+    """A mesh for a browser: n vertices and k elements."""
 
-    Attributes:
-        name: such as "before".
-        vertices: (n, 3) coordinates.
-        elements: (k, 3) triangles or (k, 2) edges; (0, 3) of a cloud.
-        normals: (n, 3) unit normals; 0 where there is none.
-        scalars: (n,) numbers by the name of their coloring.
-        of_vertices: how many vertices the mesh has.
-        of_faces: how many faces the mesh has.
-        kept: (n,) the vertex of the mesh whose normal and numbers each vertex has.
-    """
-
-    name: str
-    vertices: Floats
-    elements: Ints
-    normals: Floats
-    scalars: Mapping[str, Floats]
-    of_vertices: int
-    of_faces: int
-    kept: Ints
+    name: str  # such as "before"
+    vertices: Floats  # (n, 3) coordinates
+    elements: Ints  # (k, 3) triangles or (k, 2) edges; (0, 3) of a cloud
+    normals: Floats  # (n, 3) unit normals; 0 where there is none
+    scalars: Mapping[str, Floats]  # (n,) numbers by the name of their coloring
+    of_vertices: int  # how many vertices the mesh has
+    of_faces: int  # how many faces the mesh has
+    kept: Ints  # (n,) the vertex of the mesh whose normal and numbers each vertex has
 
     @property
     def decimated(self) -> bool:

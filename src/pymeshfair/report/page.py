@@ -26,21 +26,13 @@ _SHORT = 120
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture within a page.
+    """A picture within a page."""
 
-    Attributes:
-        source: the picture as a ``data:`` address.
-        alternative: the alternative text (``alt``).
-        caption: the text below.
-        width: in pixels.
-        height: in pixels.
-    """
-
-    source: str
-    alternative: str
-    caption: str
-    width: int
-    height: int
+    source: str  # the picture as a ``data:`` address
+    alternative: str  # the alternative text (``alt``)
+    caption: str  # the text below
+    width: int  # in pixels
+    height: int  # in pixels
 
 
 def figure_of(picture: Image.Image, alternative: str, caption: str) -> Figure:

@@ -27,30 +27,19 @@ _PLACES, _DIRECTIONS, _LEVELS = 65535, 4095, 255
 
 @dataclass(frozen=True)
 class Marker:
-    """A place that the viewer shows with a ring and some words.
+    """A place that the viewer shows with a ring and some words."""
 
-    Attributes:
-        place: (x, y, z).
-        label: the words.
-        mesh: the number of the mesh that it belongs to.
-    """
-
-    place: tuple[float, float, float]
-    label: str
-    mesh: int = 1
+    place: tuple[float, float, float]  # (x, y, z)
+    label: str  # the words
+    mesh: int = 1  # the number of the mesh that it belongs to
 
 
 @dataclass(frozen=True)
 class Scene:
-    """The data of the viewer.
+    """The data of the viewer."""
 
-    Attributes:
-        header: the contents of the body and their places, in terms of JSON.
-        body: the bytes, compressed by zlib.
-    """
-
-    header: dict[str, Any]
-    body: bytes
+    header: dict[str, Any]  # the contents of the body and their places, in terms of JSON
+    body: bytes  # the bytes, compressed by zlib
 
     @property
     def text(self) -> str:

@@ -28,21 +28,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The layers of a document at one time.
+    """The layers of a document at one time."""
 
-    Attributes:
-        meshes: by id.
-        visible: whether each is, by id.
-        current_id: of the current layer; None if there is none.
-        next_id: that of the next layer.
-        losses: contents that MeshLab did not take so far.
-    """
-
-    meshes: Mapping[int, MeshData]
-    visible: Mapping[int, bool]
-    current_id: int | None
-    next_id: int
-    losses: tuple[str, ...]
+    meshes: Mapping[int, MeshData]  # by id
+    visible: Mapping[int, bool]  # whether each is, by id
+    current_id: int | None  # of the current layer; None if there is none
+    next_id: int  # that of the next layer
+    losses: tuple[str, ...]  # contents that MeshLab did not take so far
 
 
 class Document:

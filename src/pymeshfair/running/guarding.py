@@ -14,23 +14,14 @@ from .shape_change import Moved, ShapeChange
 
 @dataclass(frozen=True)
 class Breach:
-    """One guard that was broken.
+    """One guard that was broken."""
 
-    Attributes:
-        guard: its name.
-        message: the breach, its place, and the allowed amount.
-        vertex: the vertex of the result that it happened at; None if it concerns the whole.
-        place: (x, y, z) of that vertex.
-        amount: the measured amount; None if it could not be measured.
-        allowed: the allowed amount, in the same unit.
-    """
-
-    guard: str
-    message: str
-    vertex: int | None = None
-    place: tuple[float, float, float] | None = None
-    amount: float | None = None
-    allowed: float | None = None
+    guard: str  # its name
+    message: str  # the breach, its place, and the allowed amount
+    vertex: int | None = None  # the vertex of the result that it happened at; None if it concerns the whole
+    place: tuple[float, float, float] | None = None  # (x, y, z) of that vertex
+    amount: float | None = None  # the measured amount; None if it could not be measured
+    allowed: float | None = None  # the allowed amount, in the same unit
 
 
 def breaches(

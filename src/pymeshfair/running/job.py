@@ -18,57 +18,41 @@ from ..scripts.guards import NO_GUARDS, Guards
 
 @dataclass(frozen=True)
 class Job:
-    """One mesh file, one recipe, one file to write.
+    """One mesh file, one recipe, one file to write."""
 
-    Attributes:
-        recipe: the steps, overrides included.
-        input: the mesh file to read.
-        output: the file to write; its extension says the format.
-        others: mesh files for the layers 1, 2 ... that the recipe names; the input is layer 0 and stays the current one.
-        overwrite: replace `output` whatever it is, the input itself included. Without it an existing file is replaced only if
-            it is, to the byte, what the same run wrote there before: from the same input, with the same recipe and settings.
-        timeout: seconds from start to end, or None.
-        memory_limit: bytes that the worker may take; None means a share of the machine's, see `memory`. Held by the operating
-            system, where it has such limits.
-        allow_outside: let the input name textures, materials and buffers outside its own folder.
-        unchecked: let MeshLab read formats that are not checked before.
-        keep_all: fail if anything of the input, or of the result, is not in the output.
-        threads: that a filter may use; None means all processors, or what OMP_NUM_THREADS says.
-        overrides: the texts ``NAME=VALUE`` and ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone.
-        command: the command line that asked for the run, for the record alone.
-        guards: limits over those of the recipe.
-        keep_broken: write the output even if a guard was broken.
-        map: the .ply file for the intervention map, or None.
-        map_tolerance: vertices that moved by no more count as kept there; None: only those that did not move.
-        own_texture_names: put the output's name before the names of its textures, so that runs side by side into one folder do
-            not ask for the same names, and none depends on which was first.
-        warnings: about the recipe; the result and the record list them before those of the run.
-        measures: whether to measure the mesh before and after; without, there are no limits, and the result does not
-            say what the run did to the shape or whether the recipe is for such scans.
-        unit: the unit of the scan, one of `pymeshfair.declaration.units.METRES`; None: that of the file, or of the recipe. A
-            limit with a unit needs one of the three.
-    """
-
-    recipe: Recipe
-    input: Path
-    output: Path
+    recipe: Recipe  # the steps, overrides included
+    input: Path  # the mesh file to read
+    output: Path  # the file to write; its extension says the format
+    #: mesh files for the layers 1, 2 ... that the recipe names; the input is layer 0 and stays the current one.
     others: tuple[Path, ...] = ()
+    #: replace `output` whatever it is, the input itself included. Without it an existing file is replaced only if it is, to the
+    #: byte, what the same run wrote there before: from the same input, with the same recipe and settings.
     overwrite: bool = False
-    timeout: float | None = None
+    timeout: float | None = None  # seconds from start to end, or None
+    #: bytes that the worker may take; None means a share of the machine's, see `memory`. Held by the operating system, where it
+    #: has such limits.
     memory_limit: int | None = None
-    allow_outside: bool = False
-    unchecked: bool = False
-    keep_all: bool = False
-    threads: int | None = None
+    allow_outside: bool = False  # let the input name textures, materials and buffers outside its own folder
+    unchecked: bool = False  # let MeshLab read formats that are not checked before
+    keep_all: bool = False  # fail if anything of the input, or of the result, is not in the output
+    threads: int | None = None  # that a filter may use; None means all processors, or what OMP_NUM_THREADS says
+    #: the texts ``NAME=VALUE`` and ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone
     overrides: tuple[str, ...] = ()
-    command: tuple[str, ...] = ()
-    guards: Guards = NO_GUARDS
-    keep_broken: bool = False
-    map: Path | None = None
+    command: tuple[str, ...] = ()  # the command line that asked for the run, for the record alone
+    guards: Guards = NO_GUARDS  # limits over those of the recipe
+    keep_broken: bool = False  # write the output even if a guard was broken
+    map: Path | None = None  # the .ply file for the intervention map, or None
+    #: vertices that moved by no more count as kept there; None: only those that did not move
     map_tolerance: Length | PhysicalLength | None = None
+    #: put the output's name before the names of its textures, so that runs side by side into one folder do not ask for the same
+    #: names, and none depends on which was first
     own_texture_names: bool = False
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()  # about the recipe; the result and the record list them before those of the run
+    #: whether to measure the mesh before and after; without, there are no limits, and the result does not say what the run did to
+    #: the shape or whether the recipe is for such scans
     measures: bool = True
+    #: the unit of the scan, one of `pymeshfair.declaration.units.METRES`; None: that of the file, or of the recipe. A limit with
+    #: a unit needs one of the three.
     unit: str | None = None
 
     @property
@@ -135,17 +119,11 @@ class PhaseStarted:
 
 @dataclass(frozen=True)
 class StepStarted:
-    """A step begins.
+    """A step begins."""
 
-    Attributes:
-        index: its number, from 1 to `total`.
-        total: how many there are.
-        filter: MeshLab's name of its filter.
-    """
-
-    index: int
-    total: int
-    filter: str
+    index: int  # its number, from 1 to `total`
+    total: int  # how many there are
+    filter: str  # MeshLab's name of its filter
 
 
 @dataclass(frozen=True)
@@ -166,34 +144,21 @@ class StepFinished:
 
 @dataclass(frozen=True)
 class Message:
-    """Something a user wants to know: a filter's words (``"info"``), or what a run could not keep (``"warning"``).
+    """Something a user wants to know: a filter's words (``"info"``), or what a run could not keep (``"warning"``)."""
 
-    Attributes:
-        text: a sentence.
-        level: see above.
-        step: the number of the step that it is about, 0 if it is about none; words may arrive after the step has ended.
-    """
-
-    text: str
+    text: str  # a sentence
     level: Literal["info", "warning"] = "info"
-    step: int = 0
+    step: int = 0  # the number of the step that it is about, 0 if it is about none; words may arrive after the step has ended
 
 
 @dataclass(frozen=True)
 class Compiling:
-    """Filters are compiled for this machine; until then what else goes on stands still.
+    """Filters are compiled for this machine; until then what else goes on stands still."""
 
-    Attributes:
-        kernels: how many functions were, one of which may be in work.
-        seconds: how long that has taken so far.
-        is_going_on: whether one is in work.
-        lasts: whether later runs find them compiled.
-    """
-
-    kernels: int
-    seconds: float
-    is_going_on: bool
-    lasts: bool = True
+    kernels: int  # how many functions were, one of which may be in work
+    seconds: float  # how long that has taken so far
+    is_going_on: bool  # whether one is in work
+    lasts: bool = True  # whether later runs find them compiled
 
 
 Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Message | Compiling

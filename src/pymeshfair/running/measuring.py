@@ -21,18 +21,12 @@ _SOME = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A measured mesh.
-
-    Attributes:
-        mesh: the mesh.
-        measures: of it; None if none are wanted.
-        diagonal: of the bounding box of all vertices.
-        resolution: gives the mean edge, or for a cloud the mean distance of nearest points; 0 if there is neither.
-    """
+    """A measured mesh."""
 
     mesh: MeshData
-    measures: SurfaceMeasures | None
-    diagonal: float
+    measures: SurfaceMeasures | None  # of it; None if none are wanted
+    diagonal: float  # of the bounding box of all vertices
+    #: gives the mean edge, or for a cloud the mean distance of nearest points; 0 if there is neither
     resolution: Callable[[], float]
 
     @property

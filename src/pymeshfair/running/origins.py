@@ -16,21 +16,14 @@ from ..mesh_data import MeshData
 
 @dataclass(frozen=True, eq=False)
 class Origins:
-    """The origins of the elements of a result.
+    """The origins of the elements of a result."""
 
-    Attributes:
-        before: the mesh that was read.
-        result: the mesh after the steps.
-        vertices: (n,) of every vertex of the result its number in the input, -1 for one that was added.
-        faces: (m,) of every face the number of the face of the input with the same corners, -1 for one that was added.
-        known: whether elements could be followed; else all count as added.
-    """
-
-    before: MeshData
-    result: MeshData
-    vertices: NDArray[np.int64]
+    before: MeshData  # the mesh that was read
+    result: MeshData  # the mesh after the steps
+    vertices: NDArray[np.int64]  # (n,) of every vertex of the result its number in the input, -1 for one that was added
+    #: (m,) of every face the number of the face of the input with the same corners, -1 for one that was added
     faces: NDArray[np.int64]
-    known: bool
+    known: bool  # whether elements could be followed; else all count as added
 
     @cached_property
     def distances(self) -> Floats:

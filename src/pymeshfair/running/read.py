@@ -27,21 +27,13 @@ MOST_CUTS = 200_000
 
 @dataclass(frozen=True, eq=False)
 class ReadMesh:
-    """A mesh file that was read.
-
-    Attributes:
-        path: the file.
-        mesh: the mesh in it.
-        found: its measures.
-        warnings: about the file.
-        self_intersecting: (m,) which faces cut others; None if that was not asked for, or could not be told.
-    """
+    """A mesh file that was read."""
 
     path: Path
-    mesh: MeshData
-    found: Found
-    warnings: tuple[str, ...]
-    self_intersecting: Bools | None = None
+    mesh: MeshData  # the mesh in it
+    found: Found  # its measures
+    warnings: tuple[str, ...]  # about the file
+    self_intersecting: Bools | None = None  # (m,) which faces cut others; None if that was not asked for, or could not be told
 
     @property
     def measures(self) -> dict[str, Any]:

@@ -122,51 +122,29 @@ def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
 
 @dataclass(frozen=True)
 class StepDone:
-    """The work of one step.
+    """The work of one step."""
 
-    Attributes:
-        parameters: every parameter with its value on this mesh, in terms of JSON.
-        values: those that the filter reported, in terms of JSON.
-        seconds: how long it took.
-        messages: those of the filter.
-    """
-
-    parameters: Mapping[str, Any]
-    values: Mapping[str, Any]
-    seconds: float
-    messages: tuple[str, ...] = ()
+    parameters: Mapping[str, Any]  # every parameter with its value on this mesh, in terms of JSON
+    values: Mapping[str, Any]  # those that the filter reported, in terms of JSON
+    seconds: float  # how long it took
+    messages: tuple[str, ...] = ()  # those of the filter
 
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """The results of the work of a run. All mappings are in terms of JSON, as in the provenance document.
+    """The results of the work of a run. All mappings are in terms of JSON, as in the provenance document."""
 
-    Attributes:
-        input: which files were read.
-        output: which file was written, with its side files; None if a limit was broken and nothing was written.
-        steps: one for each step.
-        staged: the output and its side files in the staging folder.
-        before: the measures of the mesh as read; None if none are wanted. So the next two.
-        after: those of the mesh as written.
-        change: of the shape between them.
-        traits: those of the scan that the recipe asked for.
-        warnings: for the user.
-        breaches: the limits that were broken.
-        maps: the files of the intervention map in the staging folder.
-        tiles: how the work was cut; None if it was done in one piece.
-        peak_memory: bytes that it took at most; None where that cannot be told.
-    """
-
-    input: Mapping[str, Any]
+    input: Mapping[str, Any]  # which files were read
+    #: which file was written, with its side files; None if a limit was broken and nothing was written
     output: Mapping[str, Any] | None = None
-    steps: tuple[StepDone, ...]
-    staged: tuple[StagedFile, ...] = ()
-    before: Mapping[str, Any] | None = None
-    after: Mapping[str, Any] | None = None
-    change: Mapping[str, Any] | None = None
-    traits: Mapping[str, Any] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-    breaches: tuple[Mapping[str, Any], ...] = ()
-    maps: tuple[StagedFile, ...] = ()
-    tiles: Mapping[str, Any] | None = None
-    peak_memory: int | None = None
+    steps: tuple[StepDone, ...]  # one for each step
+    staged: tuple[StagedFile, ...] = ()  # the output and its side files in the staging folder
+    before: Mapping[str, Any] | None = None  # the measures of the mesh as read; None if none are wanted. So the next two.
+    after: Mapping[str, Any] | None = None  # those of the mesh as written
+    change: Mapping[str, Any] | None = None  # of the shape between them
+    traits: Mapping[str, Any] = field(default_factory=dict)  # those of the scan that the recipe asked for
+    warnings: tuple[str, ...] = ()  # for the user
+    breaches: tuple[Mapping[str, Any], ...] = ()  # the limits that were broken
+    maps: tuple[StagedFile, ...] = ()  # the files of the intervention map in the staging folder
+    tiles: Mapping[str, Any] | None = None  # how the work was cut; None if it was done in one piece
+    peak_memory: int | None = None  # bytes that it took at most; None where that cannot be told

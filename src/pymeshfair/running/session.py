@@ -49,19 +49,12 @@ _Measured: TypeAlias = tuple[Found, Mapping[str, Any], str | None]
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """The result of the steps.
+    """The result of the steps."""
 
-    Attributes:
-        before: the mesh as it was read.
-        result: the mesh after the steps, without a matrix.
-        steps: the report of each step.
-        traits: those of the scan that the recipe asked for.
-    """
-
-    before: Found
-    result: MeshData
-    steps: list[StepDone]
-    traits: Mapping[str, Any]
+    before: Found  # the mesh as it was read
+    result: MeshData  # the mesh after the steps, without a matrix
+    steps: list[StepDone]  # the report of each step
+    traits: Mapping[str, Any]  # those of the scan that the recipe asked for
 
 
 class Earlier:

@@ -38,126 +38,80 @@ class Moved:
     """Displacement of the vertices that are the same before and after, in mesh units.
 
     Where a step made a new mesh there are none such; then all of the result count, with their distances from the input.
-
-    Attributes:
-        same: whether the vertices are the same.
-        count: of the vertices that count.
-        moved: how many of them lie elsewhere now.
-        mean: of the distances.
-        rms: the root of the mean of their squares.
-        most: the bound below which 99 % of them stay.
-        largest: of them.
-        vertex: the number in the result of the vertex that moved furthest.
-        place: its place now, (x, y, z).
-        edges: the largest distance in mean edges of the input; None if it has no edges.
-        mean_edges: the mean in the same way.
     """
 
-    same: bool
-    count: int
-    moved: int
-    mean: float
-    rms: float
-    most: float
-    largest: float
-    vertex: int
-    place: tuple[float, float, float]
-    edges: float | None
-    mean_edges: float | None
+    same: bool  # whether the vertices are the same
+    count: int  # of the vertices that count
+    moved: int  # how many of them lie elsewhere now
+    mean: float  # of the distances
+    rms: float  # the root of the mean of their squares
+    most: float  # the bound below which 99 % of them stay
+    largest: float  # of them
+    vertex: int  # the number in the result of the vertex that moved furthest
+    place: tuple[float, float, float]  # its place now, (x, y, z)
+    edges: float | None  # the largest distance in mean edges of the input; None if it has no edges
+    mean_edges: float | None  # the mean in the same way
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A connected piece of what was added or removed.
+    """A connected piece of what was added or removed."""
 
-    Attributes:
-        faces: how many.
-        share: of the area of the input; None if it has none.
-        size: the diagonal of its box, in mesh units.
-        place: the middle of the box, (x, y, z).
-    """
-
-    faces: int
-    share: float | None
-    size: float
-    place: tuple[float, float, float]
+    faces: int  # how many
+    share: float | None  # of the area of the input; None if it has none
+    size: float  # the diagonal of its box, in mesh units
+    place: tuple[float, float, float]  # the middle of the box, (x, y, z)
 
 
 @dataclass(frozen=True)
 class Part:
-    """Elements that were added or removed.
+    """Elements that were added or removed."""
 
-    Attributes:
-        vertices: how many.
-        faces: how many.
-        area: of the faces.
-        share: of the area of the input; None if it has none.
-        pieces: connected pieces of the faces.
-        loose: how many of the pieces share no vertex with what stays.
-        rims: how many of the others reach the border of their mesh.
-        largest: up to twenty of the pieces, the largest area first.
-    """
-
-    vertices: int
-    faces: int
-    area: float
-    share: float | None
-    pieces: int
-    loose: int
-    rims: int
-    largest: tuple[Piece, ...] = ()
+    vertices: int  # how many
+    faces: int  # how many
+    area: float  # of the faces
+    share: float | None  # of the area of the input; None if it has none
+    pieces: int  # connected pieces of the faces
+    loose: int  # how many of the pieces share no vertex with what stays
+    rims: int  # how many of the others reach the border of their mesh
+    largest: tuple[Piece, ...] = ()  # up to twenty of the pieces, the largest area first
 
 
 @dataclass(frozen=True)
 class Folded:
-    """Faces that are folded over in the result and were not before.
+    """Faces that are folded over in the result and were not before."""
 
-    Attributes:
-        count: of them.
-        face: the number of the largest.
-        place: its centre in the result, (x, y, z).
-    """
-
-    count: int
-    face: int
-    place: tuple[float, float, float]
+    count: int  # of them
+    face: int  # the number of the largest
+    place: tuple[float, float, float]  # its centre in the result, (x, y, z)
 
 
 @dataclass(frozen=True)
 class ShapeChange:
-    """The change of shape by a run.
+    """The change of shape by a run."""
 
-    Attributes:
-        sides: of the bounding box of what faces use, or of all vertices where there are none, along x, y and z: the change as a
-            share of the side, None where that was 0.
-        sides_without_noise: the same where not by noise at the ends, `pymeshfair.filters.inspection.side_changes`; found where
-            vertices correspond and a side has changed by more than `LARGEST_SIDE_CHANGE`, else None.
-        area: its change as a share; None where there was none.
-        volume: the same, of closed meshes.
-        moved: how far vertices moved; None if no vertex counts.
-        added: elements of the result that the input did not have.
-        removed: elements of the input that the result does not have.
-        turned: how many faces look more than a right angle away from where they did; None if vertices or faces were added or
-            removed.
-        folded: which faces were folded over, `pymeshfair.filters.inspection.folded_faces`, if there are more of them than before;
-            else None.
-        relief_lost: `pymeshfair.filters.diffusion.relief_lost` of the faces whose vertices are the same, beside the noise that is
-            estimated, on a sample of a large mesh; None where no vertex moved or relief does not stand out.
-        relief_from: the shortest waves that count there, in mean edges; 0 for all, else shorter relief is hidden by the noise.
-        sharp_kept: the share of the length of their sharp edges, those of noise among them, that is sharp still; None without.
-    """
-
+    #: of the bounding box of what faces use, or of all vertices where there are none, along x, y and z: the change as a share of
+    #: the side, None where that was 0
     sides: Sides
+    #: the same where not by noise at the ends, `pymeshfair.filters.inspection.side_changes`; found where vertices correspond and
+    #: a side has changed by more than `LARGEST_SIDE_CHANGE`, else None
     sides_without_noise: Sides | None
-    area: float | None
-    volume: float | None
-    moved: Moved | None
-    added: Part
-    removed: Part
+    area: float | None  # its change as a share; None where there was none
+    volume: float | None  # the same, of closed meshes
+    moved: Moved | None  # how far vertices moved; None if no vertex counts
+    added: Part  # elements of the result that the input did not have
+    removed: Part  # elements of the input that the result does not have
+    #: how many faces look more than a right angle away from where they did; None if vertices or faces were added or removed
     turned: int | None
+    #: which faces were folded over, `pymeshfair.filters.inspection.folded_faces`, if there are more of them than before; else
+    #: None
     folded: Folded | None
+    #: `pymeshfair.filters.diffusion.relief_lost` of the faces whose vertices are the same, beside the noise that is estimated, on
+    #: a sample of a large mesh; None where no vertex moved or relief does not stand out
     relief_lost: float | None = None
+    #: the shortest waves that count there, in mean edges; 0 for all, else shorter relief is hidden by the noise
     relief_from: float = 0.0
+    #: the share of the length of their sharp edges, those of noise among them, that is sharp still; None without
     sharp_kept: float | None = None
 
 

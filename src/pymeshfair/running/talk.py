@@ -22,19 +22,12 @@ def mark(step: int) -> bytes:
 
 @dataclass(frozen=True)
 class Talk:
-    """One line that a worker wrote to stderr.
+    """One line that a worker wrote to stderr."""
 
-    Attributes:
-        text: what it says, without MeshLab's prefix; empty of MeshLab's lines that say that nothing was done, and of tensors.
-        level: of MeshLab's log (0 system, 1 warning, 2 filter, 3 debug); None if the line is not MeshLab's.
-        fraction: how far a filter is, from 0 to 1, if the line tells that and nothing else.
-        step: the step that begins here, if the line is a mark.
-    """
-
-    text: str
-    level: int | None = None
-    fraction: float | None = None
-    step: int | None = None
+    text: str  # what it says, without MeshLab's prefix; empty of MeshLab's lines that say that nothing was done, and of tensors
+    level: int | None = None  # of MeshLab's log (0 system, 1 warning, 2 filter, 3 debug); None if the line is not MeshLab's
+    fraction: float | None = None  # how far a filter is, from 0 to 1, if the line tells that and nothing else
+    step: int | None = None  # the step that begins here, if the line is a mark
 
 
 def parse_talk(line: str) -> Talk:

@@ -39,17 +39,11 @@ _WEAKENING = ("allow_outside", "unchecked")
 
 @dataclass(frozen=True)
 class Verification:
-    """The result of a repeated run.
+    """The result of a repeated run."""
 
-    Attributes:
-        verdict: in two words.
-        findings: sentences that say what differs, and where.
-        notes: sentences about what has changed and made no difference.
-    """
-
-    verdict: Verdict
-    findings: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    verdict: Verdict  # in two words
+    findings: tuple[str, ...] = ()  # sentences that say what differs, and where
+    notes: tuple[str, ...] = ()  # sentences about what has changed and made no difference
 
     @property
     def holds(self) -> bool:

@@ -12,54 +12,31 @@ from .settings import Setting
 
 @dataclass(frozen=True)
 class ParamElement:
-    """A ``<Param>`` or ``<xmlparam>``.
+    """A ``<Param>`` or ``<xmlparam>``."""
 
-    Attributes:
-        attributes: as written.
-        line: where it begins, counted from 1.
-    """
-
-    attributes: Mapping[str, str]
-    line: int
+    attributes: Mapping[str, str]  # as written
+    line: int  # where it begins, counted from 1
 
 
 @dataclass(frozen=True)
 class FilterElement:
-    """A ``<filter>`` or ``<xmlfilter>``.
+    """A ``<filter>`` or ``<xmlfilter>``."""
 
-    Attributes:
-        kind: ``"filter"`` or ``"xmlfilter"``.
-        name: the attribute of that name, or None.
-        line: where it begins, counted from 1.
-        params: its parameters, in the order of the file.
-        tag: the attribute of that name; empty if there is none.
-    """
-
-    kind: str
-    name: str | None
-    line: int
-    params: tuple[ParamElement, ...] = ()
-    tag: str = ""
+    kind: str  # ``"filter"`` or ``"xmlfilter"``
+    name: str | None  # the attribute of that name, or None
+    line: int  # where it begins, counted from 1
+    params: tuple[ParamElement, ...] = ()  # its parameters, in the order of the file
+    tag: str = ""  # the attribute of that name; empty if there is none
 
 
 @dataclass(frozen=True)
 class Document:
-    """The contents of a file.
+    """The contents of a file."""
 
-    Attributes:
-        name: of the file, for messages.
-        filters: in the order of the file.
-        comment: the words at its head.
-        problems: mistakes in its structure.
-        guards: limits of the result.
-        settings: values that have a name.
-        unit: of the scans that the script is for; empty if it says none.
-    """
-
-    name: str
-    filters: tuple[FilterElement, ...] = ()
-    comment: str = ""
-    problems: tuple[Problem, ...] = ()
-    guards: Guards = NO_GUARDS
-    settings: tuple[Setting, ...] = ()
-    unit: str = ""
+    name: str  # of the file, for messages
+    filters: tuple[FilterElement, ...] = ()  # in the order of the file
+    comment: str = ""  # the words at its head
+    problems: tuple[Problem, ...] = ()  # mistakes in its structure
+    guards: Guards = NO_GUARDS  # limits of the result
+    settings: tuple[Setting, ...] = ()  # values that have a name
+    unit: str = ""  # of the scans that the script is for; empty if it says none

@@ -15,17 +15,11 @@ from .write import NOMINAL_DIAGONAL, NOMINAL_EDGE, format_script
 
 @dataclass(frozen=True)
 class MeshFacts:
-    """The sizes of the mesh that a script is exported for.
+    """The sizes of the mesh that a script is exported for."""
 
-    Attributes:
-        diagonal: of its bounding box.
-        mean_edge: the mean length of its edges; of a point cloud, the mean distance to the nearest neighbour.
-        closed: whether every edge has two faces.
-    """
-
-    diagonal: float
-    mean_edge: float
-    closed: bool
+    diagonal: float  # of its bounding box
+    mean_edge: float  # the mean length of its edges; of a point cloud, the mean distance to the nearest neighbour
+    closed: bool  # whether every edge has two faces
 
 
 def export_script(

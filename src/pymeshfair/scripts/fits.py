@@ -57,21 +57,13 @@ _BOUNDS = re.compile(
 
 @dataclass(frozen=True)
 class Condition:
-    """One condition.
+    """One condition."""
 
-    Attributes:
-        text: as the recipe says it.
-        trait: the measured trait, by name.
-        least: the bound below.
-        most: the bound above.
-        outside: whether the trait must be beyond the bounds, as after ``no``.
-    """
-
-    text: str
-    trait: str
-    least: float
-    most: float
-    outside: bool = False
+    text: str  # as the recipe says it
+    trait: str  # the measured trait, by name
+    least: float  # the bound below
+    most: float  # the bound above
+    outside: bool = False  # whether the trait must be beyond the bounds, as after ``no``
 
     def is_met(self, traits: Mapping[str, float]) -> bool:
         """Whether a scan with these traits is meant; never where the trait is not known."""

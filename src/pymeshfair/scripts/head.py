@@ -15,17 +15,11 @@ KEYWORDS = ("Task", "For", "Fits", "Judged", "Does", "Tune", "Superseded")
 
 @dataclass(frozen=True)
 class Head:
-    """The head of a script.
+    """The head of a script."""
 
-    Attributes:
-        comment: the comments before its first filter.
-        settings: its named settings.
-        steps: the number of its filters.
-    """
-
-    comment: str
-    settings: tuple[Setting, ...]
-    steps: int
+    comment: str  # the comments before its first filter
+    settings: tuple[Setting, ...]  # its named settings
+    steps: int  # the number of its filters
 
 
 def read_head(data: bytes) -> Head:

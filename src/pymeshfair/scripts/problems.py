@@ -13,23 +13,14 @@ MOST_PROBLEMS = 100
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
-    """One thing that is wrong with a script.
+    """One thing that is wrong with a script."""
 
-    Attributes:
-        message: the mistake, the written text and the allowed one.
-        file: the path or name of the script.
-        line: counted from 1; None if the whole file is meant.
-        filter: the name of the filter as written there.
-        parameter: the name of the parameter as written there.
-        suggestion: the text to write instead, where one is likely.
-    """
-
-    message: str
-    file: str
-    line: int | None = None
-    filter: str | None = None
-    parameter: str | None = None
-    suggestion: str | None = None
+    message: str  # the mistake, the written text and the allowed one
+    file: str  # the path or name of the script
+    line: int | None = None  # counted from 1; None if the whole file is meant
+    filter: str | None = None  # the name of the filter as written there
+    parameter: str | None = None  # the name of the parameter as written there
+    suggestion: str | None = None  # the text to write instead, where one is likely
 
     def __str__(self) -> str:
         place = self.file if self.line is None else f"{self.file}:{self.line}"
@@ -58,21 +49,14 @@ def shortened(text: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Change:
-    """One thing that an upgrade changed.
+    """One thing that an upgrade changed."""
 
-    Attributes:
-        line: of the old script, counted from 1.
-        filter: its name in the old script.
-        parameter: its name in the old script; None if the change is not about one.
-        what: the change.
-        meaning: how the result differs from what the script once did, or from what MeshLab does with it today; empty if the
-            meaning is the same.
-    """
-
-    line: int
-    filter: str
-    what: str
-    parameter: str | None = None
+    line: int  # of the old script, counted from 1
+    filter: str  # its name in the old script
+    what: str  # the change
+    parameter: str | None = None  # its name in the old script; None if the change is not about one
+    #: how the result differs from what the script once did, or from what MeshLab does with it today; empty if the meaning is the
+    #: same
     meaning: str = ""
 
     @property

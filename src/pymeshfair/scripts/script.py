@@ -16,22 +16,17 @@ from .settings import Setting
 
 @dataclass(frozen=True)
 class Step:
-    """One filter of a script with the values that the script gives.
+    """One filter of a script with the values that the script gives."""
 
-    Attributes:
-        filter: the filter that runs.
-        values: by Python parameter name, as `Filter.check` returns them: lengths as `Length`, choices as words. Parameters
-            that are absent take their default on the mesh that the step meets.
-        line: where the step begins in its file, counted from 1; None if it came from no file. Two steps that differ in
-            their line alone are equal.
-        tag: a name that the recipe gives to the step, or to several; empty if it gives none.
-        settings: by Python parameter name, the settings of the recipe that the values come from.
-    """
-
-    filter: Filter
+    filter: Filter  # the filter that runs
+    #: by Python parameter name, as `Filter.check` returns them: lengths as `Length`, choices as words. Parameters that are absent
+    #: take their default on the mesh that the step meets.
     values: Mapping[str, Any] = field(default_factory=dict)
+    #: where the step begins in its file, counted from 1; None if it came from no file. Two steps that differ in their line alone
+    #: are equal.
     line: int | None = field(default=None, compare=False)
-    tag: str = ""
+    tag: str = ""  # a name that the recipe gives to the step, or to several; empty if it gives none
+    #: by Python parameter name, the settings of the recipe that the values come from
     settings: Mapping[str, str] = field(default_factory=dict)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -77,23 +72,15 @@ def _restored(filter: str, *rest: Any) -> Step:
 
 @dataclass(frozen=True)
 class Script:
-    """A chain of steps.
+    """A chain of steps."""
 
-    Attributes:
-        steps: in the order in which they run.
-        comment: the words at the head of the file, without the marks of a comment.
-        path: the file that it was read from; it does not count when scripts are compared.
-        guards: limits of the result.
-        settings: values that have a name, which one place sets for all steps that use them.
-        unit: of the scans that it is for, of `pymeshfair.declaration.units.METRES`; empty if it says none.
-    """
-
-    steps: tuple[Step, ...]
-    comment: str = ""
+    steps: tuple[Step, ...]  # in the order in which they run
+    comment: str = ""  # the words at the head of the file, without the marks of a comment
+    #: the file that it was read from; it does not count when scripts are compared
     path: Path | None = field(default=None, compare=False)
-    guards: Guards = NO_GUARDS
-    settings: tuple[Setting, ...] = ()
-    unit: str = ""
+    guards: Guards = NO_GUARDS  # limits of the result
+    settings: tuple[Setting, ...] = ()  # values that have a name, which one place sets for all steps that use them
+    unit: str = ""  # of the scans that it is for, of `pymeshfair.declaration.units.METRES`; empty if it says none
 
     def with_steps(self, steps: Iterable[Step]) -> Script:
         """The script with these steps in place of its own; settings that none of them uses are left out."""

@@ -21,20 +21,13 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,79}")
 
 @dataclass(frozen=True)
 class Setting:
-    """A value of a recipe that has a name.
+    """A value of a recipe that has a name."""
 
-    Attributes:
-        name: by which it is set, ``--set NAME=VALUE``.
-        default: the value as a command line would give it, such as ``6edge``.
-        unit: in which it is, or what kind of value it is, for readers; may be empty.
-        description: its effect; may be empty.
-        line: where it stands in its file, counted from 1; None if it came from no file. It does not count in a comparison.
-    """
-
-    name: str
-    default: str
-    unit: str = ""
-    description: str = ""
+    name: str  # by which it is set, ``--set NAME=VALUE``
+    default: str  # the value as a command line would give it, such as ``6edge``
+    unit: str = ""  # in which it is, or what kind of value it is, for readers; may be empty
+    description: str = ""  # its effect; may be empty
+    #: where it stands in its file, counted from 1; None if it came from no file. It does not count in a comparison.
     line: int | None = field(default=None, compare=False)
 
 

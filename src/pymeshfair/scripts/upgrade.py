@@ -171,15 +171,10 @@ def _is_misread(parameter: Parameter, old: Mapping[str, str], new: Mapping[str, 
 
 @dataclass(frozen=True)
 class Upgrade:
-    """A script as today's MeshLab runs it.
+    """A script as today's MeshLab runs it."""
 
-    Attributes:
-        script: the steps.
-        changes: in the order of the old script; empty if it was up to date.
-    """
-
-    script: Script
-    changes: tuple[Change, ...]
+    script: Script  # the steps
+    changes: tuple[Change, ...]  # in the order of the old script; empty if it was up to date
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -25,19 +25,12 @@ CELL, MOST_CELLS = 512, 1 << 18
 
 @dataclass(frozen=True)
 class Cells:
-    """The files of a cloud; a point's place in them is its slot, its place in the input its number.
+    """The files of a cloud; a point's place in them is its slot, its place in the input its number."""
 
-    Attributes:
-        folder: of the files.
-        count: points.
-        scale: the power of two that coordinates are divided by, of `tree_scale`.
-        cell: points of a cell, the last one of a bucket may have fewer.
-    """
-
-    folder: Path
-    count: int
-    scale: float
-    cell: int = CELL
+    folder: Path  # of the files
+    count: int  # points
+    scale: float  # the power of two that coordinates are divided by, of `tree_scale`
+    cell: int = CELL  # points of a cell, the last one of a bucket may have fewer
 
     @property
     def points(self) -> Column:

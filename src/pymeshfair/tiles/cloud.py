@@ -71,17 +71,11 @@ def _part(bucket: Bucket) -> Part:
 
 @dataclass(frozen=True)
 class OutlierTiles:
-    """The tasks of LoOP on a cloud in cells; each may be done twice.
+    """The tasks of LoOP on a cloud in cells; each may be done twice."""
 
-    Attributes:
-        cells: the cloud.
-        k: neighbours.
-        tile: points of a tile.
-    """
-
-    cells: Cells
-    k: int
-    tile: int
+    cells: Cells  # the cloud
+    k: int  # neighbours
+    tile: int  # points of a tile
 
     @property
     def distances(self) -> Column:
@@ -130,17 +124,11 @@ class OutlierTiles:
 
 @dataclass(frozen=True)
 class Cloud:
-    """The points of a file that are left.
-
-    Attributes:
-        source: the file.
-        folder: for the files of the work.
-        kept: of each of its points whether it is left, None if all are.
-    """
+    """The points of a file that are left."""
 
     source: Source
-    folder: Path
-    kept: Column | None = None
+    folder: Path  # for the files of the work
+    kept: Column | None = None  # of each of its points whether it is left, None if all are
 
     @property
     def scalars(self) -> Column:
@@ -214,21 +202,13 @@ class Cloud:
 
 @dataclass(frozen=True)
 class Judgement:
-    """The end of a stage, as tasks: what was found in the order of the points, and who is selected.
+    """The end of a stage, as tasks: what was found in the order of the points, and who is selected."""
 
-    Attributes:
-        cloud: the points that are left.
-        parts: of each tile, the factors of LoOP, or which points are stray.
-        count: the points.
-        selection: the step.
-        target: the column that marks the points that remain.
-    """
-
-    cloud: Cloud
-    parts: tuple[Part, ...]
-    count: int
-    selection: CloudStep
-    target: Column
+    cloud: Cloud  # the points that are left
+    parts: tuple[Part, ...]  # of each tile, the factors of LoOP, or which points are stray
+    count: int  # the points
+    selection: CloudStep  # the step
+    target: Column  # the column that marks the points that remain
 
     @property
     def found(self) -> Column:

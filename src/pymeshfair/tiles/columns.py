@@ -13,17 +13,11 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Column:
-    """An array of a type and a number of columns in a file of its own; processes may write to different rows at once.
-
-    Attributes:
-        path: the file.
-        dtype: the type of a number in numpy's notation, such as ``"<f8"``.
-        width: numbers in a row.
-    """
+    """An array of a type and a number of columns in a file of its own; processes may write to different rows at once."""
 
     path: Path
-    dtype: str
-    width: int = 1
+    dtype: str  # the type of a number in numpy's notation, such as ``"<f8"``
+    width: int = 1  # numbers in a row
 
     @property
     def row(self) -> int:
@@ -70,17 +64,11 @@ class Column:
 
 @dataclass(frozen=True)
 class Part:
-    """The values of the points of one tile, by ascending number.
+    """The values of the points of one tile, by ascending number."""
 
-    Attributes:
-        path: the file of the values; the file of the numbers is beside it.
-        dtype: the type of a value.
-        width: numbers in a value.
-    """
-
-    path: Path
-    dtype: str
-    width: int = 1
+    path: Path  # the file of the values; the file of the numbers is beside it
+    dtype: str  # the type of a value
+    width: int = 1  # numbers in a value
 
     @property
     def values(self) -> Column:

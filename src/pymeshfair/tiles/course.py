@@ -48,19 +48,12 @@ _USUAL_MEMORY = 4_000_000_000
 
 @dataclass(frozen=True)
 class Tiling:
-    """The settings of work by tiles.
+    """The settings of work by tiles."""
 
-    Attributes:
-        scheduler: of dask, None for processes of this machine.
-        shape: of the tiles.
-        most: points or vertices of a tile, None for as many as fit.
-        resume: go on with the files of a run that was killed, and keep those of this one if it ends early.
-    """
-
-    scheduler: Scheduler | None = None
-    shape: Shape = "boxes"
-    most: int | None = None
-    resume: bool = False
+    scheduler: Scheduler | None = None  # of dask, None for processes of this machine
+    shape: Shape = "boxes"  # of the tiles
+    most: int | None = None  # points or vertices of a tile, None for as many as fit
+    resume: bool = False  # go on with the files of a run that was killed, and keep those of this one if it ends early
 
 
 #: tiles on this machine, as large as fits

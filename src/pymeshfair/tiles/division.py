@@ -33,17 +33,11 @@ ROW = np.dtype([("place", "<f8", 3), ("number", "<i8")])
 
 @dataclass(frozen=True)
 class Bucket:
-    """Points that fit into memory, in a file of rows of `ROW`, by ascending number.
+    """Points that fit into memory, in a file of rows of `ROW`, by ascending number."""
 
-    Attributes:
-        path: of the file.
-        count: points.
-        whole: of a bucket that was cut by number; its parts may share places.
-    """
-
-    path: Path
-    count: int
-    whole: Path | None = None
+    path: Path  # of the file
+    count: int  # points
+    whole: Path | None = None  # of a bucket that was cut by number; its parts may share places
 
     def read(self) -> tuple[Floats, Longs]:
         """The coordinates and the numbers."""

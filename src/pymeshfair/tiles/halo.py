@@ -19,21 +19,13 @@ _FAR = np.iinfo(np.int16).max
 
 @dataclass(frozen=True, eq=False)
 class TileMesh:
-    """A part of a mesh; vertices and faces in the order of the whole.
+    """A part of a mesh; vertices and faces in the order of the whole."""
 
-    Attributes:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        numbers: (n,) of the vertices in the whole.
-        own: (n,) which vertices are the tile's; those that a face uses have all their faces here.
-        slots: (n,) where the vertices are stored.
-    """
-
-    vertices: Floats
-    faces: NDArray[np.int32]
-    numbers: Longs
-    own: NDArray[np.bool_]
-    slots: Longs
+    vertices: Floats  # (n, 3) coordinates
+    faces: NDArray[np.int32]  # (m, 3) triangles
+    numbers: Longs  # (n,) of the vertices in the whole
+    own: NDArray[np.bool_]  # (n,) which vertices are the tile's; those that a face uses have all their faces here
+    slots: Longs  # (n,) where the vertices are stored
 
     def own_by_slot(self, values: NDArray[Any]) -> NDArray[Any]:
         """Of (n, ...) values those of the tile's own vertices, which have consecutive slots, in the order of these."""

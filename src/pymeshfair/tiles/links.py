@@ -16,19 +16,12 @@ from .division import Longs
 
 @dataclass(frozen=True, eq=False)
 class Links:
-    """The links of the points of a tile: to rows, of the points themselves and of those outside of the tile, or `NO_LINK`.
+    """The links of the points of a tile: to rows, of the points themselves and of those outside of the tile, or `NO_LINK`."""
 
-    Attributes:
-        begin: the first slot.
-        end: the slot after the last.
-        outside: (o,) slots of the points outside.
-        rows: (n, k).
-    """
-
-    begin: int
-    end: int
-    outside: Longs
-    rows: NDArray[np.int32]
+    begin: int  # the first slot
+    end: int  # the slot after the last
+    outside: Longs  # (o,) slots of the points outside
+    rows: NDArray[np.int32]  # (n, k)
 
     @classmethod
     def read(cls, column: Column, cells: Cells, first: int, last: int) -> Links:

@@ -17,17 +17,11 @@ SHARE = 0.85
 
 @dataclass(frozen=True)
 class Budget:
-    """Workers and their memory.
+    """Workers and their memory."""
 
-    Attributes:
-        workers: processes.
-        threads: of each.
-        tile: bytes that a tile may take in each.
-    """
-
-    workers: int
-    threads: int
-    tile: int
+    workers: int  # processes
+    threads: int  # of each
+    tile: int  # bytes that a tile may take in each
 
 
 def budget(memory: int, processors: int) -> Budget:

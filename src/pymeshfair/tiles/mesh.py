@@ -49,17 +49,11 @@ _NO_FACES = np.empty((0, 3), np.int32)
 
 @dataclass(frozen=True)
 class Rounds:
-    """The tasks of the rounds; each may be done twice.
+    """The tasks of the rounds; each may be done twice."""
 
-    Attributes:
-        surface: the mesh.
-        filtering: the step.
-        whole: the box of the vertices that faces use.
-    """
-
-    surface: Surface
-    filtering: Filtering
-    whole: Whole
+    surface: Surface  # the mesh
+    filtering: Filtering  # the step
+    whole: Whole  # the box of the vertices that faces use
 
     def begin(self, first: int, last: int) -> None:
         """Write down the normalised coordinates of some cells."""
@@ -122,19 +116,12 @@ class Rounds:
 
 @dataclass(frozen=True)
 class Relaxation:
-    """The tasks of Taubin's steps before normal filtering; each may be done twice.
+    """The tasks of Taubin's steps before normal filtering; each may be done twice."""
 
-    Attributes:
-        surface: the mesh.
-        filtering: says how many, and where they go.
-        whole: the box of the vertices that faces use.
-        is_open: whether the mesh has borders.
-    """
-
-    surface: Surface
-    filtering: Filtering
-    whole: Whole
-    is_open: bool
+    surface: Surface  # the mesh
+    filtering: Filtering  # says how many, and where they go
+    whole: Whole  # the box of the vertices that faces use
+    is_open: bool  # whether the mesh has borders
 
     @property
     def _across(self) -> Column:

@@ -47,29 +47,17 @@ _BYTES, _BYTES_OF_NORMALS = 400, {"edge": 700, "vertex": 800, "two_ring": 1100, 
 
 @dataclass(frozen=True)
 class Filtering:
-    """The parameters of normal filtering, all of them known.
+    """The parameters of normal filtering, all of them known."""
 
-    Attributes:
-        settings: the filter of the normals.
-        vertex_iterations: steps of the vertices in a round.
-        outer_iterations: rounds.
-        vertex_update: how vertices follow.
-        outliers: the treatment of vertices that stand out.
-        rounding: the treatment of terraces of rounded coordinates.
-        relaxation: pairs of Taubin's steps before.
-        relaxation_direction: the directions in which vertices may go.
-        border: the rule for border vertices.
-    """
-
-    settings: NormalFilter
-    vertex_iterations: int
-    outer_iterations: int
-    vertex_update: Any
-    outliers: str
-    rounding: str
-    relaxation: int
-    relaxation_direction: RelaxationDirection
-    border: Any
+    settings: NormalFilter  # the filter of the normals
+    vertex_iterations: int  # steps of the vertices in a round
+    outer_iterations: int  # rounds
+    vertex_update: Any  # how vertices follow
+    outliers: str  # the treatment of vertices that stand out
+    rounding: str  # the treatment of terraces of rounded coordinates
+    relaxation: int  # pairs of Taubin's steps before
+    relaxation_direction: RelaxationDirection  # the directions in which vertices may go
+    border: Any  # the rule for border vertices
 
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:

@@ -40,27 +40,16 @@ Around = Callable[["TilePoints", NDArray[np.intp], Nearest], None]
 
 @dataclass(frozen=True, eq=False)
 class TilePoints:
-    """The points of a tile, in the order of its tree.
+    """The points of a tile, in the order of its tree."""
 
-    Attributes:
-        cells: the cloud.
-        first: the first cell of the tile.
-        last: the cell after its last.
-        places: (n, 3) coordinates in the unit of trees, by ascending number.
-        numbers: (n,) in the input, ascending.
-        slots: (n,) where they are stored, by ascending number.
-        index: (n,) for each row of the tree which of these it is.
-        nearest: (n, k) rows that are nearest to each row in the tile; 0 if it has too few points.
-    """
-
-    cells: Cells
-    first: int
-    last: int
-    places: Floats
-    numbers: Longs
-    slots: Longs
-    index: NDArray[np.int32]
-    nearest: NDArray[np.int32]
+    cells: Cells  # the cloud
+    first: int  # the first cell of the tile
+    last: int  # the cell after its last
+    places: Floats  # (n, 3) coordinates in the unit of trees, by ascending number
+    numbers: Longs  # (n,) in the input, ascending
+    slots: Longs  # (n,) where they are stored, by ascending number
+    index: NDArray[np.int32]  # (n,) for each row of the tree which of these it is
+    nearest: NDArray[np.int32]  # (n, k) rows that are nearest to each row in the tile; 0 if it has too few points
 
     def __len__(self) -> int:
         return len(self.index)

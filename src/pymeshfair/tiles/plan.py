@@ -34,19 +34,12 @@ _WHY = {
 
 @dataclass(frozen=True)
 class CloudStep:
-    """Points of a cloud are selected, and deleted if the next step says so, or they get normals.
+    """Points of a cloud are selected, and deleted if the next step says so, or they get normals."""
 
-    Attributes:
-        step: its number, from 1.
-        filter: the Python name, `LOOP`, `STRAYS`, `SURPLUS` or `POINT_NORMALS`; or `DUPLICATES`, which deletes by itself.
-        values: of its parameters.
-        deletes: whether the selected ones are deleted.
-    """
-
-    step: int
-    filter: str
-    values: Mapping[str, Any]
-    deletes: bool
+    step: int  # its number, from 1
+    filter: str  # the Python name, `LOOP`, `STRAYS`, `SURPLUS` or `POINT_NORMALS`; or `DUPLICATES`, which deletes by itself
+    values: Mapping[str, Any]  # of its parameters
+    deletes: bool  # whether the selected ones are deleted
 
     @property
     def neighbors(self) -> int:
@@ -56,30 +49,19 @@ class CloudStep:
 
 @dataclass(frozen=True)
 class Move:
-    """The vertices of a mesh are moved.
+    """The vertices of a mesh are moved."""
 
-    Attributes:
-        step: its number, from 1.
-        filter: the Python name.
-        values: of its parameters.
-    """
-
-    step: int
-    filter: str
-    values: Mapping[str, Any]
+    step: int  # its number, from 1
+    filter: str  # the Python name
+    values: Mapping[str, Any]  # of its parameters
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The steps of a recipe by tiles: all on a cloud, or all moves of a mesh.
+    """The steps of a recipe by tiles: all on a cloud, or all moves of a mesh."""
 
-    Attributes:
-        cloud: on a cloud.
-        moves: of a mesh.
-    """
-
-    cloud: tuple[CloudStep, ...] = ()
-    moves: tuple[Move, ...] = ()
+    cloud: tuple[CloudStep, ...] = ()  # on a cloud
+    moves: tuple[Move, ...] = ()  # of a mesh
 
 
 def plan_of(script: Script) -> Plan:

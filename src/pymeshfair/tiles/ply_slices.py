@@ -19,19 +19,12 @@ from ..files.ply_tables import row_type
 
 @dataclass(frozen=True)
 class SlicedTable:
-    """The rows of one element, all of the same size.
-
-    Attributes:
-        path: the file.
-        element: its declaration in the header.
-        dtype: the type of a row, see `pymeshfair.files.ply_tables.row_type`.
-        offset: the byte of its first row.
-    """
+    """The rows of one element, all of the same size."""
 
     path: Path
-    element: PlyElement
-    dtype: np.dtype[Any]
-    offset: int
+    element: PlyElement  # its declaration in the header
+    dtype: np.dtype[Any]  # the type of a row, see `pymeshfair.files.ply_tables.row_type`
+    offset: int  # the byte of its first row
 
     def read(self, first: int, last: int) -> NDArray[Any]:
         """The rows from `first` to before `last`.
@@ -61,11 +54,7 @@ class SlicedTable:
 
 @dataclass(frozen=True)
 class PlySlices:
-    """A binary PLY file in which all rows of an element have the same size; other files raise `ContentsError` when read.
-
-    Attributes:
-        path: the file.
-    """
+    """A binary PLY file in which all rows of an element have the same size; other files raise `ContentsError` when read."""
 
     path: Path
 

@@ -26,17 +26,12 @@ from .neighbours import TilePoints, search_tile
 
 @dataclass(frozen=True)
 class NormalTiles:
-    """The tasks of Compute normals for point sets on a cloud in cells; each may be done twice.
+    """The tasks of Compute normals for point sets on a cloud in cells; each may be done twice."""
 
-    Attributes:
-        cells: the cloud.
-        values: of the parameters: K points make a plane, the point itself among them; `smoothIter`, `flipFlag`, `viewPos`.
-        tile: points of a tile.
-    """
-
-    cells: Cells
+    cells: Cells  # the cloud
+    #: of the parameters: K points make a plane, the point itself among them; `smoothIter`, `flipFlag`, `viewPos`
     values: Mapping[str, Any]
-    tile: int
+    tile: int  # points of a tile
 
     @property
     def iterations(self) -> int:

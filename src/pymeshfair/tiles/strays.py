@@ -32,17 +32,11 @@ from .neighbours import TilePoints, search_tile
 
 @dataclass(frozen=True)
 class StrayTiles:
-    """The tasks of stray points on a cloud in cells; each may be done twice.
+    """The tasks of stray points on a cloud in cells; each may be done twice."""
 
-    Attributes:
-        cells: the cloud.
-        rule: the test for stray points.
-        tile: points of a tile.
-    """
-
-    cells: Cells
-    rule: StrayRule
-    tile: int
+    cells: Cells  # the cloud
+    rule: StrayRule  # the test for stray points
+    tile: int  # points of a tile
 
     def _column(self, name: str, dtype: str = "<f8", width: int = 1) -> Column:
         return Column(self.cells.folder / name, dtype, width)

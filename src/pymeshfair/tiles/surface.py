@@ -22,14 +22,10 @@ FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
 
 @dataclass(frozen=True)
 class Surface:
-    """The files of a mesh.
+    """The files of a mesh."""
 
-    Attributes:
-        cells: of its vertices.
-        buckets: (b + 1,) the slot at which each bucket begins; the faces at its vertices are in a file of their own.
-    """
-
-    cells: Cells
+    cells: Cells  # of its vertices
+    #: (b + 1,) the slot at which each bucket begins; the faces at its vertices are in a file of their own
     buckets: tuple[int, ...]
 
     @property

@@ -16,14 +16,10 @@ from ..scripts.write import number_text
 
 @dataclass(frozen=True)
 class StepChoices:
-    """The choices of a page for one step.
+    """The choices of a page for one step."""
 
-    Attributes:
-        on: whether the step is to run.
-        values: texts by parameter name, in the form that `parse_value` reads; empty where MeshLab is to find the value.
-    """
-
-    on: bool
+    on: bool  # whether the step is to run
+    #: texts by parameter name, in the form that `parse_value` reads; empty where MeshLab is to find the value
     values: Mapping[str, str]
 
 

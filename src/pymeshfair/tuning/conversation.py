@@ -55,17 +55,11 @@ class Finisher:
 
 @dataclass(frozen=True)
 class Subject:
-    """The subject of a page.
-
-    Attributes:
-        scan: the scan.
-        recipe: the name or path of the recipe that is shown first.
-        folder: for recipes and results.
-    """
+    """The subject of a page."""
 
     scan: Scan
-    recipe: str
-    folder: Path
+    recipe: str  # the name or path of the recipe that is shown first
+    folder: Path  # for recipes and results
 
 
 class Conversation:

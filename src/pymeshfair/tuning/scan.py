@@ -20,23 +20,14 @@ MOST_VERTICES, PART = 200_000, 50_000
 
 @dataclass(frozen=True)
 class Scan:
-    """A scan to tune on.
-
-    Attributes:
-        path: the file.
-        vertices: how many it has.
-        diagonal: of its bounding box, in mesh units.
-        mean_edge: in mesh units.
-        part: a file with a part of it; None if it is small enough to be taken whole.
-        warnings: contents that reading could not keep.
-    """
+    """A scan to tune on."""
 
     path: Path
-    vertices: int
-    diagonal: float
-    mean_edge: float
-    part: Path | None
-    warnings: tuple[str, ...]
+    vertices: int  # how many it has
+    diagonal: float  # of its bounding box, in mesh units
+    mean_edge: float  # in mesh units
+    part: Path | None  # a file with a part of it; None if it is small enough to be taken whole
+    warnings: tuple[str, ...]  # contents that reading could not keep
 
 
 def prepared_scan(path: Path, folder: Path, *, most: int = MOST_VERTICES, part: int = PART) -> Scan:
