@@ -29,11 +29,7 @@ class StoppedError(PymeshfairError):
 
 
 def check_needs(declared: Filter, layer: Layer) -> None:
-    """Refuse a layer that lacks something that a filter requires.
-
-    Raises:
-        MeshError: it does; the message is a whole sentence.
-    """
+    """Refuse a layer that lacks something that a filter requires."""
     lacking = [words for element, (words, is_there) in _NEEDS.items() if declared.requires & element and not is_there(layer)]
     if lacking:
         raise MeshError(f"{declared.python_name} cannot be applied: {layer.label!r} has no {' and no '.join(lacking)}")

@@ -57,12 +57,7 @@ class Door:
     """One mesh set of MeshLab's; layers have the ids of the caller."""
 
     def __init__(self, folder: Path, *, verbose: bool = True) -> None:
-        """See the class.
-
-        Args:
-            folder: takes the files that are handed over; it is kept as long as the meshes are.
-            verbose: whether MeshLab tells its progress on stderr.
-        """
+        """See the class; `folder` takes the files that are handed over, and is kept as long as the meshes are."""
         self._folder = folder
         self._verbose = verbose
         self._entries = 0
@@ -517,15 +512,7 @@ def _table(columns: list[tuple[str, str, Any]], chosen: NDArray[np.bool_] | None
 
 
 def load_unchecked(path: Path, folder: Path) -> Reading:
-    """A file of a format that only MeshLab's own reader understands.
-
-    Args:
-        path: the file, which is trusted.
-        folder: for files on the way.
-
-    Raises:
-        ContentsError: MeshLab refuses it.
-    """
+    """A file of a format that only MeshLab's own reader understands."""
     meshset = BASE(False)
     options = {"load_in_a_single_layer": True} if path.suffix.lower() == ".3ds" else {}
     try:

@@ -56,11 +56,7 @@ def missing_package(package: str, extra: str) -> str:
 
 
 def require_extra(extra: str, *packages: str) -> None:
-    """Check that the packages of an extra are installed, before any work is done.
-
-    Raises:
-        MissingExtraError: one is not; the message has the command that installs it.
-    """
+    """Check that the packages of an extra are installed, before any work is done."""
     for package in packages:
         if importlib.util.find_spec(package) is None:
             raise MissingExtraError(missing_package(package, extra))

@@ -177,11 +177,7 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
 
 
 def parse_recipe(data: bytes, name: str, *, upgrade: bool = False, path: Path | None = None) -> Recipe:
-    """The recipe in the bytes of an .mlx file; `name` stands for the file in messages, and `upgrade` is that of `load_recipe`.
-
-    Raises:
-        ScriptError: something in the script is wrong; lists every problem.
-    """
+    """The recipe in the bytes of an .mlx file; `name` stands for the file in messages, and `upgrade` is that of `load_recipe`."""
     if not upgrade:
         return Recipe(Path(name).stem, parse_script(data, name, path=path))
     upgraded = upgrade_script(data, name, path=path)

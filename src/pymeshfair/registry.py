@@ -72,11 +72,7 @@ class Plugin:
 
 
 def load_plugins(broken: list[BrokenPlugin]) -> list[Plugin]:
-    """The plugins, sorted by package; pymeshfair's come first, so that no other package can take their names.
-
-    Args:
-        broken: plugins that could not be loaded are appended.
-    """
+    """The plugins, pymeshfair's first, so that no other package can take their names; those that fail are added to `broken`."""
     loaded = []
     for distribution, entry in _entry_points(broken):
         text = f"{entry.name} = {entry.value}"

@@ -19,12 +19,7 @@ from ..scripts.value_text import parse_value
 
 
 def with_step(script: Script, known: Filter, given: Mapping[str, Any]) -> Script:
-    """The script with one more step, some of whose values may be settings.
-
-    Raises:
-        UnknownNameError: the filter has no such parameter.
-        ParameterError: a value that the filter does not take, or another setting of a name that is there.
-    """
+    """The script with one more step, some of whose values may be settings."""
     settings = {name: value for name, value in given.items() if isinstance(value, Setting)}
     chosen = {name: parse_value(known.parameter(name), setting.default) for name, setting in settings.items()}
     values = known.check({**given, **chosen})
@@ -46,11 +41,7 @@ def _with_setting(settings: tuple[Setting, ...], new: Setting) -> tuple[Setting,
 
 
 def with_tag(script: Script, index: int, name: str) -> Script:
-    """The script with a tag on the step of that index.
-
-    Raises:
-        ParameterError: no tag can be called so, or there is no such step.
-    """
+    """The script with a tag on the step of that index."""
     check_name(name, "a tag")
     steps = list(script.steps)
     if not -len(steps) <= index < len(steps):
@@ -60,11 +51,7 @@ def with_tag(script: Script, index: int, name: str) -> Script:
 
 
 def with_limits(script: Script, limits: Mapping[str, str]) -> Script:
-    """The script with these limits over its own.
-
-    Raises:
-        ParameterError: there is no such limit, or a text that is none of what it takes.
-    """
+    """The script with these limits over its own."""
     for name in limits:
         if name not in LIMITS:
             near = nearest(name, LIMITS)
@@ -74,11 +61,7 @@ def with_limits(script: Script, limits: Mapping[str, str]) -> Script:
 
 
 def check_name(name: str, of_what: str) -> None:
-    """Check that a setting or a tag can be called so; the message begins with `of_what`.
-
-    Raises:
-        ParameterError: it cannot.
-    """
+    """Check that a setting or a tag can be called so; the message begins with `of_what`."""
     if not is_name(name):
         raise ParameterError(f"{of_what} takes letters, digits and underscores, got {name!r}")
 

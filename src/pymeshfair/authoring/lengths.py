@@ -18,9 +18,6 @@ def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
     """By step, the relative lengths in mesh units, by Python parameter name.
 
     The steps up to the last one that has any are run on the mesh, since they may change its size.
-
-    Raises:
-        PymeshfairError: the file cannot be read, or a step fails on it.
     """
     steps = script.with_defaults().steps
     count = max((number for number, step in enumerate(steps, 1) if _relative(step)), default=0)

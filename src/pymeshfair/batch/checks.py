@@ -41,19 +41,7 @@ class Prospect:
 
 
 def look_ahead(scans: Sequence[Scan], template: Job, folder: Path, done: Collection[int]) -> Prospect:
-    """Look at everything that can be seen without opening a mesh, and change nothing.
-
-    Args:
-        scans: of the batch.
-        template: of the runs of the batch.
-        folder: of outputs, which need not exist.
-        done: the numbers of the scans that are done already.
-
-    Raises:
-        ScriptError: the recipe needs layers or rasters that the batch does not have.
-        ParameterError: there are limits, but no measures are to be taken; or one has a unit, and that of the scans is not known.
-        InputError: a file of a further layer cannot be read.
-    """
+    """Look at everything that can be seen without opening a mesh, and change nothing."""
     check_needs(template.recipe.script, layers=1 + len(template.others))
     if not template.measures:
         refuse_unmeasured(template.all_guards)
@@ -80,9 +68,6 @@ def check_own_files(folder: Path, template: Job, *, report: bool) -> None:
     """Refuse a folder with files that have the names of those about the batch as a whole, and are not of a former batch.
 
     Of a former batch they are if the journal is one, see `pymeshfair.batch.journal.read_journal`.
-
-    Raises:
-        OutputError: there is such a file.
     """
     journal = folder / JOURNAL
     is_ours = check_place(journal) and bool(read_journal(journal) or not journal.stat().st_size)

@@ -28,11 +28,7 @@ _IDLE = 120.0
 def workers_of_scheduler(
     scheduler: Scheduler, template: Job, scans: Sequence[Scan], folder: Path, items: Items, name: str
 ) -> Iterator[OfScheduler]:
-    """The workers of a scheduler, see `pymeshfair.batch.station.Workers`.
-
-    Raises:
-        ClusterError: no scheduler, no worker, or one that has other versions or does not see the files.
-    """
+    """The workers of a scheduler, see `pymeshfair.batch.station.Workers`."""
     firsts = {scan.input.parent: scan.input for scan in reversed(scans)}
     recipe = partial(recipe_problems, pickle.dumps(template.recipe), template.recipe.digest)
     with open_client(scheduler) as client, conditions(folder, [*firsts.values(), *template.others], recipe) as wanted:

@@ -32,14 +32,6 @@ def page_path(folder: Path, output: Path) -> Path:
 def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Lender) -> dict[str, Any]:
     """Write the page of a scan that was done; its small picture. Both are taken from what was written before if nothing changed.
 
-    Args:
-        input: the mesh file.
-        output: the result.
-        page: the .html file to write; what is needed to take it again goes beside it.
-        memory: bytes that the process may take.
-        overwrite: whether to replace files there that are no page of ours.
-        workers: lends it.
-
     Returns:
         ``"source"``, the picture as a ``data:`` address, ``"width"`` and ``"height"`` in pixels.
 

@@ -55,19 +55,6 @@ def carry_out(
 ) -> None:
     """Clean scans, report each outcome once it is in the journal, and draw pages of the cleaned scans.
 
-    Args:
-        scans: the scans to clean.
-        template: the settings that all runs share.
-        journal: of the folder.
-        folder: where outputs go; it exists.
-        scheduler: the dask scheduler, or None for this machine.
-        jobs: scans at a time on this machine.
-        pool: processes for them; None starts some.
-        stop: give up after the first scan that fails.
-        pages: draw a page of each scan that is done.
-        listener: called with outcomes, pages and notes.
-        done: scans of an earlier batch that get pages, too.
-
     Raises:
         ClusterError: no scheduler or no workers; a worker with other versions or without the files; the scheduler stopped.
         BatchError: the journal cannot be written.

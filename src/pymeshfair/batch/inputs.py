@@ -39,13 +39,6 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Asked
     and .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one of these a line; or a table
     ``*.csv``. ``@-`` and ``-`` are a list and a table on standard input. What a list or a table names is relative to its own
     folder.
-
-    Args:
-        arguments: in the order of the command line.
-        settings: of the recipe, which a table may have columns for.
-
-    Raises:
-        ParameterError: an argument means nothing, or a list or table cannot be read.
     """
     scans: dict[tuple[object, ...], Asked] = {}
     for argument in arguments:

@@ -27,15 +27,7 @@ class Journal:
     """
 
     def __init__(self, folder: Path, *, resume: bool) -> None:
-        """Open and lock the journal.
-
-        Args:
-            folder: that of the outputs.
-            resume: keep the lines of earlier batches; else they are deleted when the first scan ends.
-
-        Raises:
-            BatchError: another batch has locked it, or it cannot be written.
-        """
+        """Open and lock the journal in the folder of outputs; without `resume` its lines are deleted when the first scan ends."""
         self.path = folder / NAME
         try:
             self._file = self.path.open("a+b", buffering=0)
@@ -59,11 +51,7 @@ class Journal:
         self._file.close()
 
     def append(self, outcome: Outcome) -> None:
-        """Write one line, and wait until the disk has it.
-
-        Raises:
-            BatchError: the disk is full.
-        """
+        """Write one line, and wait until the disk has it."""
         try:
             if self._is_old:
                 self._file.truncate(0)

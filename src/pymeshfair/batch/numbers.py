@@ -70,12 +70,7 @@ def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
     """The distance of each number from the median, in standard deviations estimated by the median absolute deviation.
 
     Where more than half of the numbers are the same that is 0, and the mean absolute deviation takes its place [iglewicz1993].
-
-    Args:
-        numbers: None and what is not finite take no part.
-
-    Returns:
-        None for numbers that take no part, and for all if they are fewer than five or all the same.
+    None for what is None or not finite, and for all if they are fewer than five or all the same.
     """
     known = [x for x in numbers if x is not None and math.isfinite(x)]
     if len(known) < _FEWEST:

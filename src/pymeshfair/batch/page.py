@@ -34,16 +34,7 @@ _COLUMNS = (
 
 
 def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, Any]]) -> Path:
-    """Write the page.
-
-    Args:
-        folder: of the batch.
-        summary: its results.
-        made: of each output what `pymeshfair.batch.drawing.draw` gave back, ``"problem"``, or nothing.
-
-    Raises:
-        OutputError: it cannot be written.
-    """
+    """Write the page; `made` has of each output what `pymeshfair.batch.drawing.draw` gave back, ``"problem"``, or nothing."""
     far = {outcome.output: words for outcome, words in zip(summary.outcomes, summary.far, strict=True)}
     labels = {outcome.output: name for outcome, name in zip(summary.outcomes, summary.labels, strict=True)}
     moved = sorted(summary.outcomes, key=lambda outcome: -(displacement_in_edges(outcome) or 0.0))

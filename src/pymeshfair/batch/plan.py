@@ -35,14 +35,7 @@ class Scan:
 
 
 def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Job:
-    """The run of one scan.
-
-    Args:
-        template: the options that all runs share.
-        scan: the scan.
-        threads: that filters may use.
-        memory: bytes, where the template gives none.
-    """
+    """The run of one scan; `memory` is in bytes, where the template gives none."""
     return replace(
         template,
         recipe=scan.recipe,
@@ -57,18 +50,7 @@ def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Jo
 
 
 def plan_scans(asked: Sequence[Asked], recipe: Recipe, folder: Path, name: str = "") -> list[Scan]:
-    """The scans of a batch.
-
-    Args:
-        asked: the scans to clean, as the user named them.
-        recipe: for all of them.
-        folder: where outputs go, an absolute path; names may have folders within it.
-        name: of outputs, with `PLACEHOLDERS`; empty for those of the inputs, as .ply where a format cannot be written.
-
-    Raises:
-        ParameterError: there is nothing to do, a name that cannot be, an output that is another's, an input's or outside.
-        UnknownNameError, ParameterError: a row changes what the recipe does not have.
-    """
+    """The scans of a batch; `name` is that of outputs, with `PLACEHOLDERS`, empty for the names of the inputs."""
     if not asked:
         raise ParameterError("there is no scan to clean")
     variants: dict[tuple[str, ...], Recipe] = {}

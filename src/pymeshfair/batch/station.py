@@ -158,11 +158,7 @@ class Workers(Protocol):
         """End what is under way, and begin nothing more."""
 
     def look(self) -> str | None:
-        """A message about the workers for the user, or None.
-
-        Raises:
-            LostSchedulerError: none of them can be asked any more.
-        """
+        """A message about the workers for the user, or None."""
 
 
 class ThisMachine:

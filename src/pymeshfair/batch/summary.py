@@ -89,20 +89,12 @@ class Summary:
         return text.getvalue()
 
     def write(self, folder: Path) -> tuple[Path, Path]:
-        """Write both files, in place of those of a former batch.
-
-        Raises:
-            OutputError: they cannot be written.
-        """
+        """Write both files, in place of those of a former batch."""
         document = json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
         return write_text(folder / DOCUMENT, document), write_text(folder / TABLE, self.table())
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a file that appears whole, in place of that of a former batch; see `pymeshfair.batch.checks.check_own_files`.
-
-    Raises:
-        OutputError: it cannot be written.
-    """
+    """Write a file that appears whole, in place of that of a former batch; see `pymeshfair.batch.checks.check_own_files`."""
     write_file(path, text.encode("utf-8", "surrogateescape"), overwrite=True)
     return path

@@ -276,12 +276,7 @@ class Task:
         self._renumber = renumber and resume
 
     def look_ahead(self) -> Prospect:
-        """The work that would be done; nothing is written.
-
-        Raises:
-            ScriptError, InputError: see `pymeshfair.batch.checks.look_ahead`.
-            OutputError: see `pymeshfair.batch.checks.check_own_files`.
-        """
+        """The work that would be done; nothing is written."""
         if self.folder.is_dir():
             check_own_files(self.folder, self.template, report=self._report)
         done = self._done(read_journal(self.folder / NAME))
@@ -301,17 +296,7 @@ class Task:
             yield pool
 
     def carry_out(self, audience: Audience, pool: Pool | None = None) -> Summary:
-        """Do it, and write ``batch.json`` and ``batch.csv``, also if it is interrupted, and ``batch.html`` if a report is wanted.
-
-        Args:
-            audience: receives the progress.
-            pool: see `processes`.
-
-        Raises:
-            ScriptError, InputError: see `pymeshfair.batch.checks.look_ahead`.
-            OutputError: see `pymeshfair.batch.checks.check_own_files`; or a file cannot be written.
-            BatchError, KeyboardInterrupt: see `pymeshfair.batch.engine.carry_out`.
-        """
+        """Do it, and write ``batch.json`` and ``batch.csv``, also if interrupted, and ``batch.html`` if a report is wanted."""
         started, clock = now(), time.monotonic()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)

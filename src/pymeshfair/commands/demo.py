@@ -54,11 +54,7 @@ def demo(
 
 
 def sample_scan() -> Path:
-    """The range map in the folder of pymeshlab, which is found without importing it.
-
-    Raises:
-        InputError: pymeshlab is not installed, or came without its samples.
-    """
+    """The range map in the folder of pymeshlab, which is found without importing it."""
     from ..files.errors import InputError
 
     spec = importlib.util.find_spec("pymeshlab")

@@ -51,11 +51,7 @@ class Failure:
 
 
 def check_working_folder() -> None:
-    """Refuse a working folder that has been removed: relative paths cannot be read or written there.
-
-    Raises:
-        RunError: the folder has been removed.
-    """
+    """Refuse a working folder that has been removed: relative paths cannot be read or written there."""
     from ..errors import RunError
 
     try:

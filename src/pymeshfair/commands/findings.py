@@ -138,11 +138,7 @@ def look_at_disk() -> Iterator[Finding]:
 
 
 def look_at_left_files(folder: Path, *, remove: bool) -> Iterator[Finding]:
-    """The folders that killed runs left in a folder, which is no fault of the machine.
-
-    Raises:
-        BadParameter: there is no such folder.
-    """
+    """The folders that killed runs left in a folder, which is no fault of the machine."""
     if not folder.is_dir():
         raise typer.BadParameter(f"{folder} is no folder", param_hint="FOLDER")
     left = abandoned_folders(folder)

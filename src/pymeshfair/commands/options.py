@@ -99,11 +99,7 @@ NoMeasures = Annotated[
 
 
 def check_measured(*, no_measures: bool) -> None:
-    """Refuse a report of what was not measured.
-
-    Raises:
-        typer.BadParameter: nothing is to be measured.
-    """
+    """Refuse a report of what was not measured."""
     if no_measures:
         raise typer.BadParameter("a report shows measures: leave it out, or --no-measures", param_hint="--report")
 
@@ -126,12 +122,7 @@ def guards(**texts: str) -> Guards:
 
 
 def map_tolerance(text: str | None, path: Path | None) -> Length | PhysicalLength | None:
-    """The length that ``--map-tolerance`` means, None without it.
-
-    Raises:
-        ParameterError: it is no length.
-        typer.BadParameter: it is below 0, or there is no map.
-    """
+    """The length that ``--map-tolerance`` means, None without it."""
     from ..declaration.units import parse_length
 
     if text is None:
@@ -145,18 +136,7 @@ def map_tolerance(text: str | None, path: Path | None) -> Length | PhysicalLengt
 
 
 def tolerance_in_mesh_units(text: str | None, unit: str | None, diagonal: float, mean_edge: float) -> float | None:
-    """The length that ``--tolerance`` means; None if it is not given.
-
-    Args:
-        text: such as ``0.05``, ``0.1%``, ``0.5edge`` or ``0.05mm``.
-        unit: the scan's, or None if it is not known.
-        diagonal: of the first mesh.
-        mean_edge: of the first mesh.
-
-    Raises:
-        ParameterError: it is no length, or has a unit and that of the scan is not known.
-        typer.BadParameter: it is not above 0.
-    """
+    """The length that ``--tolerance`` means, such as ``0.05``, ``0.1%``, ``0.5edge`` or ``0.05mm``; None if it is not given."""
     if text is None:
         return None
     length = _in_mesh_units(text, unit, diagonal, mean_edge)
@@ -166,12 +146,7 @@ def tolerance_in_mesh_units(text: str | None, unit: str | None, diagonal: float,
 
 
 def limits_in_mesh_units(text: str | None, unit: str | None, diagonal: float, mean_edge: float) -> Ends | None:
-    """The two ends that ``--limits LOW,HIGH`` means; None if it is not given; see `tolerance_in_mesh_units`.
-
-    Raises:
-        ParameterError: see there.
-        typer.BadParameter: it is not two lengths, the lower one first.
-    """
+    """The two ends that ``--limits LOW,HIGH`` means; None if it is not given; see `tolerance_in_mesh_units`."""
     from ..filters.inspection import Limits as Ends
 
     if text is None:
@@ -214,11 +189,7 @@ TlsKey = Annotated[Path | None, typer.Option(metavar="FILE", help="The key of th
 def scheduler_of(
     address: str | None, file: Path | None, ca_file: Path | None, certificate: Path | None, key: Path | None
 ) -> Scheduler | None:
-    """The scheduler that the options name, None without one.
-
-    Raises:
-        BadParameter: certificates without a scheduler, or two schedulers.
-    """
+    """The scheduler that the options name, None without one."""
     if address is not None and file is not None:
         raise typer.BadParameter("--scheduler names one already", param_hint="--scheduler-file")
     if address is None and file is None:

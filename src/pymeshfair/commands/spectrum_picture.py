@@ -18,13 +18,7 @@ _COLORS = {"before": "tab:gray", "after": "tab:blue"}
 
 
 def draw_spectra(spectra: Mapping[str, Mapping[str, Any]], response: Response | None, extension: str) -> bytes:
-    """A picture, as the bytes of its file.
-
-    Args:
-        spectra: by name, what ``get_surface_spectrum`` returns.
-        response: drawn over them on an axis of its own.
-        extension: its format, png, svg or pdf.
-    """
+    """The bytes of a picture, png, svg or pdf, of what ``get_surface_spectrum`` returns by name, with the response over it."""
     figure = Figure(figsize=(7.5, 4.5), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots()

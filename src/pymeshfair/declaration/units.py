@@ -72,11 +72,7 @@ class PhysicalLength:
     unit: str  # of them
 
     def in_mesh_units(self, unit: str | None) -> Length:
-        """The length on a scan in that unit.
-
-        Raises:
-            ParameterError: it is not known; the message has the readings and the way out.
-        """
+        """The length on a scan in that unit."""
         if unit is None:
             amounts = {name: self.in_mesh_units(name).amount for name in (self.unit, "mm", "m")}
             readings = " and ".join(f"{amount:.6g} on a scan in {name}" for name, amount in amounts.items())
@@ -101,11 +97,7 @@ def parse_length(text: str) -> Length | PhysicalLength:
 
 
 def unit_of_scan(typed: str | None, of_file: str | None, of_recipe: str = "") -> str | None:
-    """The unit of a scan: the one that the user typed, else that of its file, else that of the recipe's head; None without any.
-
-    Raises:
-        ParameterError: `typed` is none of `METRES`.
-    """
+    """The unit of a scan: that which the user typed, else that of its file, else that of the recipe's head; None without any."""
     if typed is not None:
         return check_unit(typed)
     return of_file if of_file in METRES else of_recipe or None

@@ -48,11 +48,7 @@ class Assembly:
         return bool(self._parts)
 
     def enter(self, part: Hashable) -> None:
-        """Begin a part of the scene. Parts are counted: ten nested groups of ten make 10^10 placements.
-
-        Raises:
-            ContentsError: the part is open already, or there are too many.
-        """
+        """Begin a part of the scene. Parts are counted: ten nested groups of ten make 10^10 placements."""
         self._entered += 1
         if part in self._open:
             raise ContentsError("a part of it is a part of itself")
@@ -67,22 +63,14 @@ class Assembly:
         self._open.discard(part)
 
     def place(self, part: MeshData, matrix: NDArray[np.float64]) -> None:
-        """Add a part, placed by a (4, 4) matrix.
-
-        Raises:
-            ContentsError: all parts together are too large.
-        """
+        """Add a part, placed by a (4, 4) matrix."""
         self._elements += len(part.vertices) + len(part.faces)
         if self._elements > MOST_ELEMENTS:
             raise ContentsError(f"its parts have more than {MOST_ELEMENTS:,} vertices and faces, each time that they are placed")
         self._parts.append((part, matrix))
 
     def texture(self, name: str, references: References) -> int:
-        """The number of the texture of that name in the folder of the mesh.
-
-        Raises:
-            InputError: it must not be opened.
-        """
+        """The number of the texture of that name in the folder of the mesh."""
         return self.add_texture(name, lambda: references.find_image(name))
 
     def add_texture(self, name: str, image: Callable[[], Path | bytes | None]) -> int:
@@ -140,9 +128,6 @@ def polygons(
             and colours become those of vertices if they are the same at all corners there, else colours those of faces if
             possible. A row of nan says nothing.
         of_polygons: attributes of polygons, (p, ...).
-
-    Raises:
-        ContentsError: a corner is no vertex, or a polygon has less than three.
     """
     check_range(corners, 0, len(vertices), what)
     if (lengths < 3).any():
@@ -172,13 +157,7 @@ def polygons(
 
 
 def triangles_of(corners: NDArray[np.int64], lengths: NDArray[np.int64], *, fans: bool) -> NDArray[np.int64]:
-    """(t, 3) which of the corners of strips or fans make their triangles, without those that have a corner twice.
-
-    Args:
-        corners: (c,) indices of vertices, those of one strip after those of another.
-        lengths: (s,) how many corners each has.
-        fans: whether they are fans.
-    """
+    """(t, 3) which of the corners of strips or fans, one after another, make their triangles, without collapsed ones."""
     counts = np.maximum(lengths - 2, 0)
     first = np.repeat(np.cumsum(lengths) - lengths, counts)
     step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)

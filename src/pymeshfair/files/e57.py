@@ -41,11 +41,7 @@ def read_e57(path: Path, references: References) -> Reading:
 
 
 def e57_pieces(path: Path, size: int) -> Iterator[MeshData]:
-    """The points of `read_e57`, about `size` at a time, in the same order and with the same attributes.
-
-    Raises:
-        ContentsError, OSError: as `read_e57`.
-    """
+    """The points of `read_e57`, about `size` at a time, in the same order and with the same attributes."""
     with _opened(path) as file:
         for places, attributes in _Survey.of(file).pieces(size):
             yield MeshData(vertices=places, vertex_attributes=attributes)
@@ -57,11 +53,7 @@ def doubts_of(missing: int) -> tuple[str, ...]:
 
 
 def e57_survey(path: Path) -> tuple[int, tuple[str, ...]]:
-    """The number of points that a file declares, measured or not, and warnings about fields that some scans lack.
-
-    Raises:
-        ContentsError, OSError: as `read_e57`.
-    """
+    """The number of points that a file declares, measured or not, and warnings about fields that some scans lack."""
     with _opened(path) as file:
         survey = _Survey.of(file)
         return sum(int(header.point_count) for header in survey.headers), survey.doubts

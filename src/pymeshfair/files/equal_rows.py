@@ -11,14 +11,7 @@ from ..filters.compilation import compiled
 
 
 def numbered(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Number rows so that those have the same number whose values are all equal; NaN equals nothing.
-
-    Args:
-        rows: (n, k).
-
-    Returns:
-        (u,) the first row of each number, in the order of the rows; (n,) the number of each row.
-    """
+    """The (u,) first rows of different ones among (n, k), in order, and the (n,) number of each row; NaN equals nothing."""
     values = np.ascontiguousarray(rows, np.float64) + 0.0  # of -0 it makes 0
     firsts, numbers = np.empty(len(values), np.int64), np.empty(len(values), np.int64)
     size = 1 << max(2 * len(values) - 1, 1).bit_length()

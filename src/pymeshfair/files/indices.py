@@ -10,16 +10,7 @@ from .references import shown
 
 
 def numbers(text: str, what: str, count: int | None = None) -> NDArray[np.float64]:
-    """The numbers of a text, parted by blanks.
-
-    Args:
-        text: the text.
-        what: their name in messages.
-        count: how many there must be.
-
-    Raises:
-        ContentsError: one of them is none, or not finite; or they are more or less.
-    """
+    """The `count` finite numbers of a text, parted by blanks; `what` names them in messages."""
     words = text.split()
     try:
         if "_" in text or not text.isascii():  # of which Python makes numbers, too
@@ -36,11 +27,7 @@ def numbers(text: str, what: str, count: int | None = None) -> NDArray[np.float6
 
 
 def rows(text: str, width: int, what: str) -> NDArray[np.float64]:
-    """(n, width) the numbers of a text.
-
-    Raises:
-        ContentsError: see `numbers`; or the last row is not whole.
-    """
+    """(n, width) the numbers of a text."""
     values = numbers(text, what)
     if len(values) % width:
         raise ContentsError(f"{what} are {len(values):,} numbers, which are no whole number of {width}")
@@ -48,11 +35,7 @@ def rows(text: str, width: int, what: str) -> NDArray[np.float64]:
 
 
 def indices(text: str, what: str) -> NDArray[np.int64]:
-    """The whole numbers of a text, parted by blanks.
-
-    Raises:
-        ContentsError: one of them is none.
-    """
+    """The whole numbers of a text, parted by blanks."""
     values = numbers(text, what)
     whole = (values == np.rint(values)) & (np.abs(values) < 1 << 53)
     if not whole.all():
@@ -61,11 +44,7 @@ def indices(text: str, what: str) -> NDArray[np.int64]:
 
 
 def check_range(values: NDArray[np.int64], least: int, below: int, what: str) -> None:
-    """Refuse indices that name nothing.
-
-    Raises:
-        ContentsError: one is less than `least`, or not below `below`.
-    """
+    """Refuse indices that name nothing."""
     wrong = (values < least) | (values >= below)
     if wrong.any():
         k = int(np.argmax(wrong))

@@ -54,11 +54,7 @@ _MAGIC = {
 
 
 def check_input(path: Path, formats: Collection[str] = (*READABLE, *UNCHECKED)) -> None:
-    """Refuse what is no mesh file, of one of the formats, by its name and kind, without opening it.
-
-    Raises:
-        InputError: there is no such file; it is a folder, a pipe or a device, empty, unreadable or of an unknown format.
-    """
+    """Refuse what is no mesh file, of one of the formats, by its name and kind, without opening it."""
     check_regular(path, path)
     if path.stat().st_size == 0:
         raise InputError(path, "it is empty")
@@ -108,11 +104,7 @@ def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[P
 
 
 def check_magic(path: Path) -> None:
-    """Refuse a file that begins as none of its format does, before all of it is read.
-
-    Raises:
-        ContentsError: it does.
-    """
+    """Refuse a file that begins as none of its format does, before all of it is read."""
     with path.open("rb") as file:
         head = file.read(4096)
     if extension(path) not in _ANY_ENCODING and _UTF_16.match(head):

@@ -51,11 +51,7 @@ class LasDocument:
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """The reader of a file.
-
-    Raises:
-        ContentsError: it is damaged, or laspy is missing.
-    """
+    """The reader of a file."""
     laspy, errors = _laspy()
     _check_records(path)
     try:
@@ -101,11 +97,7 @@ def _laspy() -> tuple[Any, tuple[type[Exception], ...]]:
 
 
 def chunks(reader: Any, size: int) -> Iterator[Any]:
-    """The points of a reader in pieces.
-
-    Raises:
-        ContentsError: there are fewer than the header declares.
-    """
+    """The points of a reader in pieces, as many as the header declares."""
     declared, read = int(reader.header.point_count), 0
     for chunk in reader.chunk_iterator(size):
         read += len(chunk)
@@ -189,9 +181,6 @@ def write_las_pieces(pieces: Callable[[], Iterator[MeshData]], target: BinaryIO)
     """Write pieces of a cloud, which have the same attributes, to a LAS file: once for their extent, and once to be written.
 
     There is at least one. The steps of the coordinates are the finest powers of ten that 32 bits hold.
-
-    Returns:
-        What to know about it, in words.
 
     Raises:
         ContentsError: the format cannot hold them, or laspy is missing.
@@ -369,11 +358,7 @@ def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, 
 
 
 def _set_scale(header: Any, vertices: NDArray[np.float64], writing: Writing, notes: list[str]) -> None:
-    """Keep the scales and offsets of the header if they hold the coordinates; else choose such that do.
-
-    Raises:
-        ContentsError: none do.
-    """
+    """Keep the scales and offsets of the header if they hold the coordinates; else choose such that do."""
     if not len(vertices):
         return
     least, most = vertices.min(axis=0), vertices.max(axis=0)
@@ -387,11 +372,7 @@ def _set_scale(header: Any, vertices: NDArray[np.float64], writing: Writing, not
 
 
 def _choose_scale(header: Any, least: NDArray[np.float64], most: NDArray[np.float64], fine: float, notes: list[str]) -> None:
-    """Steps that tell apart what is `fine`, or the finest ones if that is 0.
-
-    Raises:
-        ContentsError: the format has none.
-    """
+    """Steps that tell apart what is `fine`, or the finest ones if that is 0."""
     extent = float((most - np.floor(least)).max())
     finest = 10.0 ** np.ceil(np.log10(max(extent, 1e-9) / (2**31 - 1)))
     step = 10.0 ** np.floor(np.log10(2 * fine)) if fine > 0 else finest

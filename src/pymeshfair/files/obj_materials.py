@@ -57,11 +57,7 @@ class Materials:
         return "".join(f"{line}\n" for line in lines).encode("utf-8", "surrogateescape")
 
     def read(self, path: Path, mesh: Path) -> None:
-        """Add what is in a material file.
-
-        Raises:
-            InputError: it is too long, or no text.
-        """
+        """Add what is in a material file."""
         with path.open("rb") as file:
             data = file.read(MATERIAL_LIMIT + 1)
         if len(data) > MATERIAL_LIMIT or b"\0" in data:
@@ -100,11 +96,7 @@ class Materials:
 
 
 def find_material_files(names: Sequence[str], references: References) -> tuple[list[Path], list[str]]:
-    """The files that ``mtllib`` lines mean, a name with blanks or several on a line, and the names that mean none.
-
-    Raises:
-        InputError: one of them must not be opened.
-    """
+    """The files that ``mtllib`` lines mean, a name with blanks or several on a line, and the names that mean none."""
     paths: dict[Path, None] = {}
     missing = []
     for name in names:

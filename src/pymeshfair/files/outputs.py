@@ -43,15 +43,6 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats:
 
     Without `overwrite` an existing file is replaced only if a run with the same sources wrote it: its provenance names the same
     input and recipe, and its digest is the recorded one. So a command can be repeated, and no other file is lost.
-
-    Args:
-        output: the file to write.
-        made_from: the mesh and the recipe.
-        overwrite: whether any regular file may be replaced.
-        formats: the extensions that can be written.
-
-    Raises:
-        OutputError: see `check_target`; the input itself, or a file that must not be replaced.
     """
     check_kind(output, formats)
     if output.name.lower().endswith(".copc.laz"):
@@ -68,11 +59,7 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats:
 
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
-    """Refuse intervention maps that cannot or must not be written, by the rules of `check_output`.
-
-    Raises:
-        OutputError: another format than PLY, no such folder, the input or the output, or a file that must not be replaced.
-    """
+    """Refuse intervention maps that cannot or must not be written, by the rules of `check_output`."""
     for path in maps:
         check_kind(path, ("ply",))
         if path == output or _same_file(path, made_from.input):

@@ -231,11 +231,7 @@ def _faces_of_rows(
 
 
 def _checked(values: Array, count: int, what: str, least: int = 0) -> NDArray[np.int64]:
-    """Indices of vertices as whole numbers.
-
-    Raises:
-        PlyError: one names no vertex.
-    """
+    """Indices of vertices as whole numbers."""
     if values.dtype.kind == "f" and (values != np.rint(values)).any():
         raise PlyError(f"a {what} of it names a vertex by a number that is no whole one")
     if values.size and not (values.min() >= least and values.max() < count):

@@ -88,12 +88,7 @@ class PlyHeader:
 
 
 def read_header(path: Path) -> PlyHeader:
-    """The header of a PLY file, checked against the size of the file.
-
-    Raises:
-        PlyError: it is no PLY header, or declares more than the file can hold.
-        OSError: the file cannot be read.
-    """
+    """The header of a PLY file, checked against the size of the file."""
     with path.open("rb") as file:
         data = file.read(1 << 16)
         if _END.search(data) is None:
@@ -105,11 +100,7 @@ def read_header(path: Path) -> PlyHeader:
 
 
 def parse_header(data: bytes) -> PlyHeader:
-    """The header that these bytes begin with.
-
-    Raises:
-        PlyError: they begin with no PLY header.
-    """
+    """The header that these bytes begin with."""
     if not data.startswith(b"ply"):
         raise PlyError("it does not begin with 'ply'")
     end = _END.search(data)
@@ -166,13 +157,7 @@ def _check_size(header: PlyHeader, file_size: int) -> None:
 
 
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
-    """The header with other counts, types and properties; all other lines as they were.
-
-    Args:
-        header: as it was read.
-        elements: those of the file now; the ones that the header does not declare come last.
-        textures: the new names of texture files by their old ones.
-    """
+    """The header with these elements and the new names of textures by their old ones; all other lines as they were."""
     missing = {e.name: e for e in elements}
     lines: list[bytes] = []
     current: PlyElement | None = None

@@ -85,11 +85,7 @@ def row_type(element: PlyElement, order: str, widths: Mapping[str, int]) -> np.d
 
 
 def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table]:
-    """The tables of a binary file by element.
-
-    Raises:
-        PlyError: the file ends before they do, or holds more.
-    """
+    """The tables of a binary file by element."""
     tables: dict[str, Table] = {}
     position = header.size
     for element in header.elements:
@@ -214,11 +210,7 @@ def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any,
 
 
 def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
-    """The tables of what stands behind the header of a text, one row a line; and the text in tokens.
-
-    Raises:
-        PlyError: a line is not what the header declares.
-    """
+    """The tables of what stands behind the header of a text, one row a line; and the text in tokens."""
     body = text.rstrip(PADDING)
     piece = tokenise(body)
     if b"#" in body:

@@ -54,16 +54,9 @@ class _Rows:
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
-    """Write a mesh without a matrix.
+    """Write a mesh without a matrix; the differences from the file that it comes from, in words.
 
-    Args:
-        mesh: the mesh.
-        target: the open file.
-        writing: names of textures, and the length that coordinates must be able to tell apart; without it coordinates have the
-            type that they have in the file which the mesh was read from.
-
-    Returns:
-        The differences from that file, in words.
+    Without `writing` coordinates have the type that they have in that file.
     """
     resolution, textures = (None, None) if writing is None else (writing.resolution, writing.textures)
     document = mesh.source.document if mesh.source is not None else None

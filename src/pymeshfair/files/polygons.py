@@ -51,14 +51,9 @@ class Outlines(NamedTuple):
 
 
 def outlines(faces: NDArray[np.int32], polygon: NDArray[Any] | None) -> Outlines:
-    """The polygons that triangles are parts of, in the order of their first triangles.
+    """The polygons that (m, 3) triangles are parts of, in the order of their first triangles.
 
-    Args:
-        faces: (m, 3).
-        polygon: (m,) the same number for the triangles of one polygon, -1 for a triangle of its own; None if all are.
-
-    Returns:
-        The outlines.
+    `polygon` has the same number for the triangles of one polygon, -1 for a triangle of its own; it is None if all are.
     """
     m = len(faces)
     if polygon is None or not (polygon >= 0).any():

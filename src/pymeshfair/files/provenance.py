@@ -51,12 +51,7 @@ def sha256_of(path: Path) -> str:
 
 
 def described_file(path: Path, *, named: Path | None = None) -> dict[str, Any]:
-    """The entry of one file in a record: its absolute path, size and digest.
-
-    Args:
-        path: the file as it is now.
-        named: the path to write down, if the file will be moved there.
-    """
+    """The path, size and digest of a file, for a record; `named` is the path to write down if the file will be moved there."""
     return {"path": str((named or path).absolute()), "bytes": path.stat().st_size, "sha256": sha256_of(path)}
 
 

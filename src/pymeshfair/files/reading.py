@@ -33,11 +33,7 @@ def unended(text: bytes) -> tuple[str, ...]:
 
 @contextmanager
 def unchanged(path: Path) -> Iterator[None]:
-    """Refuse a file that another program writes to while the context lasts.
-
-    Raises:
-        InputError: it changed.
-    """
+    """Refuse a file that another program writes to while the context lasts."""
     before = path.stat()
     yield
     after = path.stat()
@@ -46,11 +42,7 @@ def unchanged(path: Path) -> Iterator[None]:
 
 
 def completed(path: Path, reading: Reading) -> Reading:
-    """The reading with a label and counts, and without vertices that are not finite, which nothing can compute with.
-
-    Raises:
-        InputError: there is no vertex.
-    """
+    """The reading with a label and counts, and without vertices that are not finite, which nothing can compute with."""
     mesh = reading.mesh
     source = mesh.source
     assert source is not None

@@ -36,11 +36,7 @@ class References:
         self._allow_outside = allow_outside
 
     def find(self, name: str) -> Path | None:
-        """The file of that name, links not resolved, or None if there is none.
-
-        Raises:
-            InputError: it is outside the folder, no regular file, or cannot be read.
-        """
+        """The file of that name, links not resolved, or None if there is none."""
         if "\0" in name or not name.strip():
             return None
         path = self.mesh.parent / name
@@ -55,11 +51,7 @@ class References:
         return path
 
     def find_image(self, name: str) -> Path | None:
-        """The image of that name or, as other systems write paths, of its last part beside the mesh; None if there is none.
-
-        Raises:
-            InputError: see `find`; or it is no image, or too large a one.
-        """
+        """The image of that name or, as other systems write paths, of its last part beside the mesh; None if there is none."""
         last = name.replace("\\", "/").rpartition("/")[2]
         # A path of the machine that the scan was made on means what lies beside the mesh.
         path = self.find(name) or self.find(last)
@@ -69,11 +61,7 @@ class References:
 
 
 def check_regular(path: Path, mesh: Path) -> None:
-    """Refuse what is no readable regular file; `mesh` is the input, which `path` is or which names it.
-
-    Raises:
-        InputError: it is none.
-    """
+    """Refuse what is no readable regular file; `mesh` is the input, which `path` is or which names it."""
     named = "" if path == mesh else f"{shown(str(path))}, which it names, "
     try:
         mode = path.stat().st_mode
@@ -88,11 +76,7 @@ def check_regular(path: Path, mesh: Path) -> None:
 
 
 def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
-    """Refuse a texture of that name that is no image by its content, or one of more than `LARGEST_IMAGE` pixels.
-
-    Raises:
-        InputError: it is none.
-    """
+    """Refuse a texture of that name that is no image by its content, or one of more than `LARGEST_IMAGE` pixels."""
     from PIL import Image, UnidentifiedImageError
 
     try:

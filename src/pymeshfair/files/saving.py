@@ -38,15 +38,7 @@ class TexturePlan:
 def stage_textures(
     textures: Sequence[Texture], output: Path, stage: Path, *, record: Mapping[str, Any] | None, own: bool = False
 ) -> TexturePlan:
-    """Write the textures of a mesh to the staging folder.
-
-    Args:
-        textures: of the mesh.
-        output: the file that will name them.
-        stage: the staging folder.
-        record: the provenance of the former output, if that is to be replaced.
-        own: whether every name begins with that of the output.
-    """
+    """Write the textures of a mesh to the staging folder; with `own` every name begins with that of the output."""
     files: list[StagedFile] = []
     reused: list[Path] = []
     names: dict[str, str] = {}

@@ -60,22 +60,13 @@ class Node:
 
 
 def check_type(type: str) -> None:
-    """Refuse a type of node that leads out of the document.
-
-    Raises:
-        ContentsError: it is one.
-    """
+    """Refuse a type of node that leads out of the document."""
     if type in _REFUSED:
         raise ContentsError(f"it has a node of the type {type}, which leads out of the file; save it without")
 
 
 def read_nodes(nodes: list[tuple[str, Node]], path: Path, references: References) -> Reading:
-    """The mesh that the shapes of a scene make.
-
-    Raises:
-        ContentsError: a node of it cannot be.
-        InputError: a texture must not be opened.
-    """
+    """The mesh that the shapes of a scene make."""
     reader = _Reader(references)
     with np.errstate(all="ignore"):
         reader.visit(Node("Group", parts=nodes), np.eye(4))

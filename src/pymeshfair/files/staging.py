@@ -77,11 +77,7 @@ _GRACE = 3600.0
 
 @contextlib.contextmanager
 def staging_folder(output: Path) -> Iterator[Path]:
-    """A new folder beside `output` with the empty folders ``new`` and ``old``; it is gone afterwards with all that is in it.
-
-    Raises:
-        OutputError: it cannot be made.
-    """
+    """A new folder beside `output` with the empty folders ``new`` and ``old``; it is gone afterwards with all that is in it."""
     for folder in abandoned_folders(output.parent):
         if not folder.name.startswith(WORK_PREFIX):
             remove_folder(folder)
@@ -103,11 +99,7 @@ def staging_folder(output: Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def in_use(folder: Path) -> Iterator[None]:
-    """Hold a lock in a folder, so that it does not count as abandoned.
-
-    Raises:
-        OSError: the file of the lock cannot be made.
-    """
+    """Hold a lock in a folder, so that it does not count as abandoned."""
     system = this_system()
     # The file gets its final name once it is locked, so that no other run sees an unlocked one.
     with (folder / f"{_LOCK}.new").open("wb") as lock:

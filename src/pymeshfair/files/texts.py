@@ -37,13 +37,7 @@ def runs(parts: Sequence[str], lengths: NDArray[np.int64]) -> Iterator[str]:
 
 
 def patched(text: bytes, spans: NDArray[np.int64], new: Sequence[bytes]) -> bytes:
-    """The text with other words in some places.
-
-    Args:
-        text: as it was.
-        spans: (k, 2) the first byte of each place and the one behind its last, ascending.
-        new: the k words.
-    """
+    """The text with new words in place of the (k, 2) ascending spans, each from its first byte to before its end."""
     parts = [b""] * (2 * len(new) + 1)
     begins, ends = [0, *spans[:, 1].tolist()], [*spans[:, 0].tolist(), len(text)]
     parts[::2] = [text[begin:end] for begin, end in zip(begins, ends, strict=True)]

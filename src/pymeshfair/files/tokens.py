@@ -232,14 +232,7 @@ def lex(
 
 @compiled
 def spans(text: Bytes, starts: Any, columns: Any, found: Any) -> None:
-    """Find the begin and end of chosen tokens of chosen lines.
-
-    Args:
-        text: the bytes.
-        starts: (r,) where the lines begin.
-        columns: (c,) which tokens of each line, counted from 0, ascending.
-        found: (r, c, 2) takes the first byte of each and the one behind its last.
-    """
+    """Find the first and last byte + 1 of chosen `columns` of the lines that begin at `starts`, into (r, c, 2) `found`."""
     for r in range(len(starts)):
         i, token, k = starts[r], -1, 0
         while k < len(columns):
@@ -298,12 +291,7 @@ def word(text: bytes) -> np.uint64:
 
 
 def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
-    """The tokens of a text.
-
-    Args:
-        data: the text.
-        slashes: whether a slash parts two tokens, as in the faces of OBJ files.
-    """
+    """The tokens of a text; with `slashes` a slash parts two tokens, as in the faces of OBJ files."""
     text = np.frombuffer(data, dtype=np.uint8)
     n_tokens, n_lines = count(text, slashes)
     kinds, values, places = np.empty(n_tokens, np.uint8), np.empty(n_tokens), np.empty(n_tokens, np.int64)
@@ -342,11 +330,7 @@ def _blank(match: re.Match[bytes]) -> bytes:
 
 
 def numbers_of(tokens: Tokens, lines: NDArray[np.int64], skipped: int, width: int) -> NDArray[np.float64]:
-    """(l, width) the numbers on lines, behind some words.
-
-    Raises:
-        ContentsError: something else is among them.
-    """
+    """(l, width) the numbers on lines, behind some words."""
     chosen = tokens.first[lines][:, None] + np.arange(skipped, skipped + width)
     strange = ~np.isin(tokens.kinds[chosen], (INTEGER, REAL, NOT_FINITE)).all(axis=1)
     if strange.any():

@@ -37,12 +37,7 @@ _KINDS = (
 
 
 def check_place(path: Path) -> bool:
-    """Whether there is a regular file; refuse a place where no file can be put, whatever was asked for.
-
-    Raises:
-        OutputError: no such folder, one that cannot be written to, a name that is too long; or there is a link, a folder, a
-            pipe, a socket or a device.
-    """
+    """Whether there is a regular file; refuse a place where no file can be put, whatever was asked for."""
     folder = path.parent
     try:
         if not folder.is_dir():
@@ -64,16 +59,7 @@ def check_place(path: Path) -> bool:
 
 
 def check_target(path: Path, kinds: Collection[str], *, overwrite: bool) -> None:
-    """Refuse a file that cannot or must not be written, before any work is done.
-
-    Args:
-        path: the file to write.
-        kinds: the extensions that it may have, so that no file of another kind is replaced by mistake.
-        overwrite: whether a regular file may be replaced.
-
-    Raises:
-        OutputError: another extension, a place where no file can be put, or a file that must not be replaced.
-    """
+    """Refuse an extension that is none of `kinds`, a place where no file can be put, and without `overwrite` an existing file."""
     check_kind(path, kinds)
     _check_free(path, overwrite=overwrite)
 
@@ -95,11 +81,6 @@ def check_kind(path: Path, kinds: Collection[str]) -> None:
 
 def write_file(path: Path, data: bytes, *, overwrite: bool) -> None:
     """Write one file, which appears whole or not at all.
-
-    Args:
-        path: the file; its extension was checked before, see `check_target`.
-        data: its contents.
-        overwrite: whether a regular file may be replaced.
 
     Raises:
         OutputError: it cannot or must not be written; what was there before is there still.
@@ -140,11 +121,7 @@ class StagedFile:
 
 
 def stage_file(staged: Path, target: Path, data: bytes) -> StagedFile:
-    """Write a file into a staging folder.
-
-    Raises:
-        OutputError: it cannot be written.
-    """
+    """Write a file into a staging folder."""
     try:
         _write_whole(staged, data)
     except OSError as error:
@@ -153,15 +130,10 @@ def stage_file(staged: Path, target: Path, data: bytes) -> StagedFile:
 
 
 def place(files: Sequence[StagedFile], stage: Path, *, outdated: Path | None = None) -> None:
-    """Put all files in place in their order, or none.
+    """Put all files in place in their order, or none; `outdated` is removed before.
 
     A rename works within a file system alone; so files for other folders than that of the staging folder are first brought into
-    a staging folder there.
-
-    Args:
-        files: in the order in which they appear.
-        stage: the staging folder that they are in; what is replaced is kept there until all is done.
-        outdated: a file that is removed before.
+    a staging folder there. What is replaced is kept in the staging folder until all is done.
 
     Raises:
         OutputError: one could not be put in place; what was there before is there again.

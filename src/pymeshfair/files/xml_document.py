@@ -20,17 +20,7 @@ def parse_xml(
     end: Callable[[str], object] = lambda tag: None,
     text: Callable[[str], object] | None = None,
 ) -> None:
-    """Parse a document and call functions for its parts.
-
-    Args:
-        data: the whole document.
-        start: called with the name, prefix included, and the attributes of every element.
-        end: called with the name of each when it ends.
-        text: called with the text between.
-
-    Raises:
-        ContentsError: it is not well-formed, declares entities, or is nested too deeply.
-    """
+    """Call functions for the elements, their ends and the text of a document without entities; names have their prefixes."""
     depth = 0
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
@@ -66,11 +56,7 @@ def parse_xml(
 
 
 def read_tree(data: bytes) -> ElementTree.Element:
-    """The document as a tree; names of elements have no prefixes.
-
-    Raises:
-        ContentsError: see `parse_xml`; or it has too many elements.
-    """
+    """The document as a tree; names of elements have no prefixes."""
     builder = ElementTree.TreeBuilder()
     count = 0
 

@@ -28,16 +28,7 @@ def write_title(picture: Image.Image, text: str, left: int, top: int, width: int
 
 
 def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit: float, most: float, unit: str = "") -> None:
-    """Draw a bar of 1, 2 or 5 times a power of ten mesh units, with its length over it.
-
-    Args:
-        picture: is changed.
-        left: its left end.
-        bottom: its lower edge.
-        pixels_per_unit: of the camera.
-        most: it is no longer than this, in pixels.
-        unit: of the scan; empty if it is not known.
-    """
+    """Draw a bar of 1, 2 or 5 times a power of ten mesh units, at most `most` pixels long, with its length over it."""
     length = round_length(most / pixels_per_unit)
     end = left + length * pixels_per_unit
     draw = ImageDraw.Draw(picture)

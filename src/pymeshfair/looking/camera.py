@@ -49,11 +49,7 @@ def turned(vectors: Floats, rows: Floats) -> Floats:
 
 
 def view_angles(text: str) -> tuple[float, float]:
-    """Azimuth and elevation in degrees of ``"front"``, ``"iso"`` ... or ``"AZ,EL"``.
-
-    Raises:
-        ParameterError: neither a name nor two numbers.
-    """
+    """Azimuth and elevation in degrees of ``"front"``, ``"iso"`` ... or ``"AZ,EL"``."""
     if text in VIEWS:
         return VIEWS[text]
     try:
@@ -88,13 +84,7 @@ def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
 
 
 def fitting_camera(clouds: Sequence[Floats], rows: Floats, aspect: float) -> Camera:
-    """The camera in whose window all finite points are.
-
-    Args:
-        clouds: (n, 3) coordinates each, together at least one point.
-        rows: see `Camera`.
-        aspect: width over height of the window.
-    """
+    """The camera in whose window, `aspect` times as wide as high, all finite points of (n, 3) clouds are."""
     # About one of the points, as coordinates far from the origin lose digits when they are turned.
     origin = next(points[0] for points in clouds if len(points))
     ends = [bounding_box(turned(points - origin, rows)) for points in clouds if len(points)]
@@ -105,13 +95,6 @@ def fitting_camera(clouds: Sequence[Floats], rows: Floats, aspect: float) -> Cam
 
 
 def close_up(point: Floats, size: float, rows: Floats, aspect: float) -> Camera:
-    """The camera that shows the surroundings of a point.
-
-    Args:
-        point: (3,) what is in the middle.
-        size: the shorter side of the window, in mesh units, above 0.
-        rows: see `Camera`.
-        aspect: width over height of the window.
-    """
+    """The camera around a (3,) point; `size` is the shorter side of its window, in mesh units."""
     height = size if aspect >= 1.0 else size / aspect
     return Camera(rows, point, height * aspect, height)

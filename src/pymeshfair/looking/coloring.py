@@ -128,11 +128,7 @@ COLORINGS: Mapping[str, Coloring] = {
 
 
 def numbers_of(coloring: str, meshes: Sequence[MeshData], *, left_out: Container[int] = ()) -> list[Numbers | None]:
-    """The numbers of each mesh; the first one is the reference. Those that are left out have none.
-
-    Raises:
-        MeshError: no mesh has such numbers.
-    """
+    """The numbers of each mesh; the first one is the reference. Those that are left out have none."""
     found = [None if k in left_out else COLORINGS[coloring].of(mesh, meshes[0]) for k, mesh in enumerate(meshes)]
     if not any(found):
         raise MeshError(f"nothing to colour by {coloring}: {COLORINGS[coloring].alone}")

@@ -42,15 +42,7 @@ class Area:
 
 
 def areas_out_of_tolerance(name: str, mesh: MeshData, distance: SurfaceDistance, tolerance: float, area: float) -> list[Area]:
-    """The parts of a surface whose samples lie further from another one than the tolerance, the furthest first.
-
-    Args:
-        name: of the mesh, for `Area.mesh`.
-        mesh: the mesh. In a cloud every point is a part.
-        distance: of it from the other surface.
-        tolerance: in mesh units.
-        area: of the mesh.
-    """
+    """The parts of a surface, or points of a cloud, that lie further from another one than the tolerance, the furthest first."""
     over = np.flatnonzero(np.abs(distance.distances) > tolerance)
     if not len(over):
         return []
@@ -182,13 +174,7 @@ class Distances(NamedTuple):
 
 
 def compare(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> tuple[Comparison, Distances]:
-    """Compare two meshes or clouds; also the distances place by place.
-
-    Args:
-        before: the first.
-        after: the second.
-        tolerance: within which the surfaces should lie, in mesh units.
-    """
+    """Compare two meshes or clouds, also place by place; the tolerance is in mesh units."""
     first, second = before.mesh, after.mesh
     # One after the other: what searches need takes as much memory as all the rest.
     distances = Distances(
@@ -305,13 +291,7 @@ FORMATS = ("csv", "ply")
 
 
 def deviations_file(mesh: MeshData, distances: Floats, extension: str) -> bytes:
-    """The bytes of a file of `FORMATS`; numbers are as exact as in memory.
-
-    Args:
-        mesh: n vertices.
-        distances: (n,) how far outwards each vertex lies.
-        extension: which format.
-    """
+    """The bytes of a file of `FORMATS` with (n,) distances, how far outwards each vertex lies, as exact as in memory."""
     file = io.BytesIO()
     if extension == "csv":
         rows = np.column_stack([np.arange(len(distances)), mesh.vertices, distances])

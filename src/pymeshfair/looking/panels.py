@@ -34,15 +34,7 @@ class Panel:
 
 
 def draw_panels(panels: Sequence[Panel], appearance: Appearance | None = None) -> Image.Image:
-    """Draw meshes side by side as `draw_meshes` does; the first is the reference of displacements.
-
-    Args:
-        panels: at least one.
-        appearance: how; 300 pixels each way and plain if it is None.
-
-    Raises:
-        ParameterError, MeshError: as `draw_meshes`.
-    """
+    """Draw meshes side by side as `draw_meshes` does; the first is the reference of displacements."""
     how = appearance or Appearance(width=300, height=300)
     some_marked = any(panel.marked is not None for panel in panels)
     if some_marked:
@@ -51,15 +43,7 @@ def draw_panels(panels: Sequence[Panel], appearance: Appearance | None = None) -
 
 
 def save_picture(path: Path, *pictures: Image.Image, across: bool = False, full_color: bool = False) -> None:
-    """Write pictures below each other into one PNG file.
-
-    Args:
-        path: the file.
-        pictures: at least one.
-        across: beside each other instead.
-        full_color: for pictures with a colour bar, which 256 colours would cut into bands; else these do, at less than half
-            the size.
-    """
+    """Write pictures below, or `across` beside each other into a PNG file, of 256 colours unless `full_color`."""
     path.parent.mkdir(parents=True, exist_ok=True)
     widths, heights = [p.width for p in pictures], [p.height for p in pictures]
     size = (sum(widths), max(heights)) if across else (max(widths), sum(heights))

@@ -22,11 +22,7 @@ class Plane:
 
     @classmethod
     def parse(cls, text: str) -> Plane:
-        """Read ``"z=12.5"``.
-
-        Raises:
-            ParameterError: it is not so.
-        """
+        """Read ``"z=12.5"``."""
         name, sign, number = text.partition("=")
         try:
             value = float(number)

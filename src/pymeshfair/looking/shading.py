@@ -201,14 +201,7 @@ def draw_triangles(buffer: DepthBuffer, screen: Floats, faces: Ints) -> None:
 
 
 def draw_dots(buffer: DepthBuffer, screen: Floats, radius: float, first: int = 0) -> None:
-    """Draw a disc for every point.
-
-    Args:
-        buffer: is changed.
-        screen: (n, 3) as for `draw_triangles`.
-        radius: in pixels.
-        first: the number of the first dot.
-    """
+    """Draw a disc of a radius in pixels for every point of (n, 3) `screen`, see `draw_triangles`; `first` is its number."""
     _draw_dots(screen, radius, first, buffer.elements, buffer.depths)
 
 

@@ -20,17 +20,7 @@ MEASURES = "get_surface_spectrum"
 def measured_spectrum(
     mesh: Path, *, modes: int = 50, timeout: float | None = None, on_event: Callable[[Event], None] = lambda event: None
 ) -> dict[str, Any]:
-    """The result of the filter ``get_surface_spectrum`` for a mesh file.
-
-    Args:
-        mesh: the file; it is not changed.
-        modes: how many modes are listed one by one.
-        timeout: seconds, or None.
-        on_event: called with what goes on.
-
-    Raises:
-        RunError: it cannot be read, or has no spectrum.
-    """
+    """The result of the filter ``get_surface_spectrum`` for a mesh file, with so many modes one by one."""
     measure = Step(find_filter(MEASURES)).with_values({"modes": modes})
     with tempfile.TemporaryDirectory() as folder:
         job = Job(Recipe("spectrum", Script((measure,))), mesh, Path(folder) / "measured.ply", timeout=timeout, measures=False)

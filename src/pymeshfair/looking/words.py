@@ -50,12 +50,7 @@ def area_headers(unit: str | None = None) -> tuple[str, ...]:
 
 
 def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
-    """A measure's name and its value for each mesh; rare measures that are 0 or unknown in all of them are left out.
-
-    Args:
-        columns: measures by name, by the header of each mesh.
-        unit: of the scan, if it is known.
-    """
+    """A measure's name and its value for each mesh; rare measures that are 0 or unknown in all of them are left out."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
     clouds = all(measures.get("faces") == 0 for measures in columns.values())

@@ -113,11 +113,7 @@ def adds_or_removes(edit: Edit) -> bool:
 
 
 def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
-    """The mesh after a checked edit (`checked_edit`), but for its new layers; see `Edit` for what added elements get.
-
-    Raises:
-        MeshError: vertices are deleted at which edges of polylines end.
-    """
+    """The mesh after a checked edit (`checked_edit`), but for its new layers; see `Edit` for what added elements get."""
     if adds(edit):
         mesh = _with_additions(mesh, edit)
     if edit.vertices is not None:
@@ -143,11 +139,7 @@ def moved(mesh: MeshData, vertices: Floats) -> MeshData:
 
 
 def as_layer(layer: NewLayer) -> MeshData:
-    """The mesh of a layer that a filter has made.
-
-    Raises:
-        MeshError: its arrays do not fit together.
-    """
+    """The mesh of a layer that a filter has made."""
     n = len(layer.vertices)
     for name in ("faces", "edges"):
         cells = getattr(layer, name)

@@ -107,12 +107,7 @@ class MeshData:
         )
 
     def part(self, vertices: Bools, faces: Bools | None = None) -> MeshData:
-        """The chosen vertices, and those of the chosen faces and of the edges whose vertices are all among them.
-
-        Args:
-            vertices: (n,) which vertices stay.
-            faces: (m,) which faces may stay; None for all.
-        """
+        """The chosen (n,) vertices, and those of the chosen (m,) faces and of the edges whose vertices are all among them."""
         number = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
         kept_faces = vertices[self.faces].all(axis=1)
         if faces is not None:
@@ -237,11 +232,7 @@ class MeshData:
         return mean_edge_of(self.vertices, self.faces, self.edges)
 
     def selected_vertices(self) -> Bools:
-        """(n,) the selected vertices or, if there are none, those all of whose faces are selected.
-
-        Raises:
-            MeshError: nothing is selected.
-        """
+        """(n,) the selected vertices or, if there are none, those all of whose faces are selected."""
         return selected_vertices_of(self.label, self.faces, self.vertex_selection, self.face_selection)
 
     def _own_of_faces(self, name: str) -> Array:
@@ -271,11 +262,7 @@ def mean_edge_of(vertices: Floats, faces: Ints, edges: Ints) -> float:
 
 
 def selected_vertices_of(label: str, faces: Ints, vertices: Bools, selected_faces: Bools) -> Bools:
-    """(n,) the selected vertices or, if there are none, those all of whose faces are selected.
-
-    Raises:
-        MeshError: nothing is selected.
-    """
+    """(n,) the selected vertices or, if there are none, those all of whose faces are selected."""
     if vertices.any():
         return vertices
     if selected_faces.any():

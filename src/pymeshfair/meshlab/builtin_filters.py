@@ -22,28 +22,14 @@ class BuiltinFilters:
     """
 
     def __init__(self, meshset: Any, current: Callable[[], Layer], changing: Callable[[], None] = lambda: None) -> None:
-        """See the class.
-
-        Args:
-            meshset: any `pymeshlab.MeshSet`.
-            current: gives its current layer.
-            changing: called before a filter changes the mesh set.
-        """
+        """See the class; `current` gives the current layer, and `changing` is called before a filter changes the mesh set."""
         self._meshset = meshset
         self._current = current
         self._changing = changing
         self.verbose = False
 
     def apply(self, declared: Filter, given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Apply the filter.
-
-        Args:
-            declared: the filter.
-            given: values in pymeshlab's classes, as `Length` or as text; MeshLab takes its defaults for the others.
-
-        Returns:
-            What the filter reports, and the values that it ran with.
-        """
+        """Apply the filter; its report, and the values that it ran with. MeshLab takes its defaults for those not given."""
         values = self._for_meshlab(declared, given)
         effective = self.effective(declared, given)
         try:

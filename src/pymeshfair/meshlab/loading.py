@@ -23,11 +23,7 @@ class MeshLabLoadError(PymeshfairError, ImportError):
 
 
 def load_pymeshlab() -> None:
-    """Import pymeshlab, of which parts, such as that for PLY files, would otherwise be missing without an error.
-
-    Raises:
-        MeshLabLoadError: it is not installed, or a system library is missing; the message names that and what installs it.
-    """
+    """Import pymeshlab, of which parts, such as that for PLY files, would otherwise be missing without an error."""
     if missing := _missing_libraries():
         raise MeshLabLoadError(f"{', '.join(missing)}: cannot open shared object file; {ADVICE}")
 

@@ -57,11 +57,7 @@ class Survey:
 
 
 def survey_installed() -> Survey:
-    """The facts about the installed pymeshlab, read by a process of its own in about half a second.
-
-    Raises:
-        SurveyError: the process failed; the message is what it printed last.
-    """
+    """The facts about the installed pymeshlab, read by a process of its own in about half a second."""
     # Unbuffered: output in a buffer would appear after stdout has been redirected.
     command = [sys.executable, "-u", "-m", __name__]
     done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False)

@@ -69,11 +69,7 @@ class Scheduler:
     key: Path | None = None  # its private key
 
     def place(self) -> str:
-        """The address.
-
-        Raises:
-            ClusterError: the file cannot be read or has no address.
-        """
+        """The address."""
         if self.file is None:
             return self.address
         try:
@@ -82,11 +78,7 @@ class Scheduler:
             raise ClusterError(f"{self.file} has no address of a scheduler: {error}") from error
 
     def security(self) -> Any:
-        """The certificates; None leaves it to dask's configuration.
-
-        Raises:
-            ClusterError: one cannot be read.
-        """
+        """The certificates; None leaves it to dask's configuration."""
         from distributed.security import Security
 
         files = {"tls_ca_file": self.ca_file, "tls_client_cert": self.certificate, "tls_client_key": self.key}
@@ -99,11 +91,7 @@ class Scheduler:
 
 @contextlib.contextmanager
 def open_client(scheduler: Scheduler) -> Iterator[Client]:
-    """A client of a scheduler.
-
-    Raises:
-        ClusterError: dask is not installed, no scheduler answers there, or it does not take the certificate.
-    """
+    """A client of a scheduler."""
     try:
         import dask
         from distributed import Client
@@ -164,11 +152,7 @@ class Conditions:
 
 @contextlib.contextmanager
 def conditions(folder: Path, inputs: Sequence[Path], more: Callable[[], list[str]] = list) -> Iterator[Conditions]:
-    """Requirements on workers; during the context the folder of outputs holds the probe file.
-
-    Raises:
-        ClusterError: nothing can be written to the folder.
-    """
+    """Requirements on workers; during the context the folder of outputs holds the probe file."""
     for left in folder.glob(f"{PROBE_PREFIX}*"):  # left by a killed run
         left.unlink(missing_ok=True)
     path, token = folder / f"{PROBE_PREFIX}{secrets.token_hex(8)}", secrets.token_hex(16)
@@ -183,12 +167,7 @@ def conditions(folder: Path, inputs: Sequence[Path], more: Callable[[], list[str
 
 
 def check_workers(client: Client, wanted: Conditions) -> None:
-    """Refuse workers that do not fulfil the conditions.
-
-    Raises:
-        UnfitWorkersError: some do not.
-        ClusterError: there are none.
-    """
+    """Refuse workers that do not fulfil the conditions."""
     answers = client.run(wanted.unfit, on_error="return")
     if not answers:
         raise ClusterError("the scheduler has no workers; start some, and start again")

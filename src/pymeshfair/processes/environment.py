@@ -15,11 +15,9 @@ TRIM_THRESHOLD = "MALLOC_TRIM_THRESHOLD_"
 
 
 def worker_environment(threads: int | None, environment: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """The environment of a worker: `threads` for filters, one for linear algebra so that results do not depend on their number.
+    """The environment of a worker: one thread for linear algebra, so that results do not depend on their number.
 
-    Args:
-        threads: how many threads a filter may use; None means what OMP_NUM_THREADS says, or all processors.
-        environment: of the supervisor.
+    Filters have `threads`; None means what OMP_NUM_THREADS says, or all processors.
     """
     said = str(threads) if threads is not None else environment.get("OMP_NUM_THREADS", str(this_system().processors()))
     changes = {"OMP_NUM_THREADS": said, "NUMBA_NUM_THREADS": said}

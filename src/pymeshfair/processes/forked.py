@@ -54,11 +54,7 @@ class ForkedProcess:
         self.stderr: IO[bytes] = os.fdopen(ours[2], "rb")
 
     def wait(self, timeout: float | None = None) -> int:
-        """Its exit status, minus a signal's number if that was the end.
-
-        Raises:
-            subprocess.TimeoutExpired: it has not ended after `timeout` seconds.
-        """
+        """Its exit status, minus a signal's number if that was the end."""
         if self.returncode is not None:
             return self.returncode
         end = None if timeout is None else time.monotonic() + timeout

@@ -89,11 +89,7 @@ class Pool:
 
     @contextmanager
     def lend(self) -> Iterator[Process]:
-        """A process, for as long as the context lasts.
-
-        Raises:
-            RunError: the pool has ended.
-        """
+        """A process, for as long as the context lasts."""
         with self._free:
             with self._lock:
                 if self._is_over:

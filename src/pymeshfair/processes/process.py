@@ -84,11 +84,7 @@ class Process:
             self._process.stdin.flush()
 
     def do(self, order: Order) -> Answer:
-        """Give it an order and wait for the answer.
-
-        Raises:
-            LostProcessError: it ended before.
-        """
+        """Give it an order and wait for the answer."""
         items: Items = SimpleQueue()
         self.give(order, items)
         done: Answer | None = None

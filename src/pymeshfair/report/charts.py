@@ -59,15 +59,7 @@ class Chart:
 
 
 def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
-    """The histogram of numbers, in percent of each sample; None if there is nothing between the limits.
-
-    Args:
-        title: of the chart.
-        across: the quantity, with its unit.
-        samples: numbers by "before" and "after".
-        low: the start of the first bar; lower numbers count in it.
-        high: the end of the last bar; higher numbers count in it.
-    """
+    """The percent of each sample in bars from low to high, the numbers beyond in the outermost; None if all are empty."""
     finite = {name: values if np.isfinite(values).all() else values[np.isfinite(values)] for name, values in samples.items()}
     finite = {name: values for name, values in finite.items() if len(values)}
     if not (finite and math.isfinite(high - low) and high > low):
@@ -91,12 +83,7 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
 
 
 def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]], unit: str) -> Chart | None:
-    """Root mean square heights of waves against their length, both axes logarithmic; None if there are no bands.
-
-    Args:
-        spectra: by "before" and "after", what the filter ``get_surface_spectrum`` returns.
-        unit: of lengths, in words.
-    """
+    """Root mean square heights of waves against their length, both axes logarithmic; None if there are no bands."""
     bands = {name: _heights(found) for name, found in spectra.items()}
     bands = {name: band for name, band in bands.items() if len(band[1]) and (band[1] > 0.0).any()}
     if not bands:

@@ -143,13 +143,7 @@ def comparison_page(
 
 
 def verdict_of(found: Comparison, change: Mapping[str, Any] | None = None, unit: str | None = None) -> Verdict:
-    """The distance of the surfaces, compared with the tolerance; after a run first its removals, additions and moves.
-
-    Args:
-        found: the comparison.
-        change: `pymeshfair.running.shape_change.ShapeChange` by name; None if no run lies between the meshes.
-        unit: of the scan, if it is known.
-    """
+    """The distance of the surfaces, compared with the tolerance; after a run first its removals, additions and moves."""
     text = verdict_text(found, unit)
     flipped = found.flipped_faces or 0
     lines = (f"{flipped:,} faces look to the other side now.",) if flipped else ()

@@ -52,13 +52,7 @@ class Document:
         on_progress: Callable[[float], None] | None = None,
         on_note: Callable[[str], None] = lambda text: None,
     ) -> None:
-        """See the class.
-
-        Args:
-            folder: for the files that are handed over to MeshLab.
-            on_progress: called with the share of a plugin's filter that is done; it may raise to stop the filter.
-            on_note: called with each sentence that a filter wants to be read.
-        """
+        """See the class; `folder` takes the files for MeshLab, and `on_progress` may raise to stop a filter."""
         self._folder = folder
         self._on_progress = on_progress
         self._on_note = on_note
@@ -96,11 +90,7 @@ class Document:
         self.current_id, self._next_id, self._is_inside = state.current_id, state.next_id, False
 
     def mesh(self, number: int) -> MeshData:
-        """The mesh of a layer.
-
-        Raises:
-            MeshError: there is none of that id.
-        """
+        """The mesh of a layer."""
         if number not in self._meshes:
             there = ", ".join(map(str, self._meshes)) or "none"
             raise MeshError(f"there is no layer {number} (there are {there})")
@@ -111,11 +101,7 @@ class Document:
 
     @property
     def current(self) -> MeshData:
-        """The mesh of the current layer.
-
-        Raises:
-            MeshError: there is none.
-        """
+        """The mesh of the current layer."""
         if self.current_id is None:
             raise MeshError("there is no mesh")
         return self.mesh(self.current_id)

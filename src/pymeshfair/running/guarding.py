@@ -33,16 +33,7 @@ def breaches(
     *,
     unit: str | None = None,
 ) -> list[Breach]:
-    """The guards that a result breaks.
-
-    Args:
-        guards: the limits.
-        origins: where the elements of the result come from.
-        change: of the shape between the meshes.
-        measures_before: of the mesh as read, by name; None where none were taken, and then there can be no limits.
-        measures_after: of the result.
-        unit: of the scan; None if it is not known.
-    """
+    """The guards that a result breaks; none without measures, where there can be no limits."""
     if measures_before is None or measures_after is None or change is None:
         return []
     before, result = origins.before, origins.result

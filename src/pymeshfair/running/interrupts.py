@@ -38,11 +38,7 @@ class Interrupts:
 
     @contextlib.contextmanager
     def lifted(self) -> Iterator[None]:
-        """Give signals their usual effect for a while, in which other work takes them itself.
-
-        Raises:
-            Interrupted: a signal has come before.
-        """
+        """Give signals their usual effect for a while, in which other work takes them itself."""
         for number, handler in self._previous.items():
             signal.signal(number, handler)
         try:

@@ -71,11 +71,7 @@ class Job:
         return self.recipe.script.guards.overridden(self.guards)
 
     def unit_of(self, file_unit: str | None) -> str | None:
-        """The unit of the scan, given that of its file; None without any.
-
-        Raises:
-            ParameterError: `unit` is none of `METRES`.
-        """
+        """The unit of the scan, given that of its file; None without any."""
         return unit_of_scan(self.unit, file_unit, self.recipe.script.unit)
 
     def doubts_of_unit(self, file_unit: str | None) -> tuple[str, ...]:
@@ -96,11 +92,7 @@ class Job:
             self.lengths_in(unit)
 
     def lengths_in(self, unit: str | None) -> tuple[Guards, Length]:
-        """The limits, and the tolerance of the map, on a scan in that unit.
-
-        Raises:
-            ParameterError: one has a unit, and that of the scan is not known.
-        """
+        """The limits, and the tolerance of the map, on a scan in that unit."""
         tolerance = self.map_tolerance or Length(0.0)
         return self.all_guards.in_mesh_units(unit), (
             tolerance.in_mesh_units(unit) if isinstance(tolerance, PhysicalLength) else tolerance

@@ -44,11 +44,7 @@ class Measuring:
         self._connectivity: Connectivity | None = None
 
     def look(self, mesh: MeshData) -> Found:
-        """Measure a mesh.
-
-        Raises:
-            FilterInputError: a coordinate is not finite.
-        """
+        """Measure a mesh."""
         if not self._wanted:
             return Found(mesh, None, box_diagonal(check_points(mesh.vertices)), lambda: usual_edge(mesh))
         measures, self._connectivity = measures_and_connectivity(

@@ -26,11 +26,7 @@ def default_memory() -> int | None:
 
 
 def parse_memory(text: str) -> int:
-    """Bytes from a text such as ``4GB``, ``500MB`` or ``2GiB``.
-
-    Raises:
-        ParameterError: it is none, or less than 100 MB, with which no worker starts.
-    """
+    """Bytes from a text such as ``4GB``, ``500MB`` or ``2GiB``."""
     match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*([KMGT]?I?)B?", text.strip().upper())
     if match is None or match[2] not in _UNITS:
         raise ParameterError(f"{text!r} is no amount of memory; write 4GB, 500MB or 2GiB")

@@ -27,15 +27,9 @@ _PLACES = 3
 
 
 def print_faults(written: Path, folder: Path, *, wrapped: bool = False) -> Iterator[Breach]:
-    """Faults by which a slicer cannot tell inside from outside: borders, edges of many faces, faces turned over or intersecting.
+    """Faults by which a slicer cannot tell inside from outside: borders, edges of many faces, faces turned over or cut.
 
-    Args:
-        written: the file.
-        folder: for what is handed over to MeshLab, which looks for faces that cut others.
-        wrapped: whether it is a wrap, of which another is no remedy.
-
-    Raises:
-        MeshLabLoadError: MeshLab cannot be loaded.
+    `folder` takes files for MeshLab, which looks for the cuts. A `wrapped` mesh is not mended by another wrap.
     """
     mesh = read_file(written).mesh
     firsts, numbers = numbered(mesh.vertices)

@@ -96,16 +96,6 @@ def inspect_mesh(
 
     With `traits` there are three more: ``"box"``, its two corners; ``"rims"``, the largest first; and ``"traits"``, what recipes
     ask of a scan. ``"self_intersecting_faces"`` is how many faces cut others; None if they were not looked for.
-
-    Args:
-        path: the file.
-        traits: look at the surface, too, which takes a moment: its rims, and traits such as noise.
-        self_intersections: see `read_mesh`.
-        allow_outside: see `read_mesh`.
-        unchecked: see there.
-
-    Raises:
-        InputError, RunError: see `read_mesh`.
     """
     from ..files.formats import ATTRIBUTES, attributes_of
     from .suitability import MEASURED, traits_of

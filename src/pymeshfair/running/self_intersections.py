@@ -20,15 +20,7 @@ from .memory import default_memory
 
 
 def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
-    """(m,) the faces that cut others, about the middle, where MeshLab's tests have all their digits; in this process.
-
-    Args:
-        mesh: the mesh.
-        folder: for what is handed over to MeshLab.
-
-    Raises:
-        MeshLabLoadError: MeshLab cannot be loaded.
-    """
+    """(m,) the faces that cut others, about the middle, where MeshLab's tests have all their digits; in this process."""
     proper = proper_faces(mesh.faces)  # MeshLab drops the others, which cut nothing
     if not proper.any():
         return proper
@@ -42,11 +34,7 @@ def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
 
 
 def self_intersecting_apart(mesh: MeshData) -> Bools:
-    """The same in a process of its own, which MeshLab may end.
-
-    Raises:
-        RunError: MeshLab crashed, or cannot be loaded.
-    """
+    """The same in a process of its own, which MeshLab may end."""
     alone = MeshData(vertices=mesh.vertices, faces=mesh.faces)
     with tempfile.TemporaryDirectory(prefix="pymeshfair-cuts-") as folder, Pool() as pool, pool.lend() as process:
         answer = process.do(Order.of(self_intersecting, alone, Path(folder), memory_limit=default_memory()))

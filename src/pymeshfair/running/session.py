@@ -100,13 +100,7 @@ class Session:
     """
 
     def __init__(self, job: Job, stage: Path, on_event: Callable[[Event], None]) -> None:
-        """See the class.
-
-        Args:
-            job: what to do; its paths are absolute.
-            stage: the staging folder, whose subfolder ``new`` takes what is written.
-            on_event: called with each event.
-        """
+        """See the class; the paths of the job are absolute, and `new` in the staging folder takes what is written."""
         self.warnings: list[str] = []
         self._job = job
         self._stage = stage
@@ -119,11 +113,7 @@ class Session:
         self._unit: str | None = None
 
     def run(self) -> Report:
-        """Carry the job out; the report for the supervisor.
-
-        Raises:
-            InputError, OutputError, StepFailedError, MemoryError: each as the class says.
-        """
+        """Carry the job out; the report for the supervisor."""
         on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
         self._event(PhaseStarted("reading"))
         read, source = self._load(self._job.input)
@@ -137,15 +127,9 @@ class Session:
         return self._write(outcome, source)
 
     def carry_out(self, read: MeshData, others: Sequence[MeshData] = (), earlier: Earlier | None = None) -> Outcome:
-        """Apply the steps to a mesh; nothing is read or written.
+        """Apply the steps to a mesh, with others as further layers; nothing is read or written.
 
-        Args:
-            read: the mesh.
-            others: further layers.
-            earlier: states kept by runs on the same meshes; this run adds to them.
-
-        Raises:
-            StepFailedError, MemoryError: as `run`.
+        `earlier` has states that runs on the same meshes have kept; this run adds to them.
         """
         given = self._document.add(read)
         for mesh in others:

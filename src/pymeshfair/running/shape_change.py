@@ -116,12 +116,7 @@ class ShapeChange:
 
 
 def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:
-    """The change of shape between two meshes: the one place from which tables, documents, limits, maps and reports take it.
-
-    Args:
-        origins: where the elements of the result come from.
-        measured: the measures of both meshes.
-    """
+    """The change of shape between two meshes: the one place from which tables, documents, limits, maps and reports take it."""
     first, second = measured
     before, result = ((mesh.vertices, mesh.faces) for mesh in (origins.before, origins.result))
     old, new = (_sides(*mesh, m) for mesh, m in zip((before, result), measured, strict=True))
@@ -178,11 +173,6 @@ def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callab
     """Warnings about a change of shape, with advice.
 
     Of dimensions and moves nothing where elements were added or removed: there the box changes on purpose.
-
-    Args:
-        change: of `shape_change`.
-        steps: of the recipe, whose parameters are named.
-        other_recipe: finds the recipe to take in place of this one, empty if none is better.
     """
     more = (change.added.share or 0.0) - (change.removed.share or 0.0)
     if change.moved is not None and more > LARGEST_ADDED:

@@ -73,15 +73,7 @@ class Watch:
         self._tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
     def until_done(self, started: float) -> Report:
-        """The final report of the worker.
-
-        Args:
-            started: when the job's time began to run (`time.monotonic`).
-
-        Raises:
-            RunError: the worker failed or died, or its time ran out.
-            Interrupted: a signal came.
-        """
+        """The final report of the worker of a job that began at `started` (`time.monotonic`)."""
         timeout = math.inf if self._job.timeout is None else self._job.timeout
         missing = {"answer", "silent"}
         while missing:

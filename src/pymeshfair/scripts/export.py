@@ -37,9 +37,6 @@ def export_script(
         lengths: by step, lengths in mesh units by Python parameter name, in place of relative ones; what is not there is
             relative to `mesh`.
 
-    Returns:
-        Its text; which filters were replaced, one sentence each.
-
     Raises:
         ScriptError: MeshLab alone cannot do what a step does, or a length is relative and no mesh is given; lists all of them.
         PymeshfairError: a text holds what XML cannot.

@@ -39,11 +39,7 @@ def is_expression(filter_name: str, parameter_name: str) -> bool:
 
 
 def check_expressions(known: Filter, values: Mapping[str, Any]) -> None:
-    """Check the values of a filter, by Python parameter name, that are expressions.
-
-    Raises:
-        ParameterError: one does not parse.
-    """
+    """Check the values of a filter, by Python parameter name, that are expressions."""
     for parameter in known.parameters:
         if parameter.name in values and isinstance(parameter, String) and is_expression(known.python_name, parameter.xml_name):
             text = values[parameter.name]

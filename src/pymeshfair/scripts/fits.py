@@ -85,11 +85,7 @@ class Condition:
 
 
 def parse_fits(text: str) -> tuple[Condition, ...]:
-    """The conditions of a ``Fits:`` paragraph, without that word; none of an empty text.
-
-    Raises:
-        ParameterError: a condition that is none; the message gives the nearest word.
-    """
+    """The conditions of a ``Fits:`` paragraph, without that word; none of an empty text."""
     parts = re.split(r",\s+", text.strip().removesuffix("."))
     return tuple(_condition(" ".join(part.split())) for part in parts if part.strip())
 

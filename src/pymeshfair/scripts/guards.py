@@ -73,11 +73,7 @@ class Guards:
         return replace(self, **changes)
 
     def in_mesh_units(self, unit: str | None) -> Guards:
-        """These guards on a scan in that unit of `pymeshfair.declaration.units.METRES`, or None if it is not known.
-
-        Raises:
-            ParameterError: a length has a unit, and that of the scan is not known.
-        """
+        """These guards on a scan in that unit of `pymeshfair.declaration.units.METRES`, or None if it is not known."""
         if not isinstance(self.max_displacement, PhysicalLength):
             return self
         return replace(self, max_displacement=self.max_displacement.in_mesh_units(unit))
@@ -88,11 +84,7 @@ NO_GUARDS = Guards()
 
 
 def refuse_unmeasured(guards: Guards) -> None:
-    """Refuse limits where no measures are taken.
-
-    Raises:
-        ParameterError: there are limits.
-    """
+    """Refuse limits where no measures are taken."""
     if guards:
         named = ", ".join(f"{name.replace('_', '-')} {text}" for name, text in guards.texts().items())
         raise ParameterError(

@@ -58,11 +58,7 @@ def read_script(path: str | Path) -> Script:
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """The contents of a file, at most one byte more than a script may have.
-
-    Raises:
-        ScriptError: the file cannot be read.
-    """
+    """The contents of a file, at most one byte more than a script may have."""
     file = Path(path)
     try:
         if not stat.S_ISREG(file.stat().st_mode):

@@ -177,11 +177,7 @@ class _EnoughError(Exception):
 
 
 def build_script(document: Document, path: Path | None = None) -> Script:
-    """The script that the elements make.
-
-    Raises:
-        ScriptError: something is wrong with the structure, or with what it means; lists every problem in the order of the file.
-    """
+    """The script that the elements make."""
     builder = _StepBuilder(document)
     try:
         for element in document.filters:

@@ -291,12 +291,7 @@ def _name_changes(element: FilterElement, name: str, today: Filter, former: Form
 
 
 def relative_script(script: Script, *, diagonal: float) -> Script:
-    """The script with every absolute length as a percentage of the diagonal of the mesh that it was written for.
-
-    Args:
-        script: the steps; a length of 0 stays, as it is 0 on every mesh.
-        diagonal: of the bounding box of that mesh, above 0.
-    """
+    """The script with absolute lengths in percent of the diagonal of the mesh that it was written for; 0 stays 0."""
     return script.with_steps(_relative(step, diagonal) for step in script.steps)
 
 

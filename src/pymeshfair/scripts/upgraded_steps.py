@@ -20,14 +20,7 @@ _CLOSE_HOLES = "meshing_close_holes"
 def upgraded_steps(
     script: Script, names: Mapping[int, str], *, aged: bool, always_current: frozenset[int]
 ) -> tuple[Script, list[Change]]:
-    """The script with steps that do together what was meant, and what was changed.
-
-    Args:
-        script: the steps, with the lines of the old file.
-        names: the names of the filters in the old file, by line.
-        aged: whether the script is certainly of an older MeshLab, as its names or types say.
-        always_current: the lines of steps whose result was the current layer in every version.
-    """
+    """The script with steps that do together what was meant, and what was changed."""
     steps: list[Step] = []
     changes: list[Change] = []
     skipped = False

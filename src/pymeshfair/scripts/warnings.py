@@ -16,13 +16,7 @@ from .upgraded_steps import deletes_result, left_current_layer, steps_on_leftove
 
 
 def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None = None) -> list[str]:
-    """Warnings about steps that do little of their purpose, and about missing layers, one sentence each.
-
-    Args:
-        script: the steps.
-        layers: how many layers there are when the script begins.
-        diagonal: of the bounding box of the mesh that the lengths must suit; None if that is not to be looked at.
-    """
+    """Warnings about steps that do little of their purpose, missing layers, and lengths that do not suit a diagonal."""
     found = [*_head_warnings(script), *traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
     return found if diagonal is None else [*found, *lengths_out_of_proportion(script, diagonal=diagonal)]
 
@@ -98,11 +92,7 @@ _MANY_LAYERS = "generate_splitting_by_connected_components"
 
 
 def check_needs(script: Script, *, layers: int) -> None:
-    """Check that a run with so many mesh files gives every step what it needs.
-
-    Raises:
-        ScriptError: a step needs a layer or a file that there will not be, or rasters; lists every such step.
-    """
+    """Check that a run with so many mesh files gives every step what it needs."""
     if unmet := list(unmet_needs(script, layers=layers)):
         raise ScriptError(unmet)
 

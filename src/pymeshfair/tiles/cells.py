@@ -60,11 +60,7 @@ class Cells:
         return made
 
     def fill(self, bucket: Bucket, first: int) -> tuple[Longs, Floats]:
-        """Put the points of a bucket into the slots from `first` on.
-
-        Returns:
-            (c,) the first slot and (c, 2, 3) the box of each of its cells.
-        """
+        """Put the points of a bucket into the slots from `first` on; (c,) first slots and (c, 2, 3) boxes of its cells."""
         places, numbers = bucket.read()
         order = build_tree(places, ignore_progress, scale=self.scale).indices[: len(places)]
         places, numbers = places[order], numbers[order]

@@ -263,19 +263,7 @@ def do_step(
     progress: Callable[[float], None],
     most: int | None = None,
 ) -> tuple[Cloud, dict[str, Any], dict[str, Any]]:
-    """One stage.
-
-    Args:
-        cloud: the points that are left before.
-        step: the step.
-        tasks: does them.
-        tile: bytes that a tile may take.
-        shape: of tiles.
-        progress: called with the share that is done.
-        most: points of a tile, in place of what fits.
-
-    Returns:
-        What is left; what the filter reports; what is known of the cloud and the tiles.
+    """One stage with tiles of at most `tile` bytes: what is left, the filter's report, the numbers of the cloud and its tiles.
 
     Raises:
         FilterInputError: there are too few points, or nothing is left.

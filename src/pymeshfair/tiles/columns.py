@@ -40,11 +40,7 @@ class Column:
         return numbers if self.width == 1 else numbers.reshape(-1, self.width)
 
     def write(self, first: int, values: NDArray[Any]) -> None:
-        """Write rows from `first` on.
-
-        Raises:
-            OSError: the disk is full.
-        """
+        """Write rows from `first` on."""
         with self.path.open("r+b") as file:
             file.seek(first * self.row)
             file.write(np.ascontiguousarray(values, self.dtype).data)
@@ -102,11 +98,7 @@ def joined(paths: Iterable[Path], names: Sequence[str]) -> Iterator[NDArray[Any]
 
 
 def in_order(parts: Sequence[Part], count: int, size: int) -> Iterator[NDArray[Any]]:
-    """The values of the points 0 to `count`, each of which is in one part, `size` at a time.
-
-    Raises:
-        AssertionError: a point is in no part.
-    """
+    """The values of the points 0 to `count`, each of which is in one part, `size` at a time."""
     values, numbers = [p.values for p in parts], [p.numbers for p in parts]
     at, ends = [0] * len(parts), [len(n) for n in numbers]
     held = [np.empty(0, np.int64)] * len(parts)  # numbers that were read but not used yet

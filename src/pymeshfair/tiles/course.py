@@ -67,13 +67,7 @@ def run_by_tiles(
     *,
     check_wanted: Callable[[], None] = lambda: None,
 ) -> RunResult:
-    """Carry out a job by tiles; the output appears whole or not at all.
-
-    Args:
-        job: what to do; its `memory_limit` is for the command and all its workers together.
-        tiling: how to cut.
-        on_event: called with each event, in this thread.
-        check_wanted: called every moment; may raise to stop.
+    """Carry out a job by tiles; its `memory_limit` is for the command and all its workers together.
 
     Raises:
         ScriptError: a step cannot be done by tiles.
@@ -282,12 +276,7 @@ def _measures(vertices: int, faces: int, low: list[float], high: list[float]) ->
 
 
 def check(job: Job, plan: Plan) -> None:
-    """Refuse what cannot be done by tiles, before anything is done.
-
-    Raises:
-        ParameterError: something is asked for that needs the whole mesh.
-        InputError, OutputError: a file cannot be read or written by slices.
-    """
+    """Refuse what cannot be done by tiles, before anything is done."""
     if not (plan.cloud or plan.moves):
         raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
     formats = CLOUD_FORMATS if plan.cloud else ("ply",)

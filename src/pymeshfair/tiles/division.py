@@ -47,19 +47,7 @@ class Bucket:
 
 
 def divide(slices: Slices, count: int, folder: Path, *, most: int, shape: Shape, name: str = "bucket") -> list[Bucket]:
-    """The points in buckets of at most `most` points each, neighbours in the list near each other in space.
-
-    Args:
-        slices: gives the points by ascending number.
-        count: how many there are.
-        folder: for the files.
-        most: points of a bucket.
-        shape: how to cut.
-        name: the start of the names of the files.
-
-    Raises:
-        OSError: the disk is full.
-    """
+    """The points, given by ascending number, in buckets of at most `most` each; neighbours in the list are near in space."""
     wanted = min(MOST_BUCKETS, 1 << max(0, int(np.ceil(np.log2(1.15 * count / most)))))
     axes, pivots, leaves = _pivots(_sample(slices, count, wanted), wanted, shape)
     paths = [folder / f"{name}-{leaf}" for leaf in range(leaves)]

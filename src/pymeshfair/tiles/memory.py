@@ -25,11 +25,7 @@ class Budget:
 
 
 def budget(memory: int, processors: int) -> Budget:
-    """Workers and their shares of some bytes of memory.
-
-    Raises:
-        ParameterError: it is too little.
-    """
+    """Workers and their shares of some bytes of memory."""
     for workers in range(processors, 0, -1):
         each = (memory - COMMAND) // workers - WORKER
         if each >= LEAST:
@@ -57,11 +53,6 @@ def surface_vertices(tile: int, each: int, rings: int) -> int:
     """Vertices of a tile of a mesh, besides those in the rings around it.
 
     A tile of v vertices has about 4 sqrt(v) in every ring around it.
-
-    Args:
-        tile: bytes that it may take.
-        each: bytes of a vertex, those of the rings too.
-        rings: how many rings there are.
     """
     return max(64, int((math.sqrt(4 * rings * rings + tile / each) - 2 * rings) ** 2))
 
@@ -77,13 +68,6 @@ def cloud_room(count: int, row: int, loop_neighbors: int, stray_neighbors: int, 
     Cells take 32 a point. LoOP adds distances and factors (24), 2 + k for an eighth of the points that look into other tiles, and
     17 for the probability and the choice; stray points add 8 for each link and 53, normals 8 for each link and 113. Measured were
     84 to 87 for LoOP with 20.
-
-    Args:
-        count: points.
-        row: bytes of a point in the output.
-        loop_neighbors: the most neighbours in a step of LoOP, 0 without one.
-        stray_neighbors: the same of stray points.
-        normal_neighbors: the same of normals.
     """
     loop = 75 + loop_neighbors if loop_neighbors else 0
     strays = 85 + 8 * stray_neighbors if stray_neighbors else 0
@@ -95,11 +79,5 @@ def surface_room(vertices: int, faces: int, row: int, *, rounds: bool) -> int:
     """Bytes on the disk of the work on a mesh, the output among them.
 
     A face takes 20 bytes with each bucket of its corners, as it came and in order: measured were 23 each.
-
-    Args:
-        vertices: how many there are.
-        faces: how many there are.
-        row: bytes of a vertex in the output, its share of the faces included.
-        rounds: whether normals are filtered, for which coordinates are there in two further copies.
     """
     return max(36 * vertices + 46 * faces, (92 + 48 * rounds + row) * vertices + 23 * faces)

@@ -199,11 +199,7 @@ class MeshFile:
         return next(p.name for p in self.file.tables["face"].element.properties if p.name in CORNERS)
 
     def check(self) -> None:
-        """Refuse what is no mesh of triangles.
-
-        Raises:
-            ContentsError: it is none.
-        """
+        """Refuse what is no mesh of triangles."""
         self.file.vertices  # noqa: B018 - is checked
         table = self.file.tables.get("face")
         if table is None or not table.element.count or not any(p.name in CORNERS for p in table.element.properties):
@@ -256,10 +252,7 @@ class MeshTiles:
     surface: Surface
 
     def box(self, first: int, last: int) -> tuple[Floats, Floats, bool]:
-        """The corners of the box of those vertices of some cells that a face with three different corners uses.
-
-        And whether there is a border.
-        """
+        """The box of the vertices of some cells that a face with three different corners uses; whether there is a border."""
         tile = tile_with_rings(self.surface, first, last, 1)
         used = np.zeros(len(tile.vertices), np.bool_)
         used[tile.faces[proper_faces(tile.faces)]] = True
@@ -312,21 +305,7 @@ def cut(
     most: int | None,
     progress: Callable[[float], None],
 ) -> tuple[Surface, dict[str, Any]]:
-    """Cut a mesh into cells.
-
-    Args:
-        mesh: the file.
-        folder: for the files.
-        tasks: does them.
-        tile: bytes that a tile may take.
-        costs: of the steps, see `pymeshfair.tiles.moves.cost_of`.
-        shape: of tiles.
-        most: vertices of a tile, in place of what fits.
-        progress: called with the share that is done.
-
-    Returns:
-        The mesh; what is known of it.
-    """
+    """Cut a mesh into cells, for steps of these costs (see `pymeshfair.tiles.moves.cost_of`); the mesh, and its numbers."""
     cloud = Cloud(PlyCloud(mesh.file.path), folder)
     size = slice_rows(tile, mesh.file.vertices.dtype.itemsize)
     count, low, high = tasks.run(cloud.survey, size)

@@ -78,11 +78,7 @@ def _given(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def chosen(values: Mapping[str, Any], vertices: Floats, faces: NDArray[np.int32]) -> dict[str, Any]:
-    """The parameters with those that are automatic chosen on a sample of the mesh, as in one piece.
-
-    Raises:
-        FilterInputError: the choice needs the whole mesh.
-    """
+    """The parameters with those that are automatic chosen on a sample of the mesh, as in one piece."""
     given, border = _given(values), values["border"]
     # as in one piece: passes and rounding are no part of what is tried
     tried = REPERTOIRE.narrowed(**{n: v for n, v in given.items() if n not in ("normal_iterations", "rounding")})

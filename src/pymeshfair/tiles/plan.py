@@ -65,11 +65,7 @@ class Plan:
 
 
 def plan_of(script: Script) -> Plan:
-    """The steps of a recipe by tiles.
-
-    Raises:
-        ScriptError: a step cannot be done by tiles; it is named, and why.
-    """
+    """The steps of a recipe by tiles."""
     from .moves import why_not
 
     cloud: list[CloudStep] = []

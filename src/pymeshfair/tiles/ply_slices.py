@@ -27,11 +27,7 @@ class SlicedTable:
     offset: int  # the byte of its first row
 
     def read(self, first: int, last: int) -> NDArray[Any]:
-        """The rows from `first` to before `last`.
-
-        Raises:
-            ContentsError: a list is not as long as that of the first row, or the file ends too early.
-        """
+        """The rows from `first` to before `last`."""
         rows = np.fromfile(self.path, self.dtype, last - first, offset=self.offset + first * self.dtype.itemsize)
         if len(rows) < last - first:
             raise ContentsError(f"it ends within its element {self.element.name!r}")

@@ -56,15 +56,7 @@ class Source(Protocol):
         """(m, 3) coordinates, `size` points at a time."""
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: Added) -> None:
-        """Write some of the points to another file, unchanged but for what is added.
-
-        Args:
-            target: the file.
-            count: the number of points to write.
-            marks: for every slice the points to keep, and what is added.
-            size: points per slice.
-            added: the new attributes.
-        """
+        """Write `count` of the points to another file, unchanged but for what is added."""
 
 
 @dataclass(frozen=True)
@@ -132,11 +124,7 @@ class PlyCloud(PlySlices):
         return self.vertices.dtype.itemsize
 
     def check(self) -> None:
-        """Refuse files with more than vertices.
-
-        Raises:
-            ContentsError: it has other elements.
-        """
+        """Refuse files with more than vertices."""
         self.vertices  # noqa: B018 - checks them
         others = [e for e in self.header.elements if e.name != "vertex" and e.count]
         if others:
@@ -185,12 +173,7 @@ class E57Cloud:
         return next(e57_pieces(self.path, 1000))
 
     def rewrite(self, target: Path, size: int) -> tuple[str, ...]:
-        """Write a file without compression, so many points at a time, with what `run` gives them; what to know about it.
-
-        Args:
-            target: with the extension "ply" or "las".
-            size: points that are read at a time.
-        """
+        """Write a .ply or .las file without compression, with what `run` gives the points, `size` at a time; notes about it."""
         with target.open("wb") as file:
             if extension(target) == "las":
                 notes = write_las_pieces(lambda: e57_pieces(self.path, size), file)

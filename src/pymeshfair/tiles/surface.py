@@ -67,14 +67,7 @@ class Surface:
         return found
 
     def sort_in(self, slices: Callable[[], Iterable[NDArray[Any]]]) -> int:
-        """Give each face to the buckets of its corners; how many faces there are.
-
-        Args:
-            slices: gives (m, 3) numbers of vertices, a slice at a time.
-
-        Raises:
-            FilterInputError: a face names a vertex that is not there.
-        """
+        """Give each face, of slices of (m, 3) numbers of vertices, to the buckets of its corners; how many faces there are."""
         slots = np.memmap(self.slots.path, "<i4", "r")
         starts, count = np.array(self.buckets), 0
         self.remove_unordered()  # of a process that was killed here

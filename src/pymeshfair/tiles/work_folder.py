@@ -42,11 +42,7 @@ class WorkFolder:
         return self._answers.get((call, number))
 
     def append(self, call: int, number: int, answer: Answer) -> None:
-        """Write down that a task is finished.
-
-        Raises:
-            OSError: the disk is full.
-        """
+        """Write down that a task is finished."""
         self._journal.write(pickle.dumps((call, number, answer)))
         self._journal.flush()
 

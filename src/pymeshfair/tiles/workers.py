@@ -89,11 +89,6 @@ class Tasks:
                 also if it was not done to its end the first time: its worker may be lost, or all of the run killed.
             tasks: the arguments.
             progress: called with the share that is done.
-
-        Raises:
-            ContentsError, FilterInputError, FullDiskError, TileError: a task failed.
-            LostSchedulerError, RunTimeout: as they say.
-            Interrupted: a signal came.
         """
         call, self._calls = self._calls, self._calls + 1
         work = self.work
@@ -174,15 +169,7 @@ class Tasks:
 def open_tasks(
     scheduler: Scheduler | None, share: Budget, job: Job, items: Items, *, memory: int, check: Callable[[], None]
 ) -> Iterator[Tasks]:
-    """Workers for as long as the context lasts.
-
-    Args:
-        scheduler: of dask, whose workers must have the same versions and see the same disk; None for this machine.
-        share: how many workers of this machine, and their threads.
-        job: the run.
-        items: of `Interrupts`.
-        memory: bytes that each worker of this machine may take.
-        check: called every moment; may raise to stop.
+    """Workers of this machine, or of a dask scheduler, for as long as the context lasts; each here may take `memory` bytes.
 
     Raises:
         ClusterError: there is no scheduler, or a worker of it does not fit.

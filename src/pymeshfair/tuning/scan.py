@@ -31,17 +31,7 @@ class Scan:
 
 
 def prepared_scan(path: Path, folder: Path, *, most: int = MOST_VERTICES, part: int = PART) -> Scan:
-    """Read a scan; of a large one the part in the middle of the first view is written to the folder.
-
-    Args:
-        path: the file.
-        folder: for the part.
-        most: vertices; a scan with more is large.
-        part: about so many vertices the part has.
-
-    Raises:
-        InputError, RunError: it cannot be read.
-    """
+    """Read a scan; of over `most` vertices a part of about `part` in the middle of the first view, written to the folder."""
     read = read_mesh(path)
     mesh, measures = read.mesh, read.measures
     cut = None
@@ -59,18 +49,7 @@ def prepared_scan(path: Path, folder: Path, *, most: int = MOST_VERTICES, part: 
 def cut_out(
     path: Path, target: Path, centre: tuple[float, float, float], radius: float | None = None, *, vertices: int = PART
 ) -> None:
-    """Write what lies within a ball, with all that it has: attributes, colours, textures.
-
-    Args:
-        path: the scan.
-        target: the file of the part.
-        centre: of the ball.
-        radius: of the ball, in mesh units; if it is None such that about so many vertices are in it.
-        vertices: see `radius`.
-
-    Raises:
-        InputError, RunError: the scan cannot be read.
-    """
+    """Write what lies within a ball with all attributes; without a radius such that about so many vertices are in it."""
     x, y, z = centre
     if radius is None:
         distances = np.linalg.norm(read_mesh(path).mesh.vertices - np.array(centre), axis=1)

@@ -25,14 +25,7 @@ from .workshop import Workshop
 
 
 def application(subject: Subject, token: str, folder: Path, names: tuple[str, ...] = ()) -> Guarded:
-    """The page and its socket, behind the token.
-
-    Args:
-        subject: the recipe and the scan.
-        token: without it everything is refused.
-        folder: for what is made.
-        names: host names besides ``localhost`` and addresses in numbers.
-    """
+    """The page and its socket, behind the token; `names` are host names besides ``localhost`` and addresses in numbers."""
     workshops = {False: Workshop(subject.scan.part or subject.scan.path, folder / "part")}
     if subject.scan.part is not None:
         workshops[True] = Workshop(subject.scan.path, folder / "whole")

@@ -41,19 +41,11 @@ class Worker:
         self._opening = asyncio.create_task(self._result(Order.of(open_scan, scan, memory_limit=default_memory())))
 
     async def opened(self) -> Result:
-        """The measures and the mesh of the scan.
-
-        Raises:
-            RunError: it cannot be read.
-        """
+        """The measures and the mesh of the scan."""
         return await asyncio.shield(self._opening)
 
     async def run(self, number: int, script: Script, on_event: Callable[[Event], None]) -> Result:
-        """Run a script on the scan.
-
-        Raises:
-            RunError: it failed; LostProcessError if the process died.
-        """
+        """Run a script on the scan."""
         await self.opened()
         self._run = Path(tempfile.mkdtemp(prefix=f"{number}-", dir=self.stage))
         (self._run / "new").mkdir()
@@ -132,11 +124,7 @@ class Workshop:
         self._lock = asyncio.Lock()
 
     async def open(self) -> Result:
-        """The measures of the scan, and the scan for the browser; the first call starts a worker that reads it.
-
-        Raises:
-            RunError: the scan cannot be read.
-        """
+        """The measures of the scan, and the scan for the browser; the first call starts a worker that reads it."""
         async with self._lock:
             if self._opening is None:
                 self._worker = self._started()
@@ -144,16 +132,7 @@ class Workshop:
         return self._opening
 
     async def begin(self, number: int, script: Script, on_event: Callable[[Event], None]) -> asyncio.Task[Result]:
-        """Run a script; a run that is still going on is stopped first.
-
-        Args:
-            number: of the run.
-            script: the steps.
-            on_event: called with what goes on.
-
-        Returns:
-            The task that gives what came of it; it raises `RunError` if the run failed.
-        """
+        """Run a script; a run that is still going on is stopped first. The task raises `RunError` if the run failed."""
         async with self._lock:
             await self._stop()
             self._worker = self._worker or self._started()

@@ -50,11 +50,7 @@ _MOST_SPELLINGS = 2**12
 
 
 def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Floats]) -> list[str]:
-    """Helper attributes of the current layer that hold these arrays of one number a vertex (or face).
-
-    Returns:
-        The attributes' names; their values stay until the next call for the same kind of element.
-    """
+    """The names of helper attributes of the current layer with these arrays of one number each; kept until the next call."""
     if has_room(bench, element, len(arrays)):
         count = len(helper_names(bench, element))
         fresh = _names(count, count + len(arrays))

@@ -89,14 +89,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
 
 
 def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
-    """Undo `grow` on the current layer, however far it has come, but for what `grow` leaves to its caller.
-
-    Args:
-        bench: of the mesh set.
-        mesh: the current layer, which has no matrix.
-        vertices: how many it had.
-        faces: (m, 3) those that it had.
-    """
+    """Undo `grow` on the current layer, however far it has come, but for what `grow` leaves to its caller."""
     if mesh.face_number() > len(faces):
         bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={len(faces)}")
         bench.apply("meshing_remove_selected_faces")

@@ -59,15 +59,7 @@ class MeshLayer:
         settle: Callable[[], None],
         edit: Edit | None = None,
     ) -> None:
-        """See the class.
-
-        Args:
-            mesh: the pymeshlab mesh; None for no mesh at all, which reads as an empty one.
-            bench: of the mesh set that the mesh belongs to.
-            other: finds another layer by its id.
-            settle: writes the edits to the mesh; called when MeshLab must derive something from them.
-            edit: the changes that are not written to the mesh yet; it adds and removes no elements.
-        """
+        """See the class; None reads as an empty mesh, and `settle` writes the edits that MeshLab must derive something from."""
         self._mesh = mesh
         self._bench = bench
         self._other = other
