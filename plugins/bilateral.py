@@ -1,7 +1,5 @@
 """Bilateral filters of positions: of the vertices of meshes, and of points."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Any
 

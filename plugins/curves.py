@@ -1,7 +1,5 @@
 """Smoothing of curves: polylines such as sections, contours and borders, open or closed."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pymeshfair.declaration import Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter

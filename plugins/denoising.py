@@ -1,7 +1,5 @@
 """Two-step denoising: robust filters of face normals, and vertices that follow them."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Set as AbstractSet
 from dataclasses import asdict, dataclass, fields

@@ -1,7 +1,5 @@
 """Fairing: of a whole mesh, tangential, of a selected region, between two rims."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, Literal, TypeAlias, get_args
 

@@ -1,7 +1,5 @@
 """Closing holes by surfaces that continue the one around them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from typing import Annotated, Any, Literal, TypeAlias
 

@@ -1,7 +1,5 @@
 """Inspection: measures, curvature, reflection lines, triangle shape, displacement."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict
 from typing import Annotated, Any

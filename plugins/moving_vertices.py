@@ -1,7 +1,5 @@
 """Parameters and results shared by filters that move vertices."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any, NamedTuple, TypeAlias
 

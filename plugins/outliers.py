@@ -1,7 +1,5 @@
 """Selecting points that do not belong to the surface."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np

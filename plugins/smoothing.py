@@ -1,7 +1,5 @@
 """Smoothing by diffusion: of vertices, explicit, implicit and Taubin's; of scalars and colours that stops at edges."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Any, TypeAlias
 

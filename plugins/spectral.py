@@ -1,7 +1,5 @@
 """Spectral filters: by the wavelengths of a surface, with its modes or without them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import fields
 from typing import Annotated

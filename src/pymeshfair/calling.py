@@ -1,7 +1,5 @@
 """Calls the function of a plugin's filter on a layer: what it needs is checked, lengths are in mesh units, its edit fits."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Mapping
 from typing import Any

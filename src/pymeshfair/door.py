@@ -4,8 +4,6 @@ What MeshLab does not hold waits outside, and comes back to the elements that ar
 carries its number through the filters as a custom attribute. A filter that makes a new mesh loses the numbers.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 from collections.abc import Mapping

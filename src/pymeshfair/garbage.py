@@ -1,7 +1,5 @@
 """Rare garbage collection: a process of ours lives for seconds, and most of its objects live to its end."""
 
-from __future__ import annotations
-
 import atexit
 import gc
 

@@ -4,8 +4,6 @@
 works with it, but with less protection, as each method says. The environment variable `FORCE_PORTABLE` chooses it anywhere.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

@@ -3,8 +3,6 @@
 A plugin that cannot be loaded is recorded; all others still work.
 """
 
-from __future__ import annotations
-
 import functools
 import importlib
 import importlib.metadata

@@ -1,7 +1,5 @@
 """Scripts with one more step, setting or tag; the differences of two scripts; the table of a recipe for notebooks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from difflib import SequenceMatcher

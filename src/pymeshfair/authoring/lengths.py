@@ -1,7 +1,5 @@
 """The relative lengths of a script in mesh units, each on the mesh that its step meets."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Mapping
 from dataclasses import replace

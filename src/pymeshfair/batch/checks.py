@@ -1,7 +1,5 @@
 """Checks before a batch: inputs, outputs, and room on the disk."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The page of one scan, and the small picture of it on the page of the batch: made in a process of its own, as a run is."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Runs a batch: submits scans to workers, writes their outcomes to the journal and calls a listener."""
 
-from __future__ import annotations
-
 import os
 import secrets
 import signal

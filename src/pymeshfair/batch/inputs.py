@@ -1,7 +1,5 @@
 """The mesh files of a command line: files, folders, patterns, lists and tables; and short names that tell them apart."""
 
-from __future__ import annotations
-
 import csv
 import glob
 import os

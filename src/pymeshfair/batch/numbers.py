@@ -1,7 +1,5 @@
 """One number a scan for every question that is asked of all of them, and which of them lie far from the others."""
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections.abc import Callable, Mapping, Sequence

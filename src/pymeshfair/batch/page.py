@@ -1,7 +1,5 @@
 """``batch.html``: one page with a row a scan, failures first."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

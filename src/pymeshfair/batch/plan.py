@@ -1,7 +1,5 @@
 """The plan of a batch: every scan with its recipe and its output; no two outputs are the same file."""
 
-from __future__ import annotations
-
 import os
 from collections import defaultdict
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """A batch from its plan to its summary; scans that are done already are known by their content, from provenance."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections import defaultdict

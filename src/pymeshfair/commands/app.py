@@ -3,8 +3,6 @@
 Exit codes and JSON documents: docs/command_line.md.
 """
 
-from __future__ import annotations
-
 import os
 from typing import Annotated
 

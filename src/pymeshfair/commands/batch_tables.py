@@ -1,7 +1,5 @@
 """The tables of a batch: its results, or with --dry-run its plan."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

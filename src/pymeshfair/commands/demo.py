@@ -1,7 +1,5 @@
 """``pymeshfair demo``: the main job on a real range map that the pymeshlab wheel carries."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``pymeshfair export RECIPE -o PLAIN.mlx``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Checks of this machine, each with advice where something is wrong."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import platform
 import re

@@ -4,8 +4,6 @@
 it with the name of a command, such as ``[tool.pymeshfair.run]``, to that one. What is typed goes first.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Common to all commands: options, the amount of output, and the end as one message or JSON document with an exit code."""
 
-from __future__ import annotations
-
 import os
 import sys
 import traceback

@@ -1,7 +1,5 @@
 """The declarations of filters and the heads of recipes, as data and as pages of text."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Iterator
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """The one JSON document that ``--json`` prints."""
 
-from __future__ import annotations
-
 import dataclasses
 import enum
 import json

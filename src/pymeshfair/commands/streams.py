@@ -1,7 +1,5 @@
 """Safe printing: closed or full streams do not abort a command; escape codes from files are removed."""
 
-from __future__ import annotations
-
 import enum
 import errno
 import io

@@ -1,7 +1,5 @@
 """Tables and texts on stdout. Texts of users, such as paths with brackets, are never read as rich's markup."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence

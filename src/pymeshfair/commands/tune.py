@@ -1,7 +1,5 @@
 """``pymeshfair tune SCAN``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """The declaration of a filter, and the decorator that makes one of a function."""
 
-from __future__ import annotations
-
 import dataclasses
 import enum
 import functools

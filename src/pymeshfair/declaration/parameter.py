@@ -1,7 +1,5 @@
 """The base class of all kinds of parameter."""
 
-from __future__ import annotations
-
 import typing
 import warnings
 from dataclasses import dataclass

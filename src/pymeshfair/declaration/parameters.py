@@ -1,7 +1,5 @@
 """The kinds of parameter: switches, numbers, lengths, words, texts, layers and cameras; points, colours and matrices."""
 
-from __future__ import annotations
-
 import math
 import numbers
 from dataclasses import dataclass

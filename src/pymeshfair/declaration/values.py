@@ -1,7 +1,5 @@
 """A value as a number and as text in a message, and the name that was most likely meant."""
 
-from __future__ import annotations
-
 import difflib
 import math
 import numbers

@@ -1,7 +1,5 @@
 """Parts of a scene, each placed by a matrix, as one mesh; and polygons with values at their corners as such a part."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reads COLLADA documents: the parts that their scene places."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

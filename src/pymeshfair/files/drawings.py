@@ -1,7 +1,5 @@
 """Writes curves as drawings: DXF of release 12, in space, and SVG, in the plane that they lie in."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import BinaryIO
 

@@ -1,7 +1,5 @@
 """Rows of numbers that are equal, each found once."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

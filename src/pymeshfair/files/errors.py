@@ -1,7 +1,5 @@
 """Files that cannot be read or written."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from ..errors import PymeshfairError, RunError

@@ -1,7 +1,5 @@
 """Reads glTF 2.0 files, text or binary: the parts that their scene places, every accessor within its buffer."""
 
-from __future__ import annotations
-
 import base64
 import binascii
 import io

@@ -1,7 +1,5 @@
 """Writes binary glTF 2.0 files: one mesh, a primitive for each texture, its images within."""
 
-from __future__ import annotations
-
 import io
 import json
 import struct

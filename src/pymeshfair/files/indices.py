@@ -1,7 +1,5 @@
 """Numbers and indices of documents in which a list stands in a text: checked as a whole, without a loop in Python."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Reads a mesh file, whatever its format, as a `MeshData`."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import re

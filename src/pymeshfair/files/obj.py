@@ -1,7 +1,5 @@
 """Reads OBJ files with their materials, every line and word of them."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The material files of an OBJ file: colours and textures, and the same text with other names of images."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Writes OBJ files: the original text with new numbers if the elements are unchanged, else a new text."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, BinaryIO
 

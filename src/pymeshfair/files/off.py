@@ -1,7 +1,5 @@
 """Reads and writes OFF files: the colours, normals and texture coordinates of their vertices, the colours of their polygons."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any, BinaryIO
 

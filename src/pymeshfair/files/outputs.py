@@ -1,7 +1,5 @@
 """Checks of the files that a run writes: the output, the files beside it, and maps. A repeated run may replace its own files."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec

@@ -1,7 +1,5 @@
 """Reads PLY files: every element and property of any legal type, in either byte order or as a text."""
 
-from __future__ import annotations
-
 import mmap
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The header of a PLY file: read, checked against the size of the file, and written with other counts and types."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

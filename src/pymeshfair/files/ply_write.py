@@ -4,8 +4,6 @@ What has not changed is written as it was, byte for byte. Rows of deleted elemen
 properties without a value are 0.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import BinaryIO

@@ -1,7 +1,5 @@
 """Reads and writes texts of points: a row of numbers a point, after a line of titles and a count if there are such."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Polygons as triangles: fans of convex ones, ears cut off of others [meisters1975]."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

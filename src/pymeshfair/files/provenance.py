@@ -4,8 +4,6 @@ The document is the same for the same run on the same machine, byte for byte, bu
 memory and the command line.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

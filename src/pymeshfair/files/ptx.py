@@ -1,7 +1,5 @@
 """Reads PTX files: grids of points from scanners, each after a head with its size, the scanner's pose and a matrix."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The result of a reader, and the checks that all readers share."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ A scan comes from anywhere, and what it names is copied beside the output. So a 
 of the mesh, links resolved, and a texture is an image by its content.
 """
 
-from __future__ import annotations
-
 import os
 import stat
 import warnings

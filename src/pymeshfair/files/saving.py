@@ -3,8 +3,6 @@
 Textures have the bytes of the input, lie in the folder of the output, and never replace a file that no run wrote.
 """
 
-from __future__ import annotations
-
 import importlib
 import os
 import re

@@ -8,8 +8,6 @@ removes it.
 The output is locked meanwhile: of two simultaneous runs one would silently replace the result of the other.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Reads STL files, texts and binary ones, and writes binary ones; colours of facets by the conventions of Magics and VisCAM."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass
 from pathlib import Path

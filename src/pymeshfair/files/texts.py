@@ -1,7 +1,5 @@
 """Writes texts of numbers: rows of them, and a text as it was in which only some words are others."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

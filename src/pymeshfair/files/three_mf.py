@@ -4,8 +4,6 @@ An archive of a few kilobytes may hold gigabytes, a name in it may lead out of i
 archives in one file.
 """
 
-from __future__ import annotations
-
 import functools
 import io
 import lzma

@@ -1,7 +1,5 @@
 """Takes the text of a mesh file apart into lines of words and numbers: a number is one to its last character, or a word."""
 
-from __future__ import annotations
-
 import functools
 import math
 import re

@@ -1,7 +1,5 @@
 """Reads scenes in VRML 2.0, and in X3D in the same words; writes VRML 2.0."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import BinaryIO

@@ -5,8 +5,6 @@ written by `write_file`: a temporary file beside it, flushed to the disk, and re
 folder beside the output (`staging`) and put in place by `place`, all or none.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import secrets

@@ -1,7 +1,5 @@
 """Reads scenes in X3D."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from xml.etree.ElementTree import Element
 

@@ -1,7 +1,5 @@
 """Reads XML from untrusted sources: entities are refused, depth and size are limited."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from xml.etree import ElementTree
 from xml.parsers import expat

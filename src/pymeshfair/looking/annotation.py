@@ -1,7 +1,5 @@
 """Words and bars on a picture: titles, the scale bar, and the colour bar."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """From where meshes are seen: one parallel projection for all of them, so that lengths can be read off a picture."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Colorings: measures of a mesh that a picture shows as colours."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass

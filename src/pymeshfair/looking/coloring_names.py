@@ -1,7 +1,5 @@
 """The names of colorings, which a command checks before it reads anything."""
 
-from __future__ import annotations
-
 from ..declaration import nearest
 from ..errors import ParameterError
 

@@ -3,8 +3,6 @@
 Two quantities, never mixed: the distance between the surfaces, and the displacement of vertices that are the same in both.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

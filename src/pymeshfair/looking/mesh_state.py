@@ -1,7 +1,5 @@
 """Measures of one mesh for a comparison with another one."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Pictures of arrays: meshes that were never in a file, side by side from one camera."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A picture of several meshes from one camera, side by side."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The spectrum of a mesh file, measured in a process of its own."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The mesh that a checked edit makes of another one: attributes are kept, carried on to added elements, or named as dropped."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

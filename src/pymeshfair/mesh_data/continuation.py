@@ -1,7 +1,5 @@
 """Colours and textures continued into added elements, so that a filling looks like its surroundings."""
 
-from __future__ import annotations
-
 import io
 from typing import NamedTuple
 

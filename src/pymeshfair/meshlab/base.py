@@ -3,8 +3,6 @@
 Imported with `pymeshfair.MeshSet`, since a program may put that in the place of pymeshlab's afterwards.
 """
 
-from __future__ import annotations
-
 import threading
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """Applies MeshLab's own filters to the current layer of a pymeshlab mesh set."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

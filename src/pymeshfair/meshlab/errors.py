@@ -1,7 +1,5 @@
 """The errors of `MeshSet` and of MeshLab's filters: ours and pymeshlab's at once, for ``except PyMeshLabException``."""
 
-from __future__ import annotations
-
 from pymeshlab import PyMeshLabException
 
 from ..errors import MeshError, ParameterError, PymeshfairError, StepFailedError, UnknownNameError

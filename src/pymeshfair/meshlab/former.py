@@ -1,7 +1,5 @@
 """Facts about filters and parameters of older MeshLab versions and today's, kept in ``former_filters.json``."""
 
-from __future__ import annotations
-
 import functools
 import importlib.resources
 import json

@@ -1,7 +1,5 @@
 """Imports pymeshlab, and says which system libraries it lacks."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import io

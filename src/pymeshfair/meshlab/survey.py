@@ -8,8 +8,6 @@ an enumeration when it refuses a wrong one. What it tells only through the scrip
 all, is kept in the table (`facts`).
 """
 
-from __future__ import annotations
-
 import importlib.metadata
 import json
 import os

@@ -4,8 +4,6 @@ Found by running each in fresh processes and within one, with pymeshlab 2025.7, 
 results had as many vertices and faces, and were apart by less than what stands here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 

@@ -1,7 +1,5 @@
 """Converts values of parameters between declarations and pymeshlab."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """The environment variables of a worker: threads and memory of libraries, and how they read names and numbers."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Mapping

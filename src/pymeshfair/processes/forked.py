@@ -1,7 +1,5 @@
 """A copy of this process that does work: it has everything loaded that this one has, where a new interpreter would begin anew."""
 
-from __future__ import annotations
-
 import ctypes
 import gc
 import locale

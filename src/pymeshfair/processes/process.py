@@ -1,7 +1,5 @@
 """One process that does work, seen from the one that gives it orders."""
 
-from __future__ import annotations
-
 import pickle
 import subprocess
 import threading

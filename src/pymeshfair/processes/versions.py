@@ -1,7 +1,5 @@
 """The environment that a result depends on: the versions of packages, and the threads of libraries."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import os
 import platform

@@ -4,8 +4,6 @@ Orders come on stdin one after the other, events and answers go to the original 
 imported until the first order comes. The process ends with the one that gives the orders, also in the middle of a task.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import importlib
 import io

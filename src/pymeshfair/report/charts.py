@@ -1,7 +1,5 @@
 """Charts for pages as SVG, with their numbers as a table beside them, for screen readers and searches; and sections of meshes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

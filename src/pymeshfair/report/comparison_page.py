@@ -1,7 +1,5 @@
 """The report of two meshes: verdict, pictures, 3D, numbers, charts, and what a run did between them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Meshes as a browser shows them: with no more triangles than it can turn, and with the numbers that become colours."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Parts of a page are macros in ``templates/parts.html``; `render` fills a templat
 every text, so that the name of a scan cannot contain active HTML.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import importlib.resources

@@ -5,8 +5,6 @@ numbers of 16 bits over the box of all meshes, normals two numbers of 12 bits on
 bits between their limits.
 """
 
-from __future__ import annotations
-
 import base64
 import zlib
 from collections.abc import Mapping, Sequence

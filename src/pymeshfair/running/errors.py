@@ -1,7 +1,5 @@
 """The ways in which a run can fail."""
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The guards of a run that a result breaks: where, and by how much."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The intervention map: the result of a run in which every element says whether it was kept, moved or added."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

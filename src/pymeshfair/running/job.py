@@ -1,7 +1,5 @@
 """The input of a run, its events, and its result."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

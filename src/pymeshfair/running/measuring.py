@@ -1,7 +1,5 @@
 """Measures of the mesh of a run before and after the steps; without measures, only the sizes that every run needs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any

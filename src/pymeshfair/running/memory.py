@@ -1,7 +1,5 @@
 """The memory limit of a worker: a share of the machine's memory, or the amount that a user gives."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

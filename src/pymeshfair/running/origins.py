@@ -1,7 +1,5 @@
 """Origins of elements: the number in the input of every vertex and face of a result."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """Parameters and results of filters in the types of JSON."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Checks whether a written file can be printed: read back as a slicer reads it, equal points merged, triangles alone."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reads a mesh file and measures it, for commands that look at meshes and change none."""
 
-from __future__ import annotations
-
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The faces that cut others, as MeshLab finds them."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 

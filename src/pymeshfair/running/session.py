@@ -1,7 +1,5 @@
 """The work of a worker: reads the mesh, applies the steps, writes the result to the staging folder, and reports."""
 
-from __future__ import annotations
-
 import errno
 import os
 import time

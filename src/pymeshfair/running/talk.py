@@ -1,7 +1,5 @@
 """The stderr of a worker: our marks between the lines of MeshLab's log."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

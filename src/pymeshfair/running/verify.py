@@ -1,7 +1,5 @@
 """Repeats a run from its provenance, and compares the outputs."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 import tempfile

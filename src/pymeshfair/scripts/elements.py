@@ -1,7 +1,5 @@
 """The elements of a script as written, before they are checked."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

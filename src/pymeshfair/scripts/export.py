@@ -1,7 +1,5 @@
 """Writes a script that needs nothing but MeshLab: its own filters, every parameter, lengths in mesh units."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ MeshLab evaluates them with muParser. Coordinates, colours and normals by an exp
 word, so the syntax is checked before anything runs. Names of variables are not: custom attributes of the mesh are variables too.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -6,8 +6,6 @@ Conditions are separated by commas. Each is a word, or a quantity with bounds: `
 a word turns it round.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

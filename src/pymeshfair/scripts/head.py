@@ -1,7 +1,5 @@
 """Reads the head of a script (comment, settings, number of steps) without finding its filters."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from xml.parsers import expat

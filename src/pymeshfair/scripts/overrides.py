@@ -1,7 +1,5 @@
 """Sets values from a command line: of a setting, ``detail_size=4edge``, or of a step's parameter, ``taubin.lambda=0.4``."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

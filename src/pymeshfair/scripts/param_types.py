@@ -1,7 +1,5 @@
 """The attributes of a ``<Param>`` that say its type, and the spelling of numbers, as MeshLab reads them."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping

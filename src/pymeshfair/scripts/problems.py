@@ -1,7 +1,5 @@
 """Problems of a script and changes by an upgrade: place, fault, and suggestion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ attributes are not. A hostile file costs little: entities and document type subs
 depth and number of steps have limits.
 """
 
-from __future__ import annotations
-
 import codecs
 import re
 import stat

@@ -5,8 +5,6 @@ A ``<setting name="detail_size" default="6edge" unit="length" description="..."/
 which are those of the defaults.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field

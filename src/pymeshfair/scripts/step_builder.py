@@ -1,7 +1,5 @@
 """Checks the elements of a script: a ``<filter>`` becomes a step, a ``<Param>`` one of its values."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any

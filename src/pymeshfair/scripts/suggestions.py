@@ -1,7 +1,5 @@
 """Suggestions for wrong names: from the facts about older MeshLab versions, else by similar spelling."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterable

@@ -4,8 +4,6 @@ Every change states whether the script keeps its meaning, and if not, what it do
 and are refused as in any other script. Upgrading an upgraded script changes nothing.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Meanings of an old script across steps that are lost today: the current layer, and a selection that stays."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 

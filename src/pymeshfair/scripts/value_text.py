@@ -1,7 +1,5 @@
 """The values that texts give to parameters, as a command line and the settings of a recipe write them."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

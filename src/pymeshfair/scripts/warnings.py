@@ -1,7 +1,5 @@
 """Warnings about valid scripts: steps that do little of their purpose, and layers or selections that will be missing."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

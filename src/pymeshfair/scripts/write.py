@@ -4,8 +4,6 @@ MeshLab itself writes six digits and its attributes in random order; here number
 always the same bytes.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path

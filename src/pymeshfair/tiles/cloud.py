@@ -4,8 +4,6 @@ Of coincident points, and of those in a cell of a grid, all but the first go. Fo
 the cells around it, and then compared with theirs. `strays` has the third selection, `point_normals` the normals.
 """
 
-from __future__ import annotations
-
 import math
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Sequence

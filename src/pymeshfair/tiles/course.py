@@ -1,7 +1,5 @@
 """A run by tiles: the checks before it, and the work in place of that in one piece, which reads and writes by parts."""
 
-from __future__ import annotations
-
 import shutil
 import time
 from collections.abc import Callable, Iterator

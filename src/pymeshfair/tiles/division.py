@@ -4,8 +4,6 @@ Pivots are medians of a sample, so that the division follows the density. A buck
 divided again; points at one place, which nothing divides, are cut by their number. No result depends on any of that.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path

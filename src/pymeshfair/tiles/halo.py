@@ -1,7 +1,5 @@
 """A tile of a mesh with so many rings of faces around it, in the order of the whole."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Sizes of tiles by memory, and the disk space of a run: models, measured by ``benchmarks/scale.py``."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

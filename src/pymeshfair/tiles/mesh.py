@@ -3,8 +3,6 @@
 Normal filtering goes round by round: after each all tiles see what the others have made of their vertices.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The filters of meshes that work by tiles: the rings of faces that each needs around a tile, and its call."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields

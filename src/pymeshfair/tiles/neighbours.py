@@ -1,7 +1,5 @@
 """The nearest neighbours of the points of a tile: in the tile, and in the cells around it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

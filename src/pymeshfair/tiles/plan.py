@@ -1,7 +1,5 @@
 """The steps of a recipe by tiles; refuses recipes that need the whole mesh."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any

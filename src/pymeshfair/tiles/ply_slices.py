@@ -1,7 +1,5 @@
 """Binary PLY files read by slices."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property

@@ -4,8 +4,6 @@ Directions have the same bits however the cloud is cut. Where no view point says
 tile and then from tile to tile, each time first where normals agree most.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

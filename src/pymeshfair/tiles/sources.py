@@ -1,7 +1,5 @@
 """Point clouds in files, by slices: PLY, E57, LAS and LAZ (all dimensions, scales and offsets are kept)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Each pass reads what the one before has written of the points around a tile, so that every tile must have been through it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A mesh in cells: the files of `Cells`, and the faces at the vertices of each cell, each face by the slots of its corners."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

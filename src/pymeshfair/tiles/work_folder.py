@@ -4,8 +4,6 @@ The same run gives the same tasks in the same order. So a resumed run takes the 
 their files are in the folder. A task that was under way is done again.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Does the tasks of a run by tiles, on processes of this machine or on the workers of a dask scheduler."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import os

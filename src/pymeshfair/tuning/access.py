@@ -1,7 +1,5 @@
 """Access to the server: by the token, from a page of the server itself, under a name of this machine."""
 
-from __future__ import annotations
-
 import hmac
 import ipaddress
 import os

@@ -4,8 +4,6 @@ It is done in a process that stays, so that libraries, the scan and what earlier
 parameter changes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A recipe as the controls of a page, and a page's settings as a script again."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

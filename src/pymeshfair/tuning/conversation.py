@@ -1,7 +1,5 @@
 """The messages between page and server over one socket: JSON documents, and meshes as bytes."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json

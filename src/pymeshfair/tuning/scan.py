@@ -1,7 +1,5 @@
 """The scan that is tuned on: the whole, or a part of a large one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

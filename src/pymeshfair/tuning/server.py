@@ -1,7 +1,5 @@
 """Serves the page and talks with it through one socket."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import signal

@@ -1,7 +1,5 @@
 """The workers of the page: one for the last request, and a spare one in case the first is killed."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import itertools

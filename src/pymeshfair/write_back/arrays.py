@@ -1,7 +1,5 @@
 """Reads the arrays of a pymeshlab mesh."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

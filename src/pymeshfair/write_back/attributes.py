@@ -5,8 +5,6 @@ with its mesh (8 bytes a number). So a layer gets at most `MOST` of them: after 
 Point attributes are never used: MeshLab reads freed memory for them.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, combinations, islice, product

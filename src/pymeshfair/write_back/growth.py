@@ -6,8 +6,6 @@ vertex that it is to be, and those at the same place become one, of which the fi
 the order of its elements, attributes of every kind. What is left over is sent to vertex 0, and its faces vanish there.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

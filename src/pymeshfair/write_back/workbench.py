@@ -1,7 +1,5 @@
 """Applies MeshLab's filters for the write-back: silently, outside the filter script, on the current layer."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any

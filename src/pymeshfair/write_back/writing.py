@@ -3,8 +3,6 @@
 A layer is put back as it was when adding elements to it fails or is interrupted.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
