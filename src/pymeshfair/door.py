@@ -40,12 +40,7 @@ _CUSTOM_OF = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """A layer as it went in.
-
-    Attributes:
-        mesh: the mesh.
-        visible: whether it was visible.
-    """
+    """A layer as it went in."""
 
     mesh: MeshData
     visible: bool = True

@@ -51,12 +51,8 @@ class Portable:
     def forget_peak_memory(self) -> None:
         """Begin anew to note the most memory that this process holds. Does nothing."""
 
-    def try_lock(self, file: IO[bytes], *, alone: bool) -> bool:
-        """Take the lock of a file without waiting, alone or with others; whether it was taken. It never is."""
-        return False
-
-    def claim(self, file: IO[bytes]) -> bool | None:
-        """Take the lock of a file alone, without waiting: whether it was taken, or None where there are no such locks."""
+    def try_lock(self, file: IO[bytes], *, alone: bool) -> bool | None:
+        """Take the lock of a file without waiting, alone or with others: whether it was taken, None where there are no locks."""
         return None
 
     def move_open_file(self, file: IO[bytes], source: Path, target: Path) -> None:
@@ -126,22 +122,12 @@ class Posix(Portable):
         with contextlib.suppress(OSError):
             Path("/proc/self/clear_refs").write_text("5", "ascii")
 
-    def try_lock(self, file: IO[bytes], *, alone: bool) -> bool:
-        """As there; it is not taken while others hold it, or on a file system without locks."""
-        import fcntl
-
-        try:
-            fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
-        except OSError:
-            return False
-        return True
-
-    def claim(self, file: IO[bytes]) -> bool | None:
+    def try_lock(self, file: IO[bytes], *, alone: bool) -> bool | None:
         """As there."""
         import fcntl
 
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
         except BlockingIOError:
             return False
         except OSError:  # a file system without locks

@@ -18,7 +18,7 @@ from pymeshfair.errors import FilterInputError
 from pymeshfair.filters.outliers import local_outlier_probability, stray_points, surplus_points
 from pymeshfair.tiles import cells as cells_module
 from pymeshfair.tiles.cloud import Cloud, do_step, write_cloud
-from pymeshfair.tiles.division import Shape, divide
+from pymeshfair.tiles.division import divide
 from pymeshfair.tiles.plan import CloudStep
 from pymeshfair.tiles.ply_slices import PlySlices
 from pymeshfair.tiles.sources import PlyCloud
@@ -70,14 +70,14 @@ def islands(seed: int) -> Floats:
 
 
 def by_tiles(
-    points: Floats, selection: CloudStep, *, most: int, cell: int = 16, shape: Shape = "boxes", order: int = 0
+    points: Floats, selection: CloudStep, *, most: int, cell: int = 16, order: int = 0
 ) -> tuple[Floats, Floats, dict[str, Any]]:
     """The probabilities of all points if there are any, the points that are kept, and what the filter reports."""
     with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", cell):
         folder = Path(name)
         cloud = Cloud(PlyCloud(tiling.write_cloud(folder / "in.ply", points)), folder)
         pool = cast("Tasks", tiling.Here(order))
-        after, values, known = do_step(cloud, selection, pool, 10**6, shape=shape, progress=lambda share: None, most=most)
+        after, values, known = do_step(cloud, selection, pool, 10**6, progress=lambda share: None, most=most)
         assert known["tiles"] > 1 or most >= len(points)
         write_cloud(after, folder / "out.ply", 100)
         rows = PlySlices(folder / "out.ply").vertices.read(0, len(PlySlices(folder / "out.ply")))
@@ -92,14 +92,13 @@ def by_tiles(
     k=st.integers(1, 30),
     most=st.integers(20, 1200),
     cell=st.integers(2, 100),
-    shape=st.sampled_from(["boxes", "x", "y", "z"]),
     seed=st.integers(0, 1000),
 )
-def test_tiles_change_no_bit(make: Any, k: int, most: int, cell: int, shape: Shape, seed: int) -> None:
-    """Tiles of any size and shape, in any order, give the bits of the whole: uneven density, ties and coincident points."""
+def test_tiles_change_no_bit(make: Any, k: int, most: int, cell: int, seed: int) -> None:
+    """Tiles of any size, in any order, give the bits of the whole: uneven density, ties and coincident points."""
     points = make(seed)
     whole = local_outlier_probability(points, neighbors=k, extent=3.0)
-    found, kept, values = by_tiles(points, loop(1, k, 3.0, 0.5), most=most, cell=cell, shape=shape, order=seed)
+    found, kept, values = by_tiles(points, loop(1, k, 3.0, 0.5), most=most, cell=cell, order=seed)
     np.testing.assert_array_equal(found, whole)
     np.testing.assert_array_equal(kept, np.flatnonzero(whole <= 0.5))
     assert values["selected_vertices"] == np.count_nonzero(whole > 0.5)
@@ -111,18 +110,17 @@ def test_tiles_change_no_bit(make: Any, k: int, most: int, cell: int, shape: Sha
 @settings(max_examples=8, deadline=None)
 @given(
     most=st.integers(20, 1200),
-    shape=st.sampled_from(["boxes", "x", "y", "z"]),
     zero=st.sampled_from([0.0, -0.0]),
     seed=st.integers(0, 1000),
 )
-def test_of_coincident_points_those_stay_that_meshlab_keeps(make: Any, most: int, shape: Shape, zero: float, seed: int) -> None:
+def test_of_coincident_points_those_stay_that_meshlab_keeps(make: Any, most: int, zero: float, seed: int) -> None:
     """Remove Duplicate Vertices keeps the first of each place, also where one place fills several tiles, and -0 is 0."""
     points = make(seed)
     points[::2][points[::2] == 0] = zero
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(points, v_scalar_array=np.arange(len(points), dtype=float)))
     meshes.meshing_remove_duplicate_vertices()
-    _, kept, values = by_tiles(points, duplicates(1), most=most, shape=shape, order=seed)
+    _, kept, values = by_tiles(points, duplicates(1), most=most, order=seed)
     np.testing.assert_array_equal(kept, meshes.current_mesh().vertex_scalar_array())
     assert values == {"removed_vertices": len(points) - len(kept)}
 
@@ -134,21 +132,18 @@ def test_of_coincident_points_those_stay_that_meshlab_keeps(make: Any, most: int
     k=st.integers(1, 30),
     most=st.integers(20, 1200),
     cell=st.integers(2, 100),
-    shape=st.sampled_from(["boxes", "x", "y", "z"]),
     smallest=st.sampled_from([1, 5, 30, 100, 400]),
     seed=st.integers(0, 1000),
 )
-def test_tiles_find_the_same_stray_points(
-    make: Any, k: int, most: int, cell: int, shape: Shape, smallest: int, seed: int
-) -> None:
-    """The same points are stray in tiles of any size and shape, in any order, though parts reach through several of them."""
+def test_tiles_find_the_same_stray_points(make: Any, k: int, most: int, cell: int, smallest: int, seed: int) -> None:
+    """The same points are stray in tiles of any size, in any order, though parts reach through several of them."""
     points = make(seed)
     stray = stray_points(points, neighbors=k, sparseness=1.5, smallest_part=smallest)
     if stray.all():
         with pytest.raises(FilterInputError, match="nothing is left of the cloud"):
-            by_tiles(points, strays(1, k, 1.5, smallest), most=most, cell=cell, shape=shape, order=seed)
+            by_tiles(points, strays(1, k, 1.5, smallest), most=most, cell=cell, order=seed)
         return
-    _, kept, values = by_tiles(points, strays(1, k, 1.5, smallest), most=most, cell=cell, shape=shape, order=seed)
+    _, kept, values = by_tiles(points, strays(1, k, 1.5, smallest), most=most, cell=cell, order=seed)
     np.testing.assert_array_equal(kept, np.flatnonzero(~stray))
     assert values == {"selected_vertices": np.count_nonzero(stray)}
 
@@ -169,7 +164,7 @@ def test_a_second_selection_sees_what_the_first_has_left(tmp_path: Path) -> None
     cloud = Cloud(PlyCloud(tiling.write_cloud(tmp_path / "in.ply", points)), tmp_path)
     pool = cast("Tasks", tiling.Here())
     for selection in (loop(1, 10, 2.0, 0.4), loop(3, 5, 2.0, 0.6)):
-        cloud = do_step(cloud, selection, pool, 10**6, shape="boxes", progress=lambda share: None, most=150)[0]
+        cloud = do_step(cloud, selection, pool, 10**6, progress=lambda share: None, most=150)[0]
     expected = first.copy()
     expected[left] = second
     np.testing.assert_array_equal(cloud.scalars.read(0, len(points)), expected)
@@ -198,13 +193,13 @@ def hillside(seed: int, count: int = 1500) -> Floats:
     return cast("Floats", np.add(points, [5e5, 5.4e6, 300.0]))
 
 
-def normals_by_tiles(points: Floats, step: Any, *, most: int, cell: int = 16, shape: Shape = "boxes", order: int = 0) -> Floats:
+def normals_by_tiles(points: Floats, step: Any, *, most: int, cell: int = 16, order: int = 0) -> Floats:
     """The normals of all points, as they are written."""
     with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", cell):
         folder = Path(name)
         cloud = Cloud(PlyCloud(tiling.write_cloud(folder / "in.ply", points)), folder)
         pool = cast("Tasks", tiling.Here(order))
-        cloud, _, known = do_step(cloud, step, pool, 10**6, shape=shape, progress=lambda share: None, most=most)
+        cloud, _, known = do_step(cloud, step, pool, 10**6, progress=lambda share: None, most=most)
         assert known["tiles"] > 1 or most >= len(points)
         assert write_cloud(cloud, folder / "out.ply", 100) == len(points)
         rows = PlySlices(folder / "out.ply").vertices.read(0, len(points))
@@ -213,15 +208,15 @@ def normals_by_tiles(points: Floats, step: Any, *, most: int, cell: int = 16, sh
 
 
 @pytest.mark.parametrize("iterations", [0, 2])
-@pytest.mark.parametrize(("most", "cell", "shape"), [(300, 40, "boxes"), (90, 7, "x"), (10_000, 512, "boxes")])
-def test_normals_by_tiles_are_those_of_meshlab(iterations: int, most: int, cell: int, shape: Shape) -> None:
+@pytest.mark.parametrize(("most", "cell"), [(300, 40), (90, 7), (10_000, 512)])
+def test_normals_by_tiles_are_those_of_meshlab(iterations: int, most: int, cell: int) -> None:
     """The directions of MeshLab but for rounding, on the side of the view point; the bits do not depend on the tiles."""
     points, view = hillside(1), (5e5 + 3.0, 5.4e6 + 4.0, 420.0)
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(points - points[0]))
     meshes.compute_normal_for_point_clouds(k=14, smoothiter=iterations, flipflag=True, viewpos=np.array(view) - points[0])
     theirs = meshes.current_mesh().vertex_normal_matrix()
-    found = normals_by_tiles(points, normals(1, 14, iterations, view), most=most, cell=cell, shape=shape)
+    found = normals_by_tiles(points, normals(1, 14, iterations, view), most=most, cell=cell)
     edgewise = np.abs(np.einsum("ij,ij->i", theirs, view - points)) < 1e-6
     np.testing.assert_allclose(found[~edgewise], theirs[~edgewise], rtol=0.0, atol=1e-8)
     whole = normals_by_tiles(points, normals(1, 14, iterations, view), most=20_000, order=3)
@@ -257,7 +252,6 @@ def test_a_division_has_each_point_once(make: Any, most: int, tmp_path: Path) ->
         len(points),
         tmp_path,
         most=most,
-        shape="boxes",
     )
     read = [bucket.read() for bucket in buckets]
     assert max(bucket.count for bucket in buckets) <= most

@@ -58,7 +58,6 @@ def test_every_dimension_is_kept(form: int, extension: str, tmp_path: Path) -> N
         loop(1, 9, 2.0, 0.7),
         cast("Tasks", Here()),
         10**6,
-        shape="boxes",
         progress=lambda _: None,
         most=100,
     )

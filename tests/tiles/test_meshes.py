@@ -20,7 +20,6 @@ from pymeshfair.filters.denoising import FIXED, REPERTOIRE, automatic_choice, de
 from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
 from pymeshfair.registry import find_filter
 from pymeshfair.tiles import cells as cells_module
-from pymeshfair.tiles.division import Shape
 from pymeshfair.tiles.mesh import MeshFile, MeshTiles, cut, do_move
 from pymeshfair.tiles.moves import MESHLAB, why_not
 from pymeshfair.tiles.plan import Move
@@ -49,14 +48,14 @@ def awkward(seed: int) -> tuple[Floats, Ints]:
     return vertices[np.argsort(mixed)], mixed[random.permutation(faces)].astype(np.int32)
 
 
-def by_tiles(vertices: Floats, faces: Ints, *moves: Move, most: int, cell: int, shape: Shape = "boxes", seed: int = 0) -> Floats:
+def by_tiles(vertices: Floats, faces: Ints, *moves: Move, most: int, cell: int, seed: int = 0) -> Floats:
     """The vertices after the steps, from the file that is written."""
     with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", cell):
         folder = Path(name)
         mesh = MeshFile(PlySlices(write_mesh(folder / "in.ply", vertices, faces)))
         mesh.check()
         pool = cast("Tasks", Here(seed))
-        surface, known = cut(mesh, folder, pool, 10**6, costs=[(400, 5)], shape=shape, most=most, progress=lambda share: None)
+        surface, known = cut(mesh, folder, pool, 10**6, costs=[(400, 5)], most=most, progress=lambda share: None)
         assert known["faces"] == len(faces)
         tiles = surface.cells.tiles(most)
         assert len(tiles) > 1
@@ -79,11 +78,10 @@ def by_tiles(vertices: Floats, faces: Ints, *moves: Move, most: int, cell: int, 
     iterations=st.integers(0, 6),
     most=st.integers(30, 400),
     cell=st.integers(3, 60),
-    shape=st.sampled_from(["boxes", "x", "z"]),
     seed=st.integers(0, 100),
 )
 def test_explicit_steps_by_tiles_change_no_bit(
-    operator: Any, border: Any, update: Any, iterations: int, most: int, cell: int, shape: Shape, seed: int
+    operator: Any, border: Any, update: Any, iterations: int, most: int, cell: int, seed: int
 ) -> None:
     """K steps with k rings around each tile are k steps of the whole."""
     vertices, faces = awkward(seed)
@@ -93,9 +91,9 @@ def test_explicit_steps_by_tiles_change_no_bit(
         whole = explicit_smoothing(vertices, faces, **values)
     except FilterInputError:  # MeshLab's cotangents may throw a vertex away; then tiles name the same
         with pytest.raises(FilterInputError):
-            by_tiles(vertices, faces, move, most=most, cell=cell, shape=shape, seed=seed)
+            by_tiles(vertices, faces, move, most=most, cell=cell, seed=seed)
         return
-    np.testing.assert_array_equal(by_tiles(vertices, faces, move, most=most, cell=cell, shape=shape, seed=seed), whole)
+    np.testing.assert_array_equal(by_tiles(vertices, faces, move, most=most, cell=cell, seed=seed), whole)
 
 
 @pytest.mark.parametrize(("most", "cell"), [(300, 40), (90, 7)])

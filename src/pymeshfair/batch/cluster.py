@@ -56,7 +56,6 @@ class OfScheduler:
     """The workers of a scheduler; see `pymeshfair.batch.station.Workers`."""
 
     def __init__(self, client: Client, name: str, items: Items) -> None:
-        """See `workers_of_scheduler`."""
         self._client = client
         self._name = name
         self._items = items
@@ -64,7 +63,6 @@ class OfScheduler:
         self._were_missed = False
 
     def submit(self, kind: Kind, scan: Scan) -> None:
-        """See `Workers`."""
         key = f"{self._name}-{kind}-{scan.number}"
         self._futures[key] = future = self._client.submit(_do, self._name, kind, scan, key=key, pure=False)
         future.add_done_callback(lambda done: self._items.put((kind, (scan, partial(self._result, key)))))
@@ -85,12 +83,10 @@ class OfScheduler:
             future.release()
 
     def give_up(self) -> None:
-        """See `Workers`."""
         if self._client.status == "running":
             self._client.cancel(list(self._futures.values()), force=True)
 
     def look(self) -> str | None:
-        """See `Workers`."""
         if self._client.status != "running":
             raise LostSchedulerError
         were_missed, self._were_missed = self._were_missed, not self._client.scheduler_info(n_workers=-1)["workers"]

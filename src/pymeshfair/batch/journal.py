@@ -33,7 +33,7 @@ class Journal:
             self._file = self.path.open("a+b", buffering=0)
         except OSError as error:
             raise BatchError(f"cannot write the journal {self.path}: {error.strerror or error}") from error
-        if this_system().claim(self._file) is False:
+        if this_system().try_lock(self._file, alone=True) is False:
             self._file.close()
             raise BatchError(f"another batch is writing to {folder} at this moment; wait for it, or name another folder")
         self._is_old = not resume

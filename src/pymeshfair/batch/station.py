@@ -134,7 +134,6 @@ class _Lender:
 
     @contextmanager
     def lend(self) -> Iterator[Process]:
-        """See `pymeshfair.processes.pool.Pool.lend`."""
         with self.pool.lend() as process:
             self.lent[self.key] = process
             try:
@@ -180,7 +179,6 @@ class ThisMachine:
         self._station.close()
 
     def submit(self, kind: Kind, scan: Scan) -> None:
-        """See `Workers`."""
         key = f"{kind}-{scan.number}"
         self._keys.add(key)
         future = self._threads.submit(do_task, self._station, kind, scan, self._folder, key)
@@ -195,7 +193,6 @@ class ThisMachine:
         self._threads.shutdown()
 
     def look(self) -> str | None:
-        """See `Workers`."""
         return None
 
 

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -223,73 +223,40 @@ class _Record:
         self._audience.note(text)
 
 
+@dataclass
 class Task:
-    """One batch.
+    """One batch."""
 
-    Attributes:
-        scans: all of them.
-        template: of their runs: what all scans share.
-        folder: where outputs go.
-        written: the files about the batch as a whole, once they are there.
-    """
-
-    def __init__(
-        self,
-        scans: Sequence[Scan],
-        template: Job,
-        folder: Path,
-        scheduler: Scheduler | None,
-        jobs: int,
-        *,
-        resume: bool = False,
-        stop: bool = False,
-        sample: int | None = None,
-        report: bool = False,
-        renumber: bool = False,
-    ) -> None:
-        """Plan it.
-
-        Args:
-            scans: all of them.
-            template: of their runs: what all scans share.
-            folder: where outputs go, an absolute path; made if need be.
-            scheduler: of dask; None for this machine.
-            jobs: scans at a time on this machine.
-            resume: skip what is done.
-            stop: give up after the first scan that fails.
-            sample: do only so many, spread by size and noise.
-            report: make a page of every scan that is done, and one of the batch.
-            renumber: with `resume`, rename outputs whose numbers in the names have changed.
-        """
-        self.scans = scans
-        self.template = template
-        self.folder = folder
-        self.written: tuple[Path, ...] = ()
-        self._scheduler = scheduler
-        self._jobs = jobs
-        self._resume = resume
-        self._stop = stop
-        self._sample = sample
-        self._report = report
-        self._renumber = renumber and resume
+    scans: Sequence[Scan]  # all of them
+    template: Job  # of their runs: what all scans share
+    folder: Path  # where outputs go, an absolute path; made if need be
+    scheduler: Scheduler | None  # of dask; None for this machine
+    jobs: int  # scans at a time on this machine
+    _: KW_ONLY
+    resume: bool = False  # skip what is done
+    stop: bool = False  # give up after the first scan that fails
+    sample: int | None = None  # do only so many, spread by size and noise
+    report: bool = False  # make a page of every scan that is done, and one of the batch
+    renumber: bool = False  # with `resume`, rename outputs whose numbers in the names have changed
+    written: tuple[Path, ...] = field(default=(), init=False)  # the files about the batch as a whole, once they are there
 
     def look_ahead(self) -> Prospect:
         """The work that would be done; nothing is written."""
         if self.folder.is_dir():
-            check_own_files(self.folder, self.template, report=self._report)
+            check_own_files(self.folder, self.template, report=self.report)
         done = self._done(read_journal(self.folder / NAME))
         return look_ahead(self.scans, self.template, self.folder, done)
 
     def _done(self, journal: Mapping[str, Outcome]) -> dict[int, Done]:
-        return done_before(self.scans, self.template, journal, renumber=self._renumber) if self._resume else {}
+        return done_before(self.scans, self.template, journal, renumber=self.renumber) if self.resume else {}
 
     @contextmanager
     def processes(self) -> Iterator[Pool | None]:
         """Processes of this machine for `carry_out`, which are started as soon as the context is entered."""
-        if self._scheduler is not None:
+        if self.scheduler is not None:
             yield None
             return
-        with pool_of(min(self._jobs, len(self.scans))) as pool:
+        with pool_of(min(self.jobs, len(self.scans))) as pool:
             pool.prepare()
             yield pool
 
@@ -300,23 +267,23 @@ class Task:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise BatchError(f"cannot make the folder {self.folder}: {error.strerror or error}") from error
-        check_own_files(self.folder, self.template, report=self._report)
-        with Journal(self.folder, resume=self._resume) as journal:
+        check_own_files(self.folder, self.template, report=self.report)
+        with Journal(self.folder, resume=self.resume) as journal:
             done = self._done(journal.before)
-            if self._renumber:
+            if self.renumber and self.resume:
                 rename_outputs(self.scans, done, journal)
-            if journal.before and not self._resume:
+            if journal.before and not self.resume:
                 audience.note(
                     f"the journal of {len(journal.before):,} scans in {self.folder} begins anew; --resume would go on with it"
                 )
             if look_ahead(self.scans, self.template, self.folder, done).lacks_room:
                 audience.note(f"the disk of {self.folder} may be too small: outputs may need twice the size of the inputs")
             todo = [scan for scan in self.scans if scan.number not in done]
-            if self._sample is not None:
-                todo = sample(todo, self._sample)
+            if self.sample is not None:
+                todo = sample(todo, self.sample)
             audience.begin(len(todo))
             record = _Record(audience, {number: one.outcome for number, one in done.items()})
-            drawn = [scan for scan in self.scans if scan.number in done and self._report]
+            drawn = [scan for scan in self.scans if scan.number in done and self.report]
             try:
                 if todo or drawn:
                     carry_out(
@@ -324,11 +291,11 @@ class Task:
                         self.template,
                         journal,
                         self.folder,
-                        scheduler=self._scheduler,
-                        jobs=min(self._jobs, len(todo) or len(drawn)),
+                        scheduler=self.scheduler,
+                        jobs=min(self.jobs, len(todo) or len(drawn)),
                         pool=pool,
-                        stop=self._stop,
-                        pages=self._report,
+                        stop=self.stop,
+                        pages=self.report,
                         listener=record,
                         done=drawn,
                     )
@@ -340,7 +307,7 @@ class Task:
                         outcomes, len(self.scans), self.template, started=started, finished=finished, seconds=seconds
                     )
                     self.written = (*summary.write(self.folder), journal.path)
-            if self._report:
+            if self.report:
                 made = {str(scan.output): record.pages.get(scan.number, {}) for scan in self.scans}
                 self.written += (write_page(self.folder, summary, made),)
         return summary

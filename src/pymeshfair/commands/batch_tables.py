@@ -11,7 +11,7 @@ from ..batch.outcome import Outcome
 from ..batch.summary import Summary
 from ..batch.work import Task
 from .batch_progress import counted_warnings
-from .streams import Talk, printable, talk
+from .streams import Talk, complain, talk
 from .tables import console, table
 
 #: of more scans only these many are listed, the worst
@@ -25,9 +25,9 @@ def show_summary(summary: Summary, task: Task) -> None:
     for outcome in summary.outcomes:
         if outcome.error is not None:
             where = "" if outcome.input in outcome.error["message"] else f"{outcome.input}: "
-            _complain(f"{where}{outcome.error['message']}")
+            complain(f"{where}{outcome.error['message']}")
         for breach in outcome.breaches if outcome.error is None else ():
-            _complain(f"{outcome.input}: {breach['guard']}: {breach['message']}")
+            complain(f"{outcome.input}: {breach['guard']}: {breach['message']}")
 
 
 def _show_rows(summary: Summary, task: Task) -> None:
@@ -50,10 +50,6 @@ def _show_rows(summary: Summary, task: Task) -> None:
         typer.echo(f"  {path}")
     if counts["left"]:
         typer.echo("The same command with --resume does what is left.")
-
-
-def _complain(text: str) -> None:
-    typer.echo(f"{typer.style('error:', fg='red')} {printable(text)}", err=True)
 
 
 def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
@@ -87,9 +83,9 @@ def show_prospect(task: Task, prospect: Prospect) -> None:
         f"\n{todo:,} of {len(task.scans):,} scans to do, {prospect.bytes_in / 1e9:.3g} GB to read{free}. Nothing was done."
     )
     for number, problem in prospect.problems.items():
-        _complain(f"scan {number}: {problem}")
+        complain(f"scan {number}: {problem}")
     if prospect.lacks_room:
-        _complain("the outputs may need twice the size of the inputs")
+        complain("the outputs may need twice the size of the inputs")
 
 
 def prospect_document(task: Task, prospect: Prospect) -> dict[str, Any]:

@@ -7,10 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import typer
-
 from .json_document import print_document
-from .streams import printable
+from .streams import complain
 
 
 @dataclass(frozen=True)
@@ -44,8 +42,7 @@ class Failure:
 
     def show(self, *, json: bool) -> None:
         """Print the message on stderr and, with `json`, the document on stdout."""
-        color = False if os.environ.get("NO_COLOR") else None  # typer's context, which would check it, is closed
-        typer.echo(f"{typer.style('error:', fg='red')} {printable(self.message)}", err=True, color=color)
+        complain(self.message, color=False if os.environ.get("NO_COLOR") else None)
         if json:
             print_document({"error": self.document()})
 

@@ -13,7 +13,7 @@ from . import options
 from .json_document import print_document
 from .report_file import Report, Up, check_report, say_report
 from .standard_files import open_recipe
-from .streams import Talk, printable, talk, warn
+from .streams import Talk, complain, printable, talk, warn
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -162,11 +162,9 @@ def carry_out(
         print_document(_document(job, result))
     elif talk() > Talk.LITTLE:
         _show(result)
+    for breach in result.breaches:
+        complain(f"{breach['guard']}: {breach['message']}")
     if result.breaches:
-        for breach in result.breaches:
-            typer.echo(
-                f"{typer.style('error:', fg='red')} {printable(breach['guard'])}: {printable(breach['message'])}", err=True
-            )
         raise typer.Exit(1)
 
 

@@ -95,6 +95,11 @@ def printable(text: object) -> str:
     return "".join(c if c.isprintable() or c in "\n\t" else ascii(c)[1:-1] for c in str(text))
 
 
+def complain(text: object, *, color: bool | None = None) -> None:
+    """Print an error on stderr; `color` is needed where the context of typer, which knows it, is closed."""
+    typer.echo(f"{typer.style('error:', fg='red')} {printable(text)}", err=True, color=color)
+
+
 def warn(text: object) -> None:
     """Print a warning on stderr."""
     typer.echo(f"{typer.style('warning:', fg='yellow')} {printable(text)}", err=True)

@@ -53,7 +53,7 @@ def _locked(path: Path, output: Path) -> BinaryIO:
         except OSError as error:
             raise OutputError(output, f"cannot make a file beside it: {error.strerror or error}") from error
         file = os.fdopen(descriptor, "r+b")
-        if this_system().claim(file) is False:
+        if this_system().try_lock(file, alone=True) is False:
             file.close()
             raise OutputBusyError(output, "another run is writing it at this moment; wait for that, or name another output")
         with contextlib.suppress(OSError):
@@ -144,6 +144,6 @@ def _is_abandoned(folder: Path) -> bool:
         return True  # another process may remove it at the same time
     try:
         with (folder / _LOCK).open("rb") as lock:
-            return this_system().try_lock(lock, alone=True)
+            return this_system().try_lock(lock, alone=True) is True
     except FileNotFoundError:
         return time.time() - folder.stat().st_mtime > _GRACE

@@ -108,60 +108,39 @@ class Deviation:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two meshes compared.
+    """Two meshes compared."""
 
-    Attributes:
-        before: `MeshState.measures` of the first.
-        after: those of the second.
-        after_from_before: how far the second surface lies from the first.
-        before_from_after: how far the first lies from the second; above 0 are places on the outer side of the second.
-        hausdorff: the larger of the two largest distances.
-        hausdorff_at_most: it is no larger than that.
-        rounding: of coordinates of such a size; what lies no further apart is the same place.
-        same_surface: whether the surfaces lie no further apart than that, everywhere.
-        displacement: how far vertices have moved; None unless both meshes have as many and the same faces, so that vertices of
-            the same number are the same.
-        area_change: in percent, None without area before.
-        volume_change: in percent, None unless both have a volume that is not 0.
-        normal_deviation: the mean angle in degrees between the normals of the faces of the second mesh and of the first there,
-            weighted with the area; None of clouds.
-        largest_normal_deviation: in degrees.
-        flipped_faces: faces of the second mesh that look away from where the first does there, by more than 90 degrees.
-        sharp_edges_kept: the share of the length of the sharp edges of the first mesh within a mean edge of which the second has
-            one; None if there were none.
-        added_area: of the second mesh further than a mean edge from the first.
-        removed_area: of the first further than a mean edge from the second.
-        attributes_kept, attributes_lost, attributes_gained: what the meshes have.
-        tolerance: within which the surfaces should lie; None if none was given, and then the next two tell nothing.
-        passed: whether no place of either was found further from the other than the tolerance.
-        out_of_tolerance: the areas that lie further, the furthest first.
-        sharp_angle: degrees from which on an edge counts as sharp.
-    """
-
-    before: dict[str, Any]
-    after: dict[str, Any]
-    after_from_before: Deviation
-    before_from_after: Deviation
-    hausdorff: LengthIn
-    hausdorff_at_most: LengthIn
-    rounding: float
-    same_surface: bool
+    before: dict[str, Any]  # `MeshState.measures` of the first
+    after: dict[str, Any]  # those of the second
+    after_from_before: Deviation  # how far the second surface lies from the first
+    before_from_after: Deviation  # how far the first lies from the second; above 0 are places on the outer side of the second
+    hausdorff: LengthIn  # the larger of the two largest distances
+    hausdorff_at_most: LengthIn  # it is no larger than that
+    rounding: float  # of coordinates of such a size; what lies no further apart is the same place
+    same_surface: bool  # whether the surfaces lie no further apart than that, everywhere
+    #: how far vertices have moved; None unless both meshes have as many and the same faces, so that vertices of the same number
+    #: are the same
     displacement: Moved | None
-    area_change: float | None
-    volume_change: float | None
+    area_change: float | None  # in percent, None without area before
+    volume_change: float | None  # in percent, None unless both have a volume that is not 0
+    #: the mean angle in degrees between the normals of the faces of the second mesh and of the first there, weighted with the
+    #: area; None of clouds
     normal_deviation: float | None
-    largest_normal_deviation: float | None
-    flipped_faces: int | None
+    largest_normal_deviation: float | None  # in degrees
+    flipped_faces: int | None  # faces of the second mesh that look away from where the first does there, by more than 90 degrees
+    #: the share of the length of the sharp edges of the first mesh within a mean edge of which the second has one; None if there
+    #: were none
     sharp_edges_kept: float | None
-    added_area: float | None
-    removed_area: float | None
-    attributes_kept: tuple[str, ...]
+    added_area: float | None  # of the second mesh further than a mean edge from the first
+    removed_area: float | None  # of the first further than a mean edge from the second
+    attributes_kept: tuple[str, ...]  # what the meshes have; so the next two
     attributes_lost: tuple[str, ...]
     attributes_gained: tuple[str, ...]
+    #: within which the surfaces should lie; None if none was given, and then the next two tell nothing
     tolerance: LengthIn | None = None
-    passed: bool | None = None
-    out_of_tolerance: tuple[Area, ...] = ()
-    sharp_angle: float = SHARP
+    passed: bool | None = None  # whether no place of either was found further from the other than the tolerance
+    out_of_tolerance: tuple[Area, ...] = ()  # the areas that lie further, the furthest first
+    sharp_angle: float = SHARP  # degrees from which on an edge counts as sharp
 
 
 class Distances(NamedTuple):

@@ -33,7 +33,7 @@ from ..filters.outliers import (
 )
 from .cells import Cells, Ranges
 from .columns import Column, Part, in_order
-from .division import Bucket, Floats, Longs, Shape, divide
+from .division import Bucket, Floats, Longs, divide
 from .memory import cloud_points, points_with_normals, slice_rows
 from .neighbours import TilePoints, search_tile
 from .plan import DUPLICATES, LOOP, POINT_NORMALS, SURPLUS, CloudStep
@@ -165,14 +165,14 @@ class Cloud:
                 low, high = np.minimum(low, places.min(axis=0)), np.maximum(high, places.max(axis=0))
         return count, low, high
 
-    def divide(self, count: int, folder: Path, most: int, shape: Shape, size: int, grid: float | None = None) -> list[Bucket]:
+    def divide(self, count: int, folder: Path, most: int, size: int, grid: float | None = None) -> list[Bucket]:
         """The points in buckets, see `pymeshfair.tiles.division.divide`; with a `grid` their cells in one of such cubes."""
 
         def slices() -> Iterator[tuple[Floats, Longs]]:
             for places, numbers in self.slices(size):
                 yield places if grid is None else grid_cells(places, grid), numbers
 
-        return divide(slices, count, folder, most=most, shape=shape)
+        return divide(slices, count, folder, most=most)
 
     def put_in_order(self, found: Column, parts: Sequence[Part], count: int, size: int) -> None:
         """Write what was found of the points that are left, by tiles, in their order."""
@@ -257,7 +257,6 @@ def do_step(
     tasks: Tasks,
     tile: int,
     *,
-    shape: Shape,
     progress: Callable[[float], None],
     most: int | None = None,
 ) -> tuple[Cloud, dict[str, Any], dict[str, Any]]:
@@ -278,8 +277,8 @@ def do_step(
     grid = None
     if step.filter == SURPLUS:
         grid = step.values["side"].resolve(diagonal=box_diagonal(np.stack([low, high])), mean_edge=lambda: 0.0)
-    alike = step.filter in (DUPLICATES, SURPLUS)  # slabs would separate points of one place
-    buckets = tasks.run(cloud.divide, count, folder, points, "boxes" if alike else shape, size, grid)
+    alike = step.filter in (DUPLICATES, SURPLUS)
+    buckets = tasks.run(cloud.divide, count, folder, points, size, grid)
     progress(0.1)
     if alike:
         parts, tiles = coincident(buckets, tasks, part_of(progress, 0.1, 0.9)), len(buckets)

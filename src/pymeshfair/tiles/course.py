@@ -4,7 +4,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,6 @@ from ..running.report import Report, StepDone
 from ..running.supervise import run_job
 from ..scripts.problems import ScriptError
 from .cloud import Cloud, do_step, write_cloud
-from .division import Shape
 from .memory import Budget, budget, cloud_room, slice_rows, surface_room
 from .mesh import MeshFile, MeshTiles, cut, do_move
 from .moves import NORMALS, cost_of
@@ -49,7 +48,6 @@ class Tiling:
     """The settings of work by tiles."""
 
     scheduler: Scheduler | None = None  # of dask, None for processes of this machine
-    shape: Shape = "boxes"  # of the tiles
     most: int | None = None  # points or vertices of a tile, None for as many as fit
     resume: bool = False  # go on with the files of a run that was killed, and keep those of this one if it ends early
 
@@ -113,7 +111,7 @@ def _by_tiles(
             "the recipe": job.recipe.digest,
             "the versions of packages": packages_here(),
             "the memory of a tile": share.tile,
-            "the shape of the tiles": (tiling.shape, tiling.most),
+            "the size of the tiles": tiling.most,
             "the start of the machine": this_system().boot(),
         }
         keep = (BaseException,) if tiling.resume else (LostSchedulerError,)
@@ -131,39 +129,30 @@ def _by_tiles(
     )
 
 
+@dataclass
 class _Course:
     """The steps of one run."""
 
-    def __init__(
-        self,
-        job: Job,
-        tiling: Tiling,
-        share: Budget,
-        tasks: Tasks,
-        folder: Path,
-        staged: Path,
-        on_event: Callable[[Event], None],
-    ) -> None:
-        self._job = job
-        self._tiling = tiling
-        self._share = share
-        self._tasks = tasks
-        self._folder = folder
-        self._staged = staged
-        self._on_event = on_event
-        self._steps: list[StepDone] = []
+    job: Job
+    tiling: Tiling
+    share: Budget
+    tasks: Tasks
+    folder: Path  # for the files of the work
+    staged: Path  # the output, in the staging folder
+    on_event: Callable[[Event], None]
+    steps: list[StepDone] = field(default_factory=list)
 
     def run(self, plan: Plan) -> Report:
         """Do the steps and write the result; the report."""
         return self._do_cloud(plan.cloud) if plan.cloud else self._move(plan.moves)
 
     def _do_cloud(self, plan: tuple[CloudStep, ...]) -> Report:
-        source, notes = open_cloud(self._job.input), tuple[str, ...]()
+        source, notes = open_cloud(self.job.input), tuple[str, ...]()
         if isinstance(source, E57Cloud):
-            rewritten = self._folder / ("input.ply" if extension(self._job.output) == "ply" else "input.las")
-            notes = self._tasks.run(source.rewrite, rewritten, slice_rows(self._share.tile, source.row))
+            rewritten = self.folder / ("input.ply" if extension(self.job.output) == "ply" else "input.las")
+            notes = self.tasks.run(source.rewrite, rewritten, slice_rows(self.share.tile, source.row))
             source = file_cloud(rewritten)
-        cloud = Cloud(source, self._folder)
+        cloud = Cloud(source, self.folder)
         tilings = []
         for step in plan:
             self._pass_to(step.step)
@@ -172,33 +161,32 @@ class _Course:
                 cloud, told, known = do_step(
                     cloud,
                     step,
-                    self._tasks,
-                    self._share.tile,
-                    shape=self._tiling.shape,
+                    self.tasks,
+                    self.share.tile,
                     progress=self._progress(step.step),
-                    most=self._tiling.most,
+                    most=self.tiling.most,
                 )
                 values |= told
             tilings.append({name: known[name] for name in ("tiles", "points_per_tile")})
             if step is plan[0]:
                 before = _measures(known["points"], 0, known["low"], known["high"])
-        self._pass_to(len(self._job.recipe.script.steps) + 1)
-        self._on_event(PhaseStarted("writing"))
-        size = slice_rows(self._share.tile, cloud.source.row)
-        written = self._tasks.run_again(write_cloud, cloud, self._staged, size)
-        count, low, high = self._tasks.run(cloud.survey, size)
+        self._pass_to(len(self.job.recipe.script.steps) + 1)
+        self.on_event(PhaseStarted("writing"))
+        size = slice_rows(self.share.tile, cloud.source.row)
+        written = self.tasks.run_again(write_cloud, cloud, self.staged, size)
+        count, low, high = self.tasks.run(cloud.survey, size)
         assert written == count
         report = self._report(before, _measures(count, 0, low.tolist(), high.tolist()), {"stages": tilings})
         return replace(report, warnings=(*report.warnings, *notes))
 
     def _pass_to(self, number: int) -> None:
         """Name the steps before one that were done with others, or do nothing."""
-        for passed in range(len(self._steps) + 1, number):
+        for passed in range(len(self.steps) + 1, number):
             with self._step(passed, {}):
                 pass
 
     def _move(self, plan: tuple[Move, ...]) -> Report:
-        mesh, folder = MeshFile(PlySlices(self._job.input)), self._folder
+        mesh, folder = MeshFile(PlySlices(self.job.input)), self.folder
         for move in plan:
             values: dict[str, Any] = {}
             with self._step(move.step, values):
@@ -208,14 +196,14 @@ class _Course:
                     surface, known = self._cut(mesh, folder, plan, cutting)
                     tiles = surface.cells.tiles(known["points_per_tile"])
                     box = known["low"], known["high"]
-                moved, told = do_move(surface, move, tiles, self._tasks, part_of(progress, start, 1.0))
+                moved, told = do_move(surface, move, tiles, self.tasks, part_of(progress, start, 1.0))
                 box = moved or box
                 values |= told
-        self._on_event(PhaseStarted("writing"))
+        self.on_event(PhaseStarted("writing"))
         work = MeshTiles(surface)
-        self._tasks.map(work.finish, tiles, lambda share: None)
-        size = slice_rows(self._share.tile, mesh.file.vertices.dtype.itemsize)
-        self._tasks.run_again(mesh.write, self._staged, tuple(work.part(first) for first, _ in tiles), size)
+        self.tasks.map(work.finish, tiles, lambda share: None)
+        size = slice_rows(self.share.tile, mesh.file.vertices.dtype.itemsize)
+        self.tasks.run_again(mesh.write, self.staged, tuple(work.part(first) for first, _ in tiles), size)
         counts = known["points"], known["faces"]
         told = {"tiles": len(tiles), "points_per_tile": known["points_per_tile"]}
         before, after = _measures(*counts, known["low"], known["high"]), _measures(*counts, *box)
@@ -224,22 +212,21 @@ class _Course:
     def _cut(
         self, mesh: MeshFile, folder: Path, plan: tuple[Move, ...], progress: Callable[[float], None]
     ) -> tuple[Surface, dict[str, Any]]:
-        shape, most = self._tiling.shape, self._tiling.most
         costs = [cost_of(move.filter, move.values) for move in plan]
-        return cut(mesh, folder, self._tasks, self._share.tile, costs=costs, shape=shape, most=most, progress=progress)
+        return cut(mesh, folder, self.tasks, self.share.tile, costs=costs, most=self.tiling.most, progress=progress)
 
     def _report(self, before: dict[str, Any], after: dict[str, Any], tiles: dict[str, Any]) -> Report:
         sides = [b and a / b - 1.0 for b, a in zip(before["sides"], after["sides"], strict=True)]
         change = {"sides": [None if s == 0 and not b else s for s, b in zip(sides, before["sides"], strict=True)]}
         report = Report(
             input={},
-            output=described_file(self._staged, named=self._job.output) | {"side_files": []},
-            steps=tuple(self._steps),
-            staged=(StagedFile(self._staged, self._job.output),),
+            output=described_file(self.staged, named=self.job.output) | {"side_files": []},
+            steps=tuple(self.steps),
+            staged=(StagedFile(self.staged, self.job.output),),
             warnings=("done by tiles, so that only the numbers of elements and the box were measured",),
             tiles=tiles,
         )
-        if not self._job.measures:
+        if not self.job.measures:
             return report
         unknown = dict.fromkeys(("area", "volume", "moved", "turned"))
         return replace(report, before=before, after=after, change=change | unknown)
@@ -247,9 +234,9 @@ class _Course:
     @contextmanager
     def _step(self, number: int, values: dict[str, Any]) -> Iterator[None]:
         """One step of the recipe, told as it begins and ends; `values` takes what the filter reports, "notes" in words."""
-        script = self._job.recipe.script
+        script = self.job.recipe.script
         step = script.steps[number - 1]
-        self._on_event(StepStarted(number, len(script.steps), step.filter.name))
+        self.on_event(StepStarted(number, len(script.steps), step.filter.name))
         started = time.perf_counter()
         try:
             yield
@@ -259,12 +246,12 @@ class _Course:
         seconds = time.perf_counter() - started
         notes = tuple(values.pop("notes", ()))
         for text in notes:
-            self._on_event(Message(text, step=number))
-        self._steps.append(StepDone(plain(step.with_defaults().values), plain(values), seconds, notes))
-        self._on_event(StepFinished(number, seconds))
+            self.on_event(Message(text, step=number))
+        self.steps.append(StepDone(plain(step.with_defaults().values), plain(values), seconds, notes))
+        self.on_event(StepFinished(number, seconds))
 
     def _progress(self, number: int) -> Callable[[float], None]:
-        return lambda share: self._on_event(StepProgress(number, share))
+        return lambda share: self.on_event(StepProgress(number, share))
 
 
 def _measures(vertices: int, faces: int, low: list[float], high: list[float]) -> dict[str, Any]:

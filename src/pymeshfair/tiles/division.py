@@ -7,7 +7,7 @@ divided again; points at one place, which nothing divides, are cut by their numb
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,6 @@ Floats: TypeAlias = NDArray[np.float64]
 Longs: TypeAlias = NDArray[np.int64]
 #: gives (n, 3) coordinates and (n,) numbers, a slice at a time; may be called more than once
 Slices: TypeAlias = Callable[[], Iterable[tuple[Floats, Longs]]]
-#: the cut into tiles: across the longest side, or into slabs across one axis
-Shape: TypeAlias = Literal["boxes", "x", "y", "z"]
 
 #: points of the sample for each bucket, and at most in all
 _SAMPLED, _LARGEST_SAMPLE = 4096, 1 << 19
@@ -44,10 +42,10 @@ class Bucket:
         return np.ascontiguousarray(rows["place"]), np.ascontiguousarray(rows["number"])
 
 
-def divide(slices: Slices, count: int, folder: Path, *, most: int, shape: Shape, name: str = "bucket") -> list[Bucket]:
+def divide(slices: Slices, count: int, folder: Path, *, most: int, name: str = "bucket") -> list[Bucket]:
     """The points, given by ascending number, in buckets of at most `most` each; neighbours in the list are near in space."""
     wanted = min(MOST_BUCKETS, 1 << max(0, int(np.ceil(np.log2(1.15 * count / most)))))
-    axes, pivots, leaves = _pivots(_sample(slices, count, wanted), wanted, shape)
+    axes, pivots, leaves = _pivots(_sample(slices, count, wanted), wanted)
     paths = [folder / f"{name}-{leaf}" for leaf in range(leaves)]
     for path in paths:  # of a process that was killed here
         path.unlink(missing_ok=True)
@@ -66,11 +64,11 @@ def divide(slices: Slices, count: int, folder: Path, *, most: int, shape: Shape,
         counts += np.bincount(chosen, minlength=leaves)
     found: list[Bucket] = []
     for path, held in zip(paths, counts.tolist(), strict=True):
-        found += _small_enough(Bucket(path, held), folder, most, shape, divisible=leaves > 1)
+        found += _small_enough(Bucket(path, held), folder, most, divisible=leaves > 1)
     return found
 
 
-def _small_enough(bucket: Bucket, folder: Path, most: int, shape: Shape, *, divisible: bool) -> list[Bucket]:
+def _small_enough(bucket: Bucket, folder: Path, most: int, *, divisible: bool) -> list[Bucket]:
     if bucket.count <= most:
         return [bucket] if bucket.count else []
 
@@ -80,7 +78,7 @@ def _small_enough(bucket: Bucket, folder: Path, most: int, shape: Shape, *, divi
             yield np.ascontiguousarray(rows["place"]), np.ascontiguousarray(rows["number"])
 
     if divisible:
-        parts = divide(slices, bucket.count, folder, most=most, shape=shape, name=bucket.path.name)
+        parts = divide(slices, bucket.count, folder, most=most, name=bucket.path.name)
     else:
         parts = []
         for number, (places, numbers) in enumerate(slices()):
@@ -102,8 +100,8 @@ def _sample(slices: Slices, count: int, buckets: int) -> Floats:
     return np.concatenate(found)
 
 
-def _pivots(sample: Floats, wanted: int, shape: Shape) -> tuple[NDArray[np.int32], Floats, int]:
-    """A tree of cuts: node i asks whether a coordinate is below the pivot and goes on to 2 i, else to 2 i + 1.
+def _pivots(sample: Floats, wanted: int) -> tuple[NDArray[np.int32], Floats, int]:
+    """A tree of cuts across the longest side: from node i to 2 i where a coordinate is below the pivot, else to 2 i + 1.
 
     Returns:
         The axis of each node, or minus one minus the number of the leaf that it is; the pivots; the number of leaves.
@@ -113,7 +111,7 @@ def _pivots(sample: Floats, wanted: int, shape: Shape) -> tuple[NDArray[np.int32
     stack: list[tuple[int, Floats]] = [(1, sample)]
     while stack:
         node, points = stack.pop()
-        axis = int(np.argmax(np.ptp(points, axis=0))) if shape == "boxes" else "xyz".index(shape)
+        axis = int(np.argmax(np.ptp(points, axis=0)))
         values = np.sort(points[:, axis])
         pivot = values[len(values) // 2]
         if pivot == values[0]:  # so many coincide that none is below the median: cut above them

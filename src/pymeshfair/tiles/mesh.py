@@ -32,7 +32,7 @@ from ..filters.topology import border_vertices, proper_faces
 from .cells import Cells, Ranges
 from .cloud import Cloud
 from .columns import Column, Part, in_order
-from .division import Floats, Shape
+from .division import Floats
 from .halo import tile_with_rings
 from .memory import slice_rows, surface_vertices
 from .moves import NORMALS, Filtering, apply, chosen, filtering_of, rings_of
@@ -299,7 +299,6 @@ def cut(
     tile: int,
     *,
     costs: list[tuple[int, int]],
-    shape: Shape,
     most: int | None,
     progress: Callable[[float], None],
 ) -> tuple[Surface, dict[str, Any]]:
@@ -311,7 +310,7 @@ def cut(
         raise FilterInputError(f"{count} vertices are more than the 2,147,483,647 that an index of 32 bits reaches")
     each, rings = max(cost[0] for cost in costs), max(cost[1] for cost in costs)
     vertices = surface_vertices(tile, each, rings) if most is None else most
-    buckets = tasks.run(cloud.divide, count, folder, vertices, shape, size)
+    buckets = tasks.run(cloud.divide, count, folder, vertices, size)
     progress(0.2)
     cells = tasks.run(Cells.make, folder, count, 1.0)
     starts = np.cumsum([0, *(bucket.count for bucket in buckets)]).tolist()

@@ -65,7 +65,6 @@ class LasCloud:
 
     @property
     def row(self) -> int:
-        """See `Source`."""
         with opened(self.path) as reader:
             return int(reader.header.point_format.size)
 
@@ -83,7 +82,6 @@ class LasCloud:
             yield from chunks(reader, size)
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
-        """See `Source`."""
         for chunk in self._chunks(size):
             yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
 
@@ -118,7 +116,6 @@ class PlyCloud(PlySlices):
 
     @property
     def row(self) -> int:
-        """See `Source`."""
         return self.vertices.dtype.itemsize
 
     def check(self) -> None:
@@ -129,7 +126,6 @@ class PlyCloud(PlySlices):
             raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; by tiles outliers are found in clouds alone")
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: Added) -> None:
-        """See `Source`."""
         new_names = [name for one in added for name in _PLY[one]]
         old = tuple(p for p in self.vertices.element.properties if p.name not in new_names)
         more = tuple(PlyProperty(name, "double") for name in new_names)

@@ -29,7 +29,6 @@ class WorkFolder:
     """
 
     def __init__(self, path: Path, journal: BinaryIO, answers: dict[tuple[int, int], Answer], note: str) -> None:
-        """See `work_folder`."""
         self.path = path
         self.note = note
         self._journal = journal
