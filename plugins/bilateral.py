@@ -5,17 +5,15 @@ from typing import Annotated, Any
 
 from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Int, Layer, MeshElement, Percentage, mesh_filter
 from pymeshfair.filters.choosing import Projection, chosen_projection
-from pymeshfair.filters.denoising import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones, bilateral_projection
+from pymeshfair.filters.denoising import JonesBorder, bilateral_fleishman, bilateral_jones, bilateral_projection
 from pymeshfair.filters.evidence import Trial
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
-from pymeshfair.filters.robust import KERNEL_NAMES, KernelName
-from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
+from pymeshfair.filters.robust import KernelName
+from pymeshfair.filters.topology import BorderPolicy
 
 from .moving_vertices import MOVES_VERTICES, NOTHING_TO_REMOVE, Selected, movable_vertices
 
-ITERATIONS = Int(
-    label="Iterations", minimum=0, maximum=10_000, help="How many steps are taken. More are smoother, slower, and shrink more."
-)
+ITERATIONS = Int(minimum=0, maximum=10_000, help="How many steps are taken. More are smoother, slower, and shrink more.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,26 +23,21 @@ class Kernels:
     range_kernel: Annotated[
         KernelName,
         Enum(
-            label="Range kernel",
-            choices=KERNEL_NAMES,
             help="How a neighbour counts that disagrees. With 'gaussian', 'tukey', 'hampel', 'lorentzian' and the truncated "
             "kernels it counts little or nothing far beyond the range sigma: features stay. 'huber' and 'l1' respect them less, "
-            "'l2' not at all.",
+            "'l2' not at all."
         ),
     ] = "gaussian"
     space_kernel: Annotated[
         KernelName,
         Enum(
-            label="Space kernel",
-            choices=KERNEL_NAMES,
             help="How neighbours count by their distance; beyond 1.4 times the space sigma none does. 'gaussian' is the paper's, "
-            "'l2' counts all alike, 'l1' favours the nearest.",
+            "'l2' counts all alike, 'l1' favours the nearest."
         ),
     ] = "gaussian"
     range_sigma: Annotated[
         float,
         Percentage(
-            label="Range sigma",
             automatic=0,
             default="auto",
             help="Differences in height below it are taken for noise, larger ones for features. Larger removes stronger noise, "
@@ -64,7 +57,7 @@ class Kernels:
 
 def _space_sigma(help: str) -> Percentage:
     """The scale of the space kernel, whose reach differs from filter to filter."""
-    return Percentage(label="Space sigma", automatic=0, default="auto", help=help)
+    return Percentage(automatic=0, default="auto", help=help)
 
 
 @mesh_filter(
@@ -86,10 +79,8 @@ def apply_coord_bilateral_fleishman(
     border: Annotated[
         BorderPolicy,
         Enum(
-            label="Border",
-            choices=BORDER_POLICIES,
             help="What the vertices of open borders do: 'fixed' stay; 'along' see their neighbours on the border alone; 'free' "
-            "see all of their neighbours.",
+            "see all of their neighbours."
         ),
     ] = "along",
     selected: Selected = False,
@@ -127,12 +118,7 @@ def apply_coord_bilateral_jones(
         _space_sigma("How far away triangles count. Larger averages over more, is smoother and slower. 'auto': 2 mean edges."),
     ],
     border: Annotated[
-        JonesBorder,
-        Enum(
-            label="Border",
-            choices=JONES_BORDERS,
-            help="What the vertices of open borders do: 'fixed' stay; 'free' move like any other vertex.",
-        ),
+        JonesBorder, Enum(help="What the vertices of open borders do: 'fixed' stay; 'free' move like any other vertex.")
     ] = "free",
     selected: Selected = False,
     progress: Progress = ignore_progress,
@@ -182,7 +168,6 @@ def apply_coord_bilateral_projection_of_points(
     iterations: Annotated[
         int,
         Int(
-            label="Iterations",
             minimum=0,
             maximum=10_000,
             automatic=-1,
@@ -194,7 +179,6 @@ def apply_coord_bilateral_projection_of_points(
     degree: Annotated[
         int,
         Int(
-            label="Degree",
             minimum=1,
             maximum=2,
             help="1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. "

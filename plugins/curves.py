@@ -4,15 +4,7 @@ from typing import Annotated
 
 from pymeshfair.declaration import Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.curves import (
-    CURVE_BORDERS,
-    CURVE_METHODS,
-    CURVE_WEIGHTS,
-    CurveBorder,
-    CurveMethod,
-    CurveWeights,
-    curve_smoothing,
-)
+from pymeshfair.filters.curves import CurveBorder, CurveMethod, CurveWeights, curve_smoothing
 from pymeshfair.filters.execution import Progress, ignore_progress
 
 from .moving_vertices import MOVES_VERTICES, Selected, detail_size_parameter, movable_vertices, no_amount, time_step_parameter
@@ -32,20 +24,16 @@ def apply_coord_curve_smoothing(
     method: Annotated[
         CurveMethod,
         Enum(
-            label="Method",
-            choices=CURVE_METHODS,
             help="'explicit': every vertex goes a step towards its neighbours; closed curves shrink. 'implicit': waves below the "
             "detail size vanish, in steps that are stable however long; closed curves shrink a little. 'taubin': a step and a "
-            "longer one back, so that curves keep their size.",
+            "longer one back, so that curves keep their size."
         ),
     ] = "implicit",
     weights: Annotated[
         CurveWeights,
         Enum(
-            label="Weights",
-            choices=CURVE_WEIGHTS,
             help="'inverse_length': near neighbours pull more, so that uneven sampling stays as it is and straight parts do not "
-            "move. 'uniform': all neighbours pull alike, which evens out the distances along the curve.",
+            "move. 'uniform': all neighbours pull alike, which evens out the distances along the curve."
         ),
     ] = "inverse_length",
     detail_size: Annotated[
@@ -85,7 +73,6 @@ def apply_coord_curve_smoothing(
     iterations: Annotated[
         int,
         Int(
-            label="Iterations",
             minimum=1,
             maximum=100_000,
             help="How many steps. More are smoother; with a detail size they cut off more sharply instead.",
@@ -93,11 +80,7 @@ def apply_coord_curve_smoothing(
     ] = 10,
     border: Annotated[
         CurveBorder,
-        Enum(
-            label="Ends",
-            choices=CURVE_BORDERS,
-            help="What the ends of open curves do: 'fixed' stay; 'free' draw in towards their neighbours.",
-        ),
+        Enum(label="Ends", help="What the ends of open curves do: 'fixed' stay; 'free' draw in towards their neighbours."),
     ] = "fixed",
     selected: Selected = False,
     progress: Progress = ignore_progress,

@@ -3,7 +3,7 @@
 import inspect
 from collections.abc import Set as AbstractSet
 from dataclasses import asdict, dataclass, fields
-from typing import Annotated, Any, Literal, TypeAlias, get_args
+from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -12,15 +12,8 @@ from pymeshfair.errors import MeshError
 from pymeshfair.filters.choosing import compare_smoothers
 from pymeshfair.filters.denoising import (
     FIXED,
-    NEIGHBORHOODS,
-    NORMAL_FILTER_METHODS,
-    OUTLIERS,
-    RANGE_MEASURES,
-    RELAXATION_DIRECTIONS,
     REPERTOIRE,
-    ROUNDING_POLICIES,
     SPACE_KERNELS,
-    VERTEX_UPDATES,
     AutomaticChoice,
     AutomaticParameters,
     Neighborhood,
@@ -41,18 +34,16 @@ from pymeshfair.filters.denoising import (
 )
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.inspection import folded_faces, triangle_shapes
-from pymeshfair.filters.robust import KERNEL_NAMES, KernelName
-from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, referenced_vertices
+from pymeshfair.filters.robust import KernelName
+from pymeshfair.filters.topology import BorderPolicy, referenced_vertices
 
 from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
 
 #: the ways to choose parameters without a value
 Chooser: TypeAlias = Literal["held_out", "fixed"]
 CHOICE = Enum(
-    label="Choice",
-    choices=get_args(Chooser),
     help="How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a large one, and "
-    "one of those is taken that best predict vertices which they have not seen. 'fixed': all-round values, at once.",
+    "one of those is taken that best predict vertices which they have not seen. 'fixed': all-round values, at once."
 )
 
 Auto: TypeAlias = Literal["auto"]
@@ -65,38 +56,27 @@ class NormalFilterParameters:
     method: Annotated[
         Auto | NormalFilterMethod,
         Enum(
-            label="Method",
-            choices=("auto", *NORMAL_FILTER_METHODS),
             help="What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds every "
             "edge. 'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral, "
             "deviations measured on normals averaged before, for strong noise. 'guided': on the normals of the most even "
             "patches, for sharp edges. 'vertex_normals': bilateral on the normals of vertices, which loses edges; to compare "
-            "with.",
+            "with."
         ),
     ] = "auto"
     range_kernel: Annotated[
         Auto | KernelName,
         Enum(
-            label="Range kernel",
-            choices=("auto", *KERNEL_NAMES),
             help="How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and keep "
-            "edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.",
+            "edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes."
         ),
     ] = "auto"
     space_kernel: Annotated[
         Auto | SpaceKernel,
-        Enum(
-            label="Space kernel",
-            choices=("auto", *SPACE_KERNELS),
-            advanced=True,
-            help="How weight falls with distance; 'constant' does not.",
-        ),
+        Enum(choices=("auto", *SPACE_KERNELS), advanced=True, help="How weight falls with distance; 'constant' does not."),
     ] = "auto"
     range_measure: Annotated[
         Auto | RangeMeasure,
         Enum(
-            label="Range measure",
-            choices=("auto", *RANGE_MEASURES),
             advanced=True,
             help="How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2; 'angle' in "
             "radians; 'squared', the square of that length.",
@@ -105,7 +85,6 @@ class NormalFilterParameters:
     range_sigma: Annotated[
         float,
         Float(
-            label="Range sigma",
             minimum=0,
             automatic=0,
             help="The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is about 30 "
@@ -115,7 +94,6 @@ class NormalFilterParameters:
     range_floor: Annotated[
         float,
         Float(
-            label="Range floor",
             minimum=0,
             maximum=4,
             automatic=-1,
@@ -127,7 +105,6 @@ class NormalFilterParameters:
     space_sigma: Annotated[
         float,
         Float(
-            label="Space sigma",
             minimum=0,
             automatic=0,
             help="The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres. Larger "
@@ -137,17 +114,14 @@ class NormalFilterParameters:
     neighborhood: Annotated[
         Auto | Neighborhood,
         Enum(
-            label="Neighborhood",
-            choices=("auto", *NEIGHBORHOODS),
             help="Which faces are averaged over: those across the edges, those at the vertices, those in two or three rings, or "
             "those within a radius of twice the mean distance of centres, straight ('radius') or along the surface "
-            "('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.",
+            "('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower."
         ),
     ] = "auto"
     normal_iterations: Annotated[
         int,
         Int(
-            label="Normal iterations",
             minimum=1,
             maximum=10_000,
             automatic=0,
@@ -194,7 +168,6 @@ def apply_coord_normal_filtering(
     vertex_iterations: Annotated[
         int,
         Int(
-            label="Vertex iterations",
             minimum=1,
             maximum=10_000,
             automatic=0,
@@ -204,7 +177,6 @@ def apply_coord_normal_filtering(
     outer_iterations: Annotated[
         int,
         Int(
-            label="Outer iterations",
             minimum=0,
             maximum=10_000,
             automatic=-1,
@@ -215,8 +187,6 @@ def apply_coord_normal_filtering(
     vertex_update: Annotated[
         Auto | VertexUpdate,
         Enum(
-            label="Vertex update",
-            choices=("auto", *VERTEX_UPDATES),
             advanced=True,
             help="How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their mean "
             "weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.",
@@ -225,19 +195,15 @@ def apply_coord_normal_filtering(
     outliers: Annotated[
         Auto | Outliers,
         Enum(
-            label="Outliers",
-            choices=("auto", *OUTLIERS),
             help="Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the "
             "others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep "
             "edges keep such spikes too. "
-            "'auto' keeps them where all parameters of the filter are given.",
+            "'auto' keeps them where all parameters of the filter are given."
         ),
     ] = "auto",
     rounding: Annotated[
         Auto | RoundingPolicy,
         Enum(
-            label="Rounding",
-            choices=("auto", *ROUNDING_POLICIES),
             advanced=True,
             help="Coordinates that were rounded along one axis, as depths of a camera: 'keep' filters the steps like any noise, "
             "'undo' puts the vertices first on the smoothest surface within half a step of them. 'auto' keeps them where all "
@@ -247,7 +213,6 @@ def apply_coord_normal_filtering(
     relaxation: Annotated[
         int,
         Int(
-            label="Relaxation",
             minimum=0,
             maximum=10_000,
             automatic=-1,
@@ -258,8 +223,6 @@ def apply_coord_normal_filtering(
     relaxation_direction: Annotated[
         Auto | RelaxationDirection,
         Enum(
-            label="Relaxation direction",
-            choices=("auto", *RELAXATION_DIRECTIONS),
             advanced=True,
             help="Where these steps go: 'all' directions, which evens out noise along the surface too, or along the 'normal' "
             "alone, so that no vertex slides.",
@@ -278,10 +241,8 @@ def apply_coord_normal_filtering(
     border: Annotated[
         BorderPolicy,
         Enum(
-            label="Border",
-            choices=BORDER_POLICIES,
             help="What the vertices of open borders do: 'fixed' stay; 'along' move up and down along the normal alone, so that "
-            "the outline stays; 'free' move like any other vertex.",
+            "the outline stays; 'free' move like any other vertex."
         ),
     ] = "along",
     selected: Selected = False,
@@ -388,13 +349,7 @@ def _filtered(layer: Layer, effective: dict[str, Any], border: BorderPolicy, mov
 
 
 def _completed(
-    layer: Layer,
-    set_values: dict[str, Any],
-    choice: Chooser,
-    progress: Progress,
-    *,
-    of: AbstractSet[str] = CHOSEN,
-    **how: Any,
+    layer: Layer, set_values: dict[str, Any], choice: Chooser, progress: Progress, *, of: AbstractSet[str] = CHOSEN, **how: Any
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """The given parameters and those that are chosen for the mesh where none is given, to go with them; and what that rests on.
 

@@ -1,7 +1,7 @@
 """Fairing: of a whole mesh, tangential, of a selected region, between two rims."""
 
 import math
-from typing import Annotated, Any, Literal, TypeAlias, get_args
+from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from pymeshfair.errors import MeshError
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.fairing import (
-    ENERGIES,
     Energy,
     bilaplacian_smoothing,
     blend_parts,
@@ -51,7 +50,6 @@ from .moving_vertices import (
 )
 
 Features: TypeAlias = Literal["none", "curvature", "scalar"]
-FEATURES: tuple[Features, ...] = get_args(Features)
 
 
 @mesh_filter(
@@ -68,7 +66,6 @@ def apply_coord_bilaplacian_smoothing(
     weight: Annotated[
         float,
         Float(
-            label="Weight",
             minimum=0,
             advanced=True,
             help="How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays "
@@ -78,16 +75,13 @@ def apply_coord_bilaplacian_smoothing(
     features: Annotated[
         Features,
         Enum(
-            label="Features",
-            choices=FEATURES,
             help="What is spared. 'none': every place is smoothed alike; 'curvature': ridges, found where the surface bends by "
-            "more than an angle, may stay sharp; 'scalar': places of a high vertex scalar are spared.",
+            "more than an angle, may stay sharp; 'scalar': places of a high vertex scalar are spared."
         ),
     ] = "none",
     feature_angle: Annotated[
         float,
         Float(
-            label="Feature angle",
             minimum=1,
             maximum=179,
             help="For 'curvature', the angle between neighbouring triangles, in degrees, at which a ridge counts half; noise is "
@@ -97,7 +91,6 @@ def apply_coord_bilaplacian_smoothing(
     feature_scalar: Annotated[
         float,
         Float(
-            label="Feature scalar",
             minimum=1e-30,
             maximum=1e30,
             help="For 'scalar', the size of the vertex scalar at which smoothing counts half, as 1 / (1 + (q / this)^2). Larger "
@@ -175,7 +168,6 @@ def apply_coord_tangential_smoothing(
     weight: Annotated[
         float,
         Float(
-            label="Weight",
             minimum=1e-9,
             maximum=1e9,
             help="How strongly vertices are held to their places. Larger moves them less in each iteration.",
@@ -184,10 +176,7 @@ def apply_coord_tangential_smoothing(
     iterations: Annotated[
         int,
         Int(
-            label="Iterations",
-            minimum=0,
-            maximum=1000,
-            help="How many steps are taken. More give better triangles, up to a point, and take longer.",
+            minimum=0, maximum=1000, help="How many steps are taken. More give better triangles, up to a point, and take longer."
         ),
     ] = 5,
     max_deviation: Annotated[
@@ -202,9 +191,8 @@ def apply_coord_tangential_smoothing(
     flip_edges: Annotated[
         bool,
         Bool(
-            label="Flip edges",
             help="Before each step, take the other diagonal of two neighbouring triangles where that makes them better: for "
-            "range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes.",
+            "range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes."
         ),
     ] = False,
     selected: Selected = False,
@@ -257,10 +245,8 @@ _SHRUNK = 1 / 3
 FairingEnergy: TypeAlias = Annotated[
     Energy,
     Enum(
-        label="Energy",
-        choices=ENERGIES,
         help="'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and "
-        "continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays round.",
+        "continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays round."
     ),
 ]
 
@@ -283,7 +269,6 @@ def apply_coord_region_fairing(
     iterations: Annotated[
         int,
         Int(
-            label="Iterations",
             minimum=1,
             maximum=100,
             advanced=True,
@@ -295,10 +280,9 @@ def apply_coord_region_fairing(
     remesh: Annotated[
         bool,
         Bool(
-            label="Remesh",
             help="Replace the triangles of the part, too, by regular ones as dense as those around: for rough damage, whose "
             "needles and folds would remain. Colours go on from around; what the texture showed there is lost, and each new "
-            "triangle shows one place of it. Without, triangles, texture and all attributes stay.",
+            "triangle shows one place of it. Without, triangles, texture and all attributes stay."
         ),
     ] = False,
     progress: Progress = ignore_progress,

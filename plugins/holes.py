@@ -7,13 +7,11 @@ import numpy as np
 
 from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, Ints, Layer, MeshElement, mesh_filter
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.holes import HOLE_ENERGIES, HoleEnergy, HoleFilling, OpenRim, close_holes
+from pymeshfair.filters.holes import HoleEnergy, HoleFilling, OpenRim, close_holes
 from pymeshfair.filters.topology import non_manifold_edges
 
 Mark: TypeAlias = Literal["none", "scalar", "color"]
-MARKS: tuple[Mark, ...] = ("none", "scalar", "color")
 Islands: TypeAlias = Literal["join", "leave"]
-ISLANDS: tuple[Islands, ...] = ("join", "leave")
 
 #: red, green, blue, opacity of marked faces
 ORANGE = (1.0, 128 / 255, 0.0, 1.0)
@@ -59,26 +57,22 @@ def meshing_close_holes_by_fairing(
     energy: Annotated[
         HoleEnergy,
         Enum(
-            label="Energy",
-            choices=HOLE_ENERGIES,
             help="How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; "
             "'thin_plate' continues the tangent planes around; 'minimum_variation' continues the curvatures too, so that what is "
             "round stays round, and follows noise at the rim; 'none' leaves them flat as they were made. A hole at whose rim "
-            "there are degenerate triangles may get a lower energy than the others, which is said.",
+            "there are degenerate triangles may get a lower energy than the others, which is said."
         ),
     ] = "thin_plate",
     refine: Annotated[
         bool,
         Bool(
-            label="Refine",
             help="Split the new faces until they are as dense as those around. Without, a hole is closed by faces between the "
-            "vertices of its rim alone, and nothing is faired.",
+            "vertices of its rim alone, and nothing is faired."
         ),
     ] = True,
     rounds: Annotated[
         int,
         Int(
-            label="Rounds",
             minimum=1,
             maximum=100,
             advanced=True,
@@ -88,10 +82,8 @@ def meshing_close_holes_by_fairing(
     islands: Annotated[
         Islands,
         Enum(
-            label="Islands",
-            choices=ISLANDS,
             help="Pieces of surface that lie loose in a hole: 'join' makes them part of the filling, or leaves the hole open if "
-            "that cannot be done; 'leave' fills the hole without regard to them.",
+            "that cannot be done; 'leave' fills the hole without regard to them."
         ),
     ] = "join",
     selected: Annotated[
@@ -106,7 +98,6 @@ def meshing_close_holes_by_fairing(
         Mark,
         Enum(
             label="Mark new faces",
-            choices=MARKS,
             help="How new faces are marked in a saved file: 'scalar' gives each the number of the hole that it "
             "closes, from 1, and all others 0, in place of the scalars that faces had; 'color' paints them orange, and the "
             "others white if faces had no colours; 'none' leaves both as they are.",

@@ -22,9 +22,6 @@ from pymeshfair.declaration import (
     mesh_filter,
 )
 from pymeshfair.filters.inspection import (
-    CORRESPONDENCES,
-    CURVATURE_OPERATORS,
-    GAUSSIAN_MEASURES,
     Correspondence,
     CurvatureOperator,
     GaussianMeasure,
@@ -80,10 +77,8 @@ def compute_scalar_by_mean_curvature_per_vertex(
     operator: Annotated[
         CurvatureOperator,
         Enum(
-            label="Operator",
-            choices=CURVATURE_OPERATORS,
             help="'cotangent' is the Laplace-Beltrami operator, right on every mesh; 'uniform' is the mean of the neighbours, "
-            "calm at slivers, but wrong where vertices are spread unevenly.",
+            "calm at slivers, but wrong where vertices are spread unevenly."
         ),
     ] = "cotangent",
     color: Colored = True,
@@ -111,10 +106,8 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
     measure: Annotated[
         GaussianMeasure,
         Enum(
-            label="Measure",
-            choices=GAUSSIAN_MEASURES,
             help="'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing there, in "
-            "radians, which adds up to 2 pi times the Euler characteristic.",
+            "radians, which adds up to 2 pi times the Euler characteristic."
         ),
     ] = "per_area",
     color: Colored = True,
@@ -144,9 +137,7 @@ def compute_scalar_by_triangle_shape_per_face(layer: Layer, *, color: Colored = 
     shapes = triangle_shapes(layer.vertices, layer.faces)
     limits = Limits(0.0, 1.0)
     return Edit(
-        face_scalars=shapes,
-        face_colors=sequential_colors(shapes, limits) if color else None,
-        values=_statistics(shapes, limits),
+        face_scalars=shapes, face_colors=sequential_colors(shapes, limits) if color else None, values=_statistics(shapes, limits)
     )
 
 
@@ -162,7 +153,6 @@ def compute_color_by_reflection_lines_per_vertex(
     stripes: Annotated[
         float,
         Float(
-            label="Stripes",
             minimum=1,
             maximum=200,
             help="How many lamps there are all round. More show smaller defects; too many for the mesh flicker from vertex to "
@@ -170,9 +160,9 @@ def compute_color_by_reflection_lines_per_vertex(
         ),
     ] = 8.0,
     direction: Annotated[
-        tuple[float, float, float], Direction(label="Direction", help="Along the lamps, which are parallel and infinitely far.")
+        tuple[float, float, float], Direction(help="Along the lamps, which are parallel and infinitely far.")
     ] = (0.0, 1.0, 0.0),
-    view: Annotated[tuple[float, float, float], Direction(label="View", help="From the mesh to the eye.")] = (0.0, 0.0, 1.0),
+    view: Annotated[tuple[float, float, float], Direction(help="From the mesh to the eye.")] = (0.0, 0.0, 1.0),
 ) -> Edit:
     """Colours the vertices as if the mesh were polished and stood in a hall of parallel lamps.
 
@@ -195,23 +185,17 @@ def compute_scalar_by_displacement_per_vertex(
     layer: Layer,
     *,
     reference: Annotated[
-        int, Mesh(label="Reference", help="The layer from which the displacement is measured, such as the mesh before cleaning.")
+        int, Mesh(help="The layer from which the displacement is measured, such as the mesh before cleaning.")
     ] = 0,
     correspondence: Annotated[
         Correspondence,
         Enum(
-            label="Correspondence",
-            choices=CORRESPONDENCES,
             help="'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the reference; "
-            "'auto' takes 'vertex' where the two layers have the same faces.",
+            "'auto' takes 'vertex' where the two layers have the same faces."
         ),
     ] = "auto",
     signed: Annotated[
-        bool,
-        Bool(
-            label="Signed",
-            help="Negative where the mesh lies on the inner side of the reference. Without it all values are distances.",
-        ),
+        bool, Bool(help="Negative where the mesh lies on the inner side of the reference. Without it all values are distances.")
     ] = True,
     color: Colored = True,
 ) -> Edit:

@@ -10,7 +10,7 @@ from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.choosing import DETAIL_SIZES, chosen_amount
 from pymeshfair.filters.evidence import Trial
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
-from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
+from pymeshfair.filters.topology import BorderPolicy
 
 #: the elements that change when the vertices of a mesh move
 MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
@@ -29,14 +29,12 @@ Selected: TypeAlias = Annotated[
 Border: TypeAlias = Annotated[
     BorderPolicy,
     Enum(
-        label="Border",
-        choices=BORDER_POLICIES,
         help="What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours on "
-        "the border alone; 'free' move like any other vertex, so that borders recede.",
+        "the border alone; 'free' move like any other vertex, so that borders recede."
     ),
 ]
 Iterations: TypeAlias = Annotated[
-    int, Int(label="Iterations", minimum=0, maximum=100_000, help="How many steps are taken. More are smoother and slower.")
+    int, Int(minimum=0, maximum=100_000, help="How many steps are taken. More are smoother and slower.")
 ]
 
 
@@ -61,24 +59,20 @@ def detail_size_parameter(
         unless,
     )
     return Percentage(
-        label="Detail size",
-        default=default,
-        of_edges=of_edges,
-        automatic=-1 if automatic else None,
-        help=" ".join(s for s in sentences if s),
+        default=default, of_edges=of_edges, automatic=-1 if automatic else None, help=" ".join(s for s in sentences if s)
     )
 
 
 def largest_size_parameter(of: str) -> Percentage:
     """The other end of a band that begins at the detail size; `of` says which band."""
     sentences = f"The longest wave {of} Larger takes in larger parts. 'auto': four detail sizes."
-    return Percentage(label="Largest size", automatic=0, default="auto", help=sentences)
+    return Percentage(automatic=0, default="auto", help=sentences)
 
 
 def time_step_parameter(meaning: str) -> Float:
     """The expert's parameter of implicit steps, which replaces the detail size."""
     sentences = f"{meaning} Larger is smoother; any value is stable. 0: not used, the detail size decides."
-    return Float(label="Time step", minimum=0, advanced=True, help=sentences)
+    return Float(minimum=0, advanced=True, help=sentences)
 
 
 def no_amount(other: str) -> FilterInputError:
@@ -96,14 +90,7 @@ class Smoothed(NamedTuple):
 
 
 def smoothed_by_amount(
-    layer: Layer,
-    amount: float,
-    smooth: Smooth,
-    tried: Sequence[float],
-    *,
-    unit: float = 1.0,
-    selected: bool,
-    progress: Progress,
+    layer: Layer, amount: float, smooth: Smooth, tried: Sequence[float], *, unit: float = 1.0, selected: bool, progress: Progress
 ) -> Smoothed:
     """Smooths by `amount`; "auto", below 0, takes the best of `tried` (`chosen_amount`).
 

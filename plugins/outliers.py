@@ -62,7 +62,6 @@ def compute_selection_by_outlier_probability_per_vertex(
     extent: Annotated[
         float,
         Float(
-            label="Extent",
             minimum=0.1,
             help="How far beyond the usual a point must be to count as an outlier for certain, in standard deviations: 2 takes "
             "95 % of the points for regular, 3 takes 99.7 %. Larger gives lower probabilities, so fewer points are selected.",
@@ -71,7 +70,6 @@ def compute_selection_by_outlier_probability_per_vertex(
     threshold: Annotated[
         float,
         Float(
-            label="Threshold",
             minimum=0,
             maximum=1,
             help="Vertices with a probability above it are selected. Larger selects fewer: 1 none, 0 every vertex that is at all "
@@ -121,7 +119,6 @@ def compute_selection_by_stray_points_per_vertex(
     sparseness: Annotated[
         float,
         Float(
-            label="Sparseness",
             minimum=1,
             help="Points farther from their neighbours than this many times the median are selected: those alone and those in a "
             "haze around the surface. Larger keeps sparser parts of a scan, and denser hazes.",
@@ -130,18 +127,13 @@ def compute_selection_by_stray_points_per_vertex(
     smallest_part: Annotated[
         int,
         Int(
-            label="Smallest part",
             minimum=1,
             help="Clumps of fewer points than this, apart from all others, are selected. Larger selects larger clumps, and "
             "larger islands of the surface too.",
         ),
     ] = 100,
     clouds_only: Annotated[
-        bool,
-        Bool(
-            label="Point clouds only",
-            help="Refuse a mesh: deleting the selected vertices would cut holes in it.",
-        ),
+        bool, Bool(label="Point clouds only", help="Refuse a mesh: deleting the selected vertices would cut holes in it.")
     ] = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
@@ -168,16 +160,7 @@ def compute_selection_by_stray_points_per_vertex(
     changes=MeshElement.VERTFLAGSELECT,
 )
 def compute_selection_by_grid_per_vertex(
-    layer: Layer,
-    *,
-    side: Annotated[
-        float,
-        Percentage(
-            label="Side",
-            default="1%",
-            help="The side of the cells. Larger leaves fewer points.",
-        ),
-    ],
+    layer: Layer, *, side: Annotated[float, Percentage(default="1%", help="The side of the cells. Larger leaves fewer points.")]
 ) -> Edit:
     """Selects all points but the first in each cell of a grid: without them a cloud is thinner, and as dense in all places.
 
@@ -203,7 +186,6 @@ def compute_selection_by_distance_from_cloud_per_vertex(
     spacings: Annotated[
         float,
         Float(
-            label="Spacings",
             minimum=0,
             help="Vertices farther from the nearest point than this many times the spacing of the cloud are selected. Larger "
             "keeps bridges over wider gaps.",

@@ -24,10 +24,6 @@ from pymeshfair.filters.checks import FilterInputError, UnstableStepError
 from pymeshfair.filters.choosing import PASSES
 from pymeshfair.filters.diffusion import (
     EDGE_STOPS,
-    FLOWS,
-    IMPLICIT_OPERATORS,
-    TAUBIN_OPERATORS,
-    UPDATE_RULES,
     EdgeStop,
     Flow,
     ImplicitOperator,
@@ -42,7 +38,7 @@ from pymeshfair.filters.diffusion import (
     time_step_of_detail_size,
 )
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName
+from pymeshfair.filters.operators import OperatorName
 
 from .moving_vertices import (
     MOVES_VERTICES,
@@ -74,11 +70,9 @@ def apply_coord_implicit_fairing(
     operator: Annotated[
         ImplicitOperator,
         Enum(
-            label="Operator",
-            choices=IMPLICIT_OPERATORS,
             help="'cotangent' is the Laplace-Beltrami operator: it does not depend on how the surface is triangulated; 'robust' "
             "is the same for slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and "
-            "'scale_dependent' see the triangulation and need a time step.",
+            "'scale_dependent' see the triangulation and need a time step."
         ),
     ] = "cotangent",
     detail_size: Annotated[
@@ -93,7 +87,6 @@ def apply_coord_implicit_fairing(
     iterations: Annotated[
         int,
         Int(
-            label="Iterations",
             minimum=1,
             maximum=10_000,
             help="How many steps. At the same detail size more steps cut off more sharply; with a time step each one smooths "
@@ -103,26 +96,22 @@ def apply_coord_implicit_fairing(
     flow: Annotated[
         Flow,
         Enum(
-            label="Flow",
-            choices=FLOWS,
             help="For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step; "
-            "'conformalized' updates the areas alone, so that thin parts do not pinch off under strong smoothing.",
+            "'conformalized' updates the areas alone, so that thin parts do not pinch off under strong smoothing."
         ),
     ] = "linear",
     preserve_volume: Annotated[
         bool,
         Bool(
-            label="Preserve volume",
             help="Rescale every closed component about its centroid so that it keeps its volume. Open ones are left as they come "
-            "out.",
+            "out."
         ),
     ] = False,
     keep_dimensions: Annotated[
         bool,
         Bool(
-            label="Keep dimensions",
             help="Give back along the normals what whole parts of the shape have lost: limbs keep their thickness and the shape "
-            "its size, open or closed. Not for point clouds.",
+            "its size, open or closed. Not for point clouds."
         ),
     ] = False,
     border: Border = "along",
@@ -197,18 +186,15 @@ def apply_coord_explicit_smoothing(
     operator: Annotated[
         OperatorName,
         Enum(
-            label="Operator",
-            choices=OPERATOR_NAMES,
             help="How neighbours are weighted. 'uniform' evens out triangle sizes and drifts along the surface; 'inverse_length' "
             "keeps uneven sampling; 'scale_dependent' does so in true lengths; 'cotangent' moves vertices along the normal "
             "and leaves flat parts alone; 'laplace_beltrami' is the same in true units, the mean curvature flow; 'robust' "
-            "works on slivers, non-manifold meshes and point clouds too.",
+            "works on slivers, non-manifold meshes and point clouds too."
         ),
     ] = "uniform",
     step: Annotated[
         float,
         Float(
-            label="Step",
             minimum=0,
             help="The share of the way towards the neighbours' mean that a vertex goes in one iteration, from 0 to 1; for "
             "'scale_dependent', 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by "
@@ -220,7 +206,6 @@ def apply_coord_explicit_smoothing(
         UpdateRule,
         Enum(
             label="Update rule",
-            choices=UPDATE_RULES,
             help="'euler' takes the step above. 'meshlab' repeats the rule of MeshLab's own Laplacian Smooth, where the vertex "
             "itself is averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.",
         ),
@@ -294,10 +279,8 @@ def apply_coord_taubin_fairing(
     operator: Annotated[
         TaubinOperator,
         Enum(
-            label="Operator",
-            choices=TAUBIN_OPERATORS,
             help="How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling; 'cotangent' "
-            "moves vertices along the normal alone.",
+            "moves vertices along the normal alone."
         ),
     ] = "uniform",
     step: Annotated[float, taubin_step("The step that smooths, above 0. Larger is smoother per iteration.")] = 0.5,
@@ -318,7 +301,6 @@ def apply_coord_taubin_fairing(
     iterations: Annotated[
         int,
         Int(
-            label="Iterations",
             minimum=0,
             maximum=100_000,
             automatic=-1,
@@ -366,7 +348,6 @@ def apply_coord_spike_removal(
     steepness: Annotated[
         float,
         Float(
-            label="Steepness",
             minimum=0,
             help="A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike. "
             "Larger removes thinner spikes alone; below 1 the corners of boxes go.",
@@ -446,8 +427,7 @@ def apply_color_anisotropic_diffusion_per_vertex(
     *,
     range_kernel: EdgeStopping = "lorentzian",
     range_sigma: Annotated[
-        float,
-        _contrast("Differences between neighbouring colours above it are edges, and stay; 1.73 is from black to white."),
+        float, _contrast("Differences between neighbouring colours above it are edges, and stay; 1.73 is from black to white.")
     ] = 0.0,
     step: ShareOfStep = 1.0,
     iterations: Iterations = 10,

@@ -25,8 +25,6 @@ from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.spectral import (
     DEFAULT_ORDER,
     ORDERS,
-    RESPONSE_NAMES,
-    SPECTRAL_METHODS,
     SPECTRAL_OPERATORS,
     ResponseName,
     SpectralMethod,
@@ -70,11 +68,9 @@ def apply_coord_spectral_filter(
     response: Annotated[
         ResponseName,
         Enum(
-            label="Response",
-            choices=RESPONSE_NAMES,
             help="'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size to the "
             "largest size by the gain and keeps all others; 'band_pass' keeps that band alone, about the centroid of each "
-            "component, to look at.",
+            "component, to look at."
         ),
     ] = "low_pass",
     detail_size: Annotated[
@@ -88,7 +84,6 @@ def apply_coord_spectral_filter(
     modes: Annotated[
         int,
         Int(
-            label="Modes",
             minimum=0,
             maximum=1_000_000,
             help="In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids stay "
@@ -98,7 +93,6 @@ def apply_coord_spectral_filter(
     gain: Annotated[
         float,
         Float(
-            label="Gain",
             minimum=0,
             maximum=10,
             help="By what 'enhance' multiplies the waves of the band. Larger makes these details stronger, below 1 weaker.",
@@ -107,7 +101,6 @@ def apply_coord_spectral_filter(
     order: Annotated[
         int,
         Int(
-            label="Order",
             minimum=min(ORDERS),
             maximum=max(ORDERS),
             advanced=True,
@@ -118,10 +111,8 @@ def apply_coord_spectral_filter(
     method: Annotated[
         SpectralMethod,
         Enum(
-            label="Method",
-            choices=SPECTRAL_METHODS,
             help="'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto' "
-            "computes modes only where their number is given and memory allows. The result says which ran.",
+            "computes modes only where their number is given and memory allows. The result says which ran."
         ),
     ] = "auto",
     operator: Annotated[SpectralOperator, OPERATOR] = "auto",
@@ -190,7 +181,6 @@ def apply_coord_detail_enhancement(
     gain: Annotated[
         float,
         Float(
-            label="Gain",
             minimum=0,
             maximum=10,
             help="How many times as high the relief becomes. Larger makes it stronger, below 1 flatter; 1 changes nothing.",
@@ -199,7 +189,6 @@ def apply_coord_detail_enhancement(
     detail_size: Annotated[
         float,
         Percentage(
-            label="Detail size",
             automatic=0,
             default="auto",
             help="The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details alone. "
@@ -210,7 +199,6 @@ def apply_coord_detail_enhancement(
     most: Annotated[
         float,
         Float(
-            label="Most",
             minimum=0.001,
             maximum=0.5,
             help="How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that "
@@ -264,7 +252,6 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
     mode: Annotated[
         int,
         Int(
-            label="Mode",
             minimum=0,
             maximum=1_000_000,
             help="Which one, by rising frequency over all components. 0 is constant, 1 the longest wave, whatever the number of "
@@ -300,10 +287,7 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
 
 
 @mesh_filter(
-    name="Surface Spectrum",
-    classes=FilterClass.MEASURE,
-    requires=MeshElement.FACENUMBER,
-    references=("vallet2008", "golub1969"),
+    name="Surface Spectrum", classes=FilterClass.MEASURE, requires=MeshElement.FACENUMBER, references=("vallet2008", "golub1969")
 )
 def get_surface_spectrum(
     layer: Layer,
@@ -311,7 +295,6 @@ def get_surface_spectrum(
     modes: Annotated[
         int,
         Int(
-            label="Modes",
             minimum=0,
             maximum=100_000,
             help="How many modes are listed, from the lowest. More reach higher frequencies and take longer; "

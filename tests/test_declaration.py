@@ -401,7 +401,7 @@ def _same_name_in_scripts(
         (_without_default, "the default does not fit: .* got None"),
         (_default_outside, "the default does not fit: .* of at most 3, got 4"),
         (_bounds_crossed, "the minimum 5 above the maximum 3"),
-        (_without_help, "needs a label and a help text"),
+        (_without_help, "needs a help text"),
         (_other_type, "annotated as float, but Int hands over int"),
         (_choice_unknown_to_the_type, "its type allows"),
         (_without_choices, "needs choices"),

@@ -254,8 +254,19 @@ def _described(arguments: Iterable[inspect.Parameter], hints: Mapping[str, Any],
         described = [x for x in getattr(hint, "__metadata__", ()) if isinstance(x, Parameter)]
         if len(described) != 1:
             raise DeclarationError(f"{where}: annotate {argument.name!r} as Annotated[type, Float(...)] or another parameter")
-        _check_consistent(described[0], typing.get_args(hint)[0], f"{where}: parameter {argument.name!r}")
-        yield _completed(described[0], argument, where)
+        annotated = typing.get_args(hint)[0]
+        parameter = described[0]
+        if isinstance(parameter, Enum) and not parameter.choices:
+            parameter = replace(parameter, choices=_words(annotated))
+        _check_consistent(parameter, annotated, f"{where}: parameter {argument.name!r}")
+        yield _completed(parameter, argument, where)
+
+
+def _words(annotated: Any) -> tuple[str, ...]:
+    """The words of a `Literal`, or of a union of such."""
+    if typing.get_origin(annotated) is Literal:
+        return typing.get_args(annotated)
+    return tuple(word for part in typing.get_args(annotated) for word in _words(part))
 
 
 _PLAIN_TYPES = (bool, int, float, str)
@@ -282,10 +293,11 @@ def _completed(described: Parameter, argument: inspect.Parameter, where: str) ->
     """The annotation's parameter with the name and default of the argument that it annotates."""
     if keyword.iskeyword(argument.name):
         raise DeclarationError(f"{where}: {argument.name!r} is a word of Python")
-    if not described.label or not described.help:
-        raise DeclarationError(f"{where}: parameter {argument.name!r} needs a label and a help text")
+    if not described.help:
+        raise DeclarationError(f"{where}: parameter {argument.name!r} needs a help text")
     default = described.default if argument.default is argument.empty else argument.default
-    parameter = replace(described, name=argument.name, xml_name=described.xml_name or argument.name, default=default)
+    label, xml_name = described.label or argument.name.replace("_", " ").capitalize(), described.xml_name or argument.name
+    parameter = replace(described, name=argument.name, label=label, xml_name=xml_name, default=default)
     try:
         return replace(parameter, default=parameter.check(parameter.from_number(default)))
     except ParameterError as error:

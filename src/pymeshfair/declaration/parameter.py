@@ -19,7 +19,7 @@ class Parameter:
 
     Attributes:
         name: the Python name, which is also the name in .mlx scripts unless `xml_name` says otherwise.
-        label: the words before the input field in a dialog.
+        label: the words before the input field in a dialog; those of the name if it is empty.
         help: the tooltip: what it means, in which unit, and which direction does what.
         default: the value when none is given; None in a built-in filter whose default depends on the mesh.
         advanced: whether a dialog hides it at first.

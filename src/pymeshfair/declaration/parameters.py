@@ -130,7 +130,7 @@ class Percentage(_Bounded):
 
 @dataclass(frozen=True, kw_only=True)
 class Enum(Parameter):
-    """One of several words; in a .mlx script their index."""
+    """One of several words, those of the annotated `Literal` if no others are given; in a .mlx script their index."""
 
     kind = "one of"
     rich_type = xml_type = "RichEnum"
