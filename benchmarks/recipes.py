@@ -154,7 +154,7 @@ def matrix(found: Iterable[NoisyPair]) -> Iterator[str]:
             if name not in values:
                 cells[name] = "(-)"
                 continue
-            rivals = MESHLAB if info.in_plain_meshlab else (*MESHLAB, "denoise")
+            rivals = MESHLAB if "in plain MeshLab" in info.judged else (*MESHLAB, "denoise")
             ratio = values[name] / min(values[rival] for rival in rivals)
             cells[name] = f"{ratio:.2f} {info.measure}" if fits[name] else f"({ratio:.2f} {info.measure})"
             if fits[name] and ratio > 1.0 + TOLERANCE:

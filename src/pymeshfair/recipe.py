@@ -62,11 +62,6 @@ class RecipeInfo:
         return match[1] if match else ""
 
     @property
-    def in_plain_meshlab(self) -> bool:
-        """Whether it is judged among MeshLab's own filters, as it is there for those who have these alone."""
-        return "in plain MeshLab" in self.judged
-
-    @property
     def conditions(self) -> tuple[Condition, ...]:
         """For which scans the recipe is; none if it does not say, or says it in words that are no conditions."""
         try:

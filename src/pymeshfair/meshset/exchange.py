@@ -1,7 +1,5 @@
 """Conversion between MeshLab's meshes and the arrays of other packages; losses are named in words."""
 
-from __future__ import annotations
-
 import importlib
 import re
 from collections.abc import Iterable
@@ -29,31 +27,18 @@ _VARIABLES = frozenset(
 
 @dataclass(eq=False)
 class Arrays:
-    """A mesh on its way from one package to another.
+    """A mesh on its way from one package to another."""
 
-    Attributes:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        edges: (k, 2) edges that are no faces'.
-        normals: (n, 3) of the vertices; None if they follow from the faces.
-        colors: (n, 4) of the vertices, from 0 to 1, or None.
-        face_colors: (m, 4), or None.
-        uv: (n, 2) texture coordinates of the vertices, or None.
-        of_vertices: by name, values of the vertices, (n,) or (n, 3).
-        of_faces: the same of the faces.
-        lost: contents that the other side does not take, in words.
-    """
-
-    vertices: Floats
-    faces: Ints = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int32))
-    edges: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))
-    normals: Floats | None = None
-    colors: Floats | None = None
-    face_colors: Floats | None = None
-    uv: Floats | None = None
-    of_vertices: dict[str, NDArray[Any]] = field(default_factory=dict)
-    of_faces: dict[str, NDArray[Any]] = field(default_factory=dict)
-    lost: list[str] = field(default_factory=list)
+    vertices: Floats  # (n, 3) coordinates
+    faces: Ints = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int32))  # (m, 3) triangles
+    edges: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))  # (k, 2) edges that are no faces'
+    normals: Floats | None = None  # (n, 3) of the vertices; None if they follow from the faces
+    colors: Floats | None = None  # (n, 4) of the vertices, from 0 to 1, or None
+    face_colors: Floats | None = None  # (m, 4), or None
+    uv: Floats | None = None  # (n, 2) texture coordinates of the vertices, or None
+    of_vertices: dict[str, NDArray[Any]] = field(default_factory=dict)  # by name, values of the vertices, (n,) or (n, 3)
+    of_faces: dict[str, NDArray[Any]] = field(default_factory=dict)  # the same of the faces
+    lost: list[str] = field(default_factory=list)  # contents that the other side does not take, in words
 
     def lose(self, package: str, **what: object) -> None:
         """Note what of this a package has no place for; the names are the words, with _ for a blank."""

@@ -1,7 +1,5 @@
 """Applies filters of both kinds, from calls and from steps of scripts."""
 
-from __future__ import annotations
-
 import contextlib
 import logging
 from collections.abc import Callable, Iterable, Mapping

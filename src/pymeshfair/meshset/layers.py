@@ -1,7 +1,5 @@
 """The meshes of a pymeshlab mesh set as layers; results are written to MeshLab when something needs them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Lists and finds filters of both kinds, by functions with the names of pymeshlab's."""
 
-from __future__ import annotations
-
 import re
 
 import pymeshlab

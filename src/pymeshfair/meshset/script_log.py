@@ -1,7 +1,5 @@
 """The filter script of a mesh set: the loaded steps, and every filter applied since."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
