@@ -228,7 +228,9 @@ def _notes(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
     if len(named) > MOST_NAMED:
         notes.append(f"{len(named) - MOST_NAMED} more rims were left open, of at most {len(named[MOST_NAMED].vertices)} edges")
     if not filling.closed and filling.left_open and not named:
-        notes.append("no hole was closed: there are only outer borders" + _or_unselected(filling.left_open))
+        unselected = any(rim.reason == "selection" for rim in filling.left_open)
+        also = " and rims without a selected vertex" if unselected else ""
+        notes.append(f"no hole was closed: there are only outer borders{also}")
     outer = sorted((len(rim.vertices) for rim in filling.left_open if rim.reason == "outer"), reverse=True)
     if len(outer) == 1:
         notes.append(f"left the outer border of an open sheet, of {outer[0]} edges")
@@ -240,7 +242,3 @@ def _notes(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
 def _place(layer: Layer, vertices: Ints) -> str:
     x, y, z = layer.vertices[vertices].mean(axis=0).tolist()
     return f"{x:.6g}, {y:.6g}, {z:.6g}"
-
-
-def _or_unselected(rims: tuple[OpenRim, ...]) -> str:
-    return " and rims without a selected vertex" if any(rim.reason == "selection" for rim in rims) else ""

@@ -64,10 +64,6 @@ class Plugin:
     entry_point: str  # as in `BrokenPlugin`
     filters: tuple[Filter, ...]  # those that it declares, each once
 
-    def broken(self, reason: str, *, names: tuple[str, ...]) -> BrokenPlugin:
-        """One of its filters that cannot be used."""
-        return BrokenPlugin(self.distribution, self.entry_point, reason, names=names)
-
 
 def load_plugins(broken: list[BrokenPlugin]) -> list[Plugin]:
     """The plugins, pymeshfair's first, so that no other package can take their names; those that fail are added to `broken`."""
@@ -234,9 +230,8 @@ def _load() -> _Registry:
                 continue  # imported from another plugin
             reason = _why_unusable(declared, taken)
             if reason is not None:
-                broken.append(
-                    plugin.broken(f"filter {declared.python_name!r} {reason}", names=(declared.python_name, declared.name))
-                )
+                names, why = (declared.python_name, declared.name), f"filter {declared.python_name!r} {reason}"
+                broken.append(BrokenPlugin(plugin.distribution, plugin.entry_point, why, names=names))
                 continue
             custom.append(replace(declared, origin=plugin.distribution))
             taken |= _by_any_name(custom[-1:])

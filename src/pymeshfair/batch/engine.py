@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, Protocol
@@ -71,46 +72,46 @@ def carry_out(
         _Course(workers, journal, items, listener, stop=stop, pages=pages).run(scans, done)
 
 
+@dataclass
 class _Course:
     """The event loop of one batch."""
 
-    def __init__(self, workers: Workers, journal: Journal, items: Items, listener: Listener, *, stop: bool, pages: bool) -> None:
-        self._workers = workers
-        self._journal = journal
-        self._items = items
-        self._listener = listener
-        self._stop = stop
-        self._pages = pages
-        self._left = 0
+    workers: Workers
+    journal: Journal
+    items: Items
+    listener: Listener
+    stop: bool  # after the first scan that fails
+    pages: bool  # whether to draw them
+    left: int = 0  # tasks that have not ended
 
     def run(self, scans: Sequence[Scan], done: Sequence[Scan]) -> None:
-        self._left = len(scans) + (len(done) if self._pages else 0)
+        self.left = len(scans) + (len(done) if self.pages else 0)
         for scan in scans:
-            self._workers.submit("clean", scan)
-        for scan in done if self._pages else ():
-            self._workers.submit("draw", scan)
+            self.workers.submit("clean", scan)
+        for scan in done if self.pages else ():
+            self.workers.submit("draw", scan)
         try:
-            while self._left:
+            while self.left:
                 self._next()
         except BaseException:
-            self._workers.give_up()
+            self.workers.give_up()
             raise
 
     def _next(self) -> None:
         try:
-            kind, item = self._items.get(timeout=_PULSE)
+            kind, item = self.items.get(timeout=_PULSE)
         except Empty:
-            if note := self._workers.look():
-                self._listener.note(note)
+            if note := self.workers.look():
+                self.listener.note(note)
             return
         if kind == "signal":
             if threading.current_thread() is threading.main_thread():
                 signal.signal(signal.SIGINT, lambda number, frame: os._exit(130))
             raise Interrupted
-        self._left -= 1
+        self.left -= 1
         scan, result = item
         if kind == "draw":
-            self._listener.page(scan, _page(result))
+            self.listener.page(scan, _page(result))
         else:
             self._take(scan, result)
 
@@ -122,14 +123,14 @@ class _Course:
             raise
         except Exception as error:
             outcome = Outcome.of_error(scan.input, scan.output, error, 0.0, "")
-        self._journal.append(outcome)
-        self._listener.outcome(scan, outcome)
-        if outcome.status != "done" and self._stop:
-            self._workers.give_up()
-            self._left = 0
-        elif outcome.status != "failed" and self._pages:
-            self._workers.submit("draw", scan)
-            self._left += 1
+        self.journal.append(outcome)
+        self.listener.outcome(scan, outcome)
+        if outcome.status != "done" and self.stop:
+            self.workers.give_up()
+            self.left = 0
+        elif outcome.status != "failed" and self.pages:
+            self.workers.submit("draw", scan)
+            self.left += 1
 
 
 def _page(result: Callable[[], Mapping[str, Any]]) -> Mapping[str, Any]:

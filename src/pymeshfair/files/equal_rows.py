@@ -1,4 +1,4 @@
-"""Rows of numbers that are equal, each found once."""
+"""Equal arrays, and equal rows of an array, each found once."""
 
 from typing import Any
 
@@ -6,6 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.compilation import compiled
+
+
+def are_equal(a: NDArray[Any] | None, b: NDArray[Any] | None) -> bool:
+    """Whether two arrays have the same numbers, NaN at the same places, or neither is there."""
+    if a is None or b is None:
+        return a is b
+    return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
 
 
 def numbered(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

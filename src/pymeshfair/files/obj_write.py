@@ -1,14 +1,14 @@
 """Writes OBJ files: the original text with new numbers if the elements are unchanged, else a new text."""
 
 from collections.abc import Iterator
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.geometry import vertex_normals_by_angle
 from ..mesh_data import MeshData
-from .equal_rows import numbered
+from .equal_rows import are_equal, numbered
 from .obj import ObjDocument, lines_of
 from .obj_materials import MOST_MATERIALS
 from .polygons import outlines
@@ -83,11 +83,11 @@ def _patched_text(
     """The original text with new numbers and the material file of the output; None if elements or attributes differ."""
     read = document.mesh
     colors, before = mesh.vertex_attributes.get("colors"), read.vertex_attributes.get("colors")
-    painted = not _are_equal(colors, before)
+    painted = not are_equal(colors, before)
     if (
         not (mesh.vertex_ids is None and mesh.face_ids is None and mesh.edge_ids is None)
-        or not (_are_equal(mesh.faces, read.faces) and _are_equal(mesh.edges, read.edges))
-        or not all(_are_equal(mesh.face_attributes.get(name), read.face_attributes.get(name)) for name in _OF_FACES)
+        or not (are_equal(mesh.faces, read.faces) and are_equal(mesh.edges, read.edges))
+        or not all(are_equal(mesh.face_attributes.get(name), read.face_attributes.get(name)) for name in _OF_FACES)
         or mesh.keeps_normals != read.keeps_normals
         or (painted and (colors is None or document.width not in (3, 6)))
         or (painted and before is not None and document.width == 3)
@@ -121,12 +121,6 @@ def _patched_text(
         texts += [named if libraries else named + b"\n", *([b""] * (len(places) - 1))]
     order = np.argsort(spans[:, 0], kind="stable")
     return patched(document.data, spans[order], [texts[k] for k in order.tolist()])
-
-
-def _are_equal(a: NDArray[Any] | None, b: NDArray[Any] | None) -> bool:
-    if a is None or b is None:
-        return a is b
-    return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
 
 
 def _line_normals(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
+from .equal_rows import are_equal
 from .ply import (
     ALPHA,
     COLOR,
@@ -284,7 +285,7 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
         )
         element = replace(rows.element, properties=(*properties, *rows.element.properties))
         return [_Rows(element, {**lists, **rows.columns})]
-    if unchanged and _are_equal(wedges, document.wedges):
+    if unchanged and are_equal(wedges, document.wedges):
         return [_rows_of_same_faces(mesh, table, document, values)]
     return [_rows_of_known_faces(mesh, table, document, corners, values, wedges, notes)]
 
@@ -363,12 +364,6 @@ def _rows_of_known_faces(
             properties.append(PlyProperty(WEDGES, "float", "uchar"))
     properties = [_wide_enough(p, columns[p.name]) for p in properties]
     return _Rows(PlyElement("face", len(kept), tuple(properties)), columns)
-
-
-def _are_equal(one: Array | None, other: Array | None) -> bool:
-    if one is None or other is None:
-        return one is other
-    return bool(np.array_equal(one, other, equal_nan=True))
 
 
 def _are_same(mesh: MeshData, document: PlyDocument, ids: NDArray[np.int64], wedges: Array) -> bool:

@@ -1,7 +1,7 @@
 """Colorings: measures of a mesh that a picture shows as colours."""
 
 import re
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -125,9 +125,9 @@ COLORINGS: Mapping[str, Coloring] = {
 }
 
 
-def numbers_of(coloring: str, meshes: Sequence[MeshData], *, left_out: Container[int] = ()) -> list[Numbers | None]:
-    """The numbers of each mesh; the first one is the reference. Those that are left out have none."""
-    found = [None if k in left_out else COLORINGS[coloring].of(mesh, meshes[0]) for k, mesh in enumerate(meshes)]
+def numbers_of(coloring: str, meshes: Sequence[MeshData]) -> list[Numbers | None]:
+    """The numbers of each mesh; the first one is the reference."""
+    found = [COLORINGS[coloring].of(mesh, meshes[0]) for mesh in meshes]
     if not any(found):
         raise MeshError(f"nothing to colour by {coloring}: {COLORINGS[coloring].alone}")
     return found

@@ -1,7 +1,7 @@
 """A picture of several meshes from one camera, side by side."""
 
 import math
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -56,7 +56,6 @@ def draw_meshes(
     titles: Sequence[str],
     appearance: Appearance,
     *,
-    plain: Container[int] = (),
     numbers: Sequence[Numbers | None] | None = None,
 ) -> Image.Image:
     """Draw meshes side by side, all from one camera, with one scale bar and one colour bar.
@@ -65,7 +64,6 @@ def draw_meshes(
         meshes: at least one; the first is the reference of displacements.
         titles: one for each.
         appearance: how.
-        plain: the numbers of panels that are not coloured.
         numbers: those that colour each mesh; measured if it is None.
 
     Raises:
@@ -76,7 +74,7 @@ def draw_meshes(
     if min(appearance.width, appearance.height) < 64 or max(appearance.width, appearance.height) > 8192:
         raise ParameterError("a panel has from 64 to 8192 pixels each way")
     camera = appearance.camera([mesh.vertices for mesh in meshes])
-    scenes, bar = _scenes(meshes, appearance, camera, plain, numbers)
+    scenes, bar = _scenes(meshes, appearance, camera, numbers)
     columns = min(len(meshes), appearance.columns)
     rows = math.ceil(len(meshes) / columns)
     strip = TITLE_STRIP if appearance.titles else 0
@@ -101,17 +99,14 @@ def _scenes(
     meshes: Sequence[MeshData],
     appearance: Appearance,
     camera: Camera,
-    plain: Container[int],
     numbers: Sequence[Numbers | None] | None,
 ) -> tuple[list[Scene], Limits | None]:
     """The scene of each panel, and the limits of the colour bar if there is one."""
     bare = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_attributes.get("normals")) for m in meshes]
     if appearance.color in OTHERS:
-        return [
-            s if k in plain else _painted(s, m, appearance, camera) for k, (s, m) in enumerate(zip(bare, meshes, strict=True))
-        ], None
+        return [_painted(s, m, appearance, camera) for s, m in zip(bare, meshes, strict=True)], None
     if numbers is None:
-        numbers = numbers_of(appearance.color, meshes, left_out=plain)
+        numbers = numbers_of(appearance.color, meshes)
     coloring = COLORINGS[appearance.color]
     limits = appearance.limits or coloring.limits_for([n for n in numbers if n is not None])
     return [

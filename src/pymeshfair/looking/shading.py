@@ -78,7 +78,7 @@ def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.
         draw_triangles(buffer, screen, scene.faces)
     else:
         points, owners = _dots(scene, screen)
-        draw_dots(buffer, points, _DOT * SUPERSAMPLING)
+        _draw_dots(points, _DOT * SUPERSAMPLING, 0, buffer.elements, buffer.depths)
         seen = buffer.elements >= 0
         buffer.elements[seen] = owners[buffer.elements[seen]]
     seen = buffer.elements >= 0
@@ -200,11 +200,6 @@ def draw_triangles(buffer: DepthBuffer, screen: Floats, faces: Ints) -> None:
     _draw_triangles(screen, faces, buffer.elements, buffer.depths)
 
 
-def draw_dots(buffer: DepthBuffer, screen: Floats, radius: float, first: int = 0) -> None:
-    """Draw a disc of a radius in pixels for every point of (n, 3) `screen`, see `draw_triangles`; `first` is its number."""
-    _draw_dots(screen, radius, first, buffer.elements, buffer.depths)
-
-
 @compiled
 def _draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats) -> None:
     height, width = elements.shape
@@ -235,6 +230,7 @@ def _draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats)
 
 @compiled
 def _draw_dots(screen: Floats, radius: float, first: int, elements: Ints, depths: Floats) -> None:
+    """Draw a disc of a radius in pixels for every point, see `draw_triangles`; they are numbered from `first`."""
     height, width = elements.shape
     for i in range(screen.shape[0]):
         x, y, z = screen[i]

@@ -49,15 +49,15 @@ def filter_method(declared: Filter) -> Callable[..., dict[str, Any] | None]:
 def _signature(declared: Filter) -> inspect.Signature:
     this = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
     others = [
-        inspect.Parameter(p.name, inspect.Parameter.KEYWORD_ONLY, default=_signature_default(p), annotation=_annotation(p))
+        inspect.Parameter(
+            p.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=... if p.default is None else shown_default(p),  # ... where MeshLab computes it for the mesh
+            annotation=_annotation(p),
+        )
         for p in declared.parameters
     ]
     return inspect.Signature([this, *others], return_annotation=dict[str, Any] | None)
-
-
-def _signature_default(parameter: Parameter) -> Any:
-    """The default; ``...`` for one that MeshLab computes for the mesh."""
-    return ... if parameter.default is None else shown_default(parameter)
 
 
 def _annotation(parameter: Parameter) -> Any:

@@ -56,11 +56,10 @@ class Step:
 
         A built-in filter leaves some to the mesh, such as the number of triangles to decimate to; those stay absent.
         """
-        said = {name: default for name, default in self.filter.defaults.items() if default is not None}
         known = {
             name: default
-            for name, default in said.items()
-            if lengths or not (isinstance(default, Length) and default.unit != "absolute")
+            for name, default in self.filter.defaults.items()
+            if default is not None and (lengths or not isinstance(default, Length) or default.unit == "absolute")
         }
         return replace(self, values=self.filter.in_order({**known, **self.values}))
 

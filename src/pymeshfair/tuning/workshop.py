@@ -147,10 +147,10 @@ class Workshop:
             self._busy = asyncio.create_task(self._done(self._worker, self._worker.measure()))
             return self._busy
 
-    async def stop(self) -> bool:
-        """Stop what is going on; whether there was anything."""
+    async def stop(self) -> None:
+        """Stop what is going on."""
         async with self._lock:
-            return await self._stop()
+            await self._stop()
 
     async def close(self) -> None:
         """Kill everything."""
@@ -161,21 +161,20 @@ class Workshop:
                     await worker.end()
             self._worker = self._spare = None
 
-    async def _stop(self) -> bool:
+    async def _stop(self) -> None:
         """As `stop`. What does not stop by itself is killed, and the spare worker takes its place."""
         task, self._busy, self._number = self._busy, None, 0
         if task is None or task.done() or self._worker is None:
-            return False
+            return
         self._worker.ask_to_stop()
         await asyncio.wait({task}, timeout=_PATIENCE)
         if task.done():
-            return True
+            return
         task.cancel()
         with contextlib.suppress(asyncio.CancelledError, RunError):
             await task
         killed, self._worker, self._spare = self._worker, self._spare, None
         await killed.end()
-        return True
 
     async def _done(self, worker: Worker, work: Coroutine[Any, Any, Result]) -> Result:
         try:

@@ -84,12 +84,7 @@ def _names(start: int, stop: int) -> list[str]:
 
 def helper_names(bench: Workbench, element: Element) -> list[str]:
     """The helper attributes that the current layer has."""
-    return [name for name in attribute_names(bench, element) if name.startswith(PREFIX)]
-
-
-def attribute_names(bench: Workbench, element: Element) -> list[str]:
-    """All custom scalar attributes of the current layer."""
-    return _saved(bench, _SAVED_AS[element])
+    return [name for name in _saved(bench, _SAVED_AS[element]) if name.startswith(PREFIX)]
 
 
 def _saved(bench: Workbench, prefix: str) -> list[str]:

@@ -17,7 +17,14 @@ from numpy.typing import NDArray
 from ..declaration import Bools, Edit, Floats, Ints, NewLayer
 from ..errors import MeshError
 from ..mesh_data import Texture, adds
-from ..mesh_data.continuation import continued_face_colors, continued_texture, continued_vertex_colors, find_donors, read_pixels
+from ..mesh_data.continuation import (
+    continued_face_colors,
+    continued_texture,
+    continued_vertex_colors,
+    faces_with_most_used_texture,
+    find_donors,
+    read_pixels,
+)
 from ..meshlab.base import BASE
 from .arrays import EDITABLE, read_array
 from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room, spare_names
@@ -249,19 +256,15 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
 
 
 def _textured(bench: Workbench, mesh: Any, wedges: Floats, faces: Ints, added_faces: Ints) -> Bools:
-    """(m,) the faces that have the texture which most vertices of the rim have, and finite texture coordinates."""
-    finite: Bools = np.all(np.isfinite(wedges), axis=(1, 2), out=np.empty(len(wedges), dtype=np.bool_))
-    candidates: list[Bools] = [finite]
-    if mesh.texture_number() > 1:
-        candidates = []
-        for index in range(mesh.texture_number()):
-            bench.apply("compute_selection_by_condition_per_face", condselect=f"ti=={index}")
-            candidates.append(np.logical_and(finite, read_array(mesh, "face_selection")))
-    used = np.unique(added_faces)
-    shares = [np.isin(used, faces[those]).sum() + those.any() for those in candidates]
-    best = candidates[int(np.argmax(shares))]
-    everywhere: Bools = np.ones(len(faces), dtype=np.bool_)
-    return best if best.any() else everywhere
+    """(m,) the faces with the texture that most vertices of the rim have (`faces_with_most_used_texture`)."""
+    if mesh.texture_number() < 2:
+        return faces_with_most_used_texture(faces, added_faces, wedges, None)
+    numbers = np.full(len(faces), -1)
+    for index in range(mesh.texture_number()):
+        bench.apply("compute_selection_by_condition_per_face", condselect=f"ti=={index}")
+        numbers[read_array(mesh, "face_selection")] = index
+    wedges = np.where(numbers[:, None, None] < 0, np.nan, wedges)  # faces without an image give none
+    return faces_with_most_used_texture(faces, added_faces, wedges, numbers)
 
 
 def _pixels(image: Any) -> NDArray[np.uint8] | None:
@@ -302,10 +305,6 @@ def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed
         raise MeshError(f"MeshLab did not take the texture coordinates of {mesh.label()!r} exactly; please report this mesh")
 
 
-_SELECTED_BY = {"vertex": "compute_selection_by_condition_per_vertex", "face": "compute_selection_by_condition_per_face"}
-_SCALAR_BY = {"vertex": "compute_scalar_by_function_per_vertex", "face": "compute_scalar_by_function_per_face"}
-_NORMAL_BY = {"vertex": "compute_normal_by_function_per_vertex", "face": "compute_normal_by_function_per_face"}
-_COLOR_BY = {"vertex": "compute_color_by_function_per_vertex", "face": "compute_color_by_function_per_face"}
 _COLOR_CHANNELS = {"vertex": "xyza", "face": "rgba"}
 
 
@@ -349,7 +348,7 @@ def _write_normals(bench: Workbench, mesh: Any, element: Element, normals: Float
     if np.array_equal(read_array(mesh, f"{element}_normals"), normals):
         return
     x, y, z = bring_in(bench, mesh, element, list(normals.T))
-    bench.apply(_NORMAL_BY[element], x=x, y=y, z=z)
+    bench.apply(f"compute_normal_by_function_per_{element}", x=x, y=y, z=z)
     verify(mesh, f"{element}_normals", normals)
 
 
@@ -358,7 +357,7 @@ def _write_scalars(bench: Workbench, mesh: Any, element: Element, scalars: Float
     if had and np.array_equal(read_array(mesh, f"{element}_scalars"), scalars):
         return
     (name,) = bring_in(bench, mesh, element, [scalars])
-    bench.apply(_SCALAR_BY[element], q=name)
+    bench.apply(f"compute_scalar_by_function_per_{element}", q=name)
     verify(mesh, f"{element}_scalars", scalars)
 
 
@@ -371,7 +370,7 @@ def _write_colors(bench: Workbench, mesh: Any, element: Element, colors: Floats)
     (name,) = bring_in(bench, mesh, element, [channels @ [1.0, 256.0, 65536.0, 16777216.0]])
     below = [f"rint({name}/{256**k}-0.49999998509883881)" for k in (1, 2, 3)]
     bytes_ = (f"{name}-256*{below[0]}", f"{below[0]}-256*{below[1]}", f"{below[1]}-256*{below[2]}", below[2])
-    bench.apply(_COLOR_BY[element], **dict(zip(_COLOR_CHANNELS[element], bytes_, strict=True)))
+    bench.apply(f"compute_color_by_function_per_{element}", **dict(zip(_COLOR_CHANNELS[element], bytes_, strict=True)))
     if not np.array_equal(_channels(mesh, element), channels):
         raise MeshError(f"MeshLab did not take the new {element} colors; please report this")
 
@@ -390,7 +389,7 @@ def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bo
         bench.apply(simply, allverts=element == "vertex", allfaces=element == "face")
     else:
         (attribute,) = bring_in(bench, mesh, element, [selection.astype(np.float64)])
-        bench.apply(_SELECTED_BY[element], condselect=f"{attribute}>0.5")
+        bench.apply(f"compute_selection_by_condition_per_{element}", condselect=f"{attribute}>0.5")
     verify(mesh, name, selection)
 
 
