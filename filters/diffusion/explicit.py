@@ -16,7 +16,7 @@ from .stencil import Advance, UpdateRule, explicit_stencil
 
 #: operators without a unit, whose spectrum lies in [-2, 0] on every mesh
 NORMALISED_OPERATORS: tuple[OperatorName, ...] = ("uniform", "inverse_length", "cotangent")
-#: A step takes as long for a vertex as a sum of vectors, for which `threads_for` is made, for so many.
+#: A step takes as long for a vertex as so many sums of vectors; one of "uniform" is one.
 _WORK = 4
 #: One iteration: takes its number from 0 on, the points, and an array to write to in which vertices that do not move have their
 #: places; returns the points after it and the array that is free now.
@@ -113,10 +113,12 @@ class ExplicitSurface(NamedTuple):
     Attributes:
         mesh: normalised, its points in the order of the stencil.
         advance: writes p + step (L p) for the vertices that move.
+        work: how long that takes for a vertex, in the sums of vectors that `threads_for` is made for.
     """
 
     mesh: NormalisedMesh
     advance: Advance
+    work: int
 
     def iterated(self, iteration: Iteration, iterations: int, progress: Progress) -> Floats:
         """(n, 3) the vertices after as many iterations.
@@ -126,7 +128,7 @@ class ExplicitSurface(NamedTuple):
         """
         now = self.mesh.new_points()
         free = now.copy()
-        with threads_for(_WORK * len(now)):
+        with threads_for(self.work * len(now)):
             for done in range(iterations):
                 now, free = iteration(done, now, free)
                 progress((done + 1) / iterations)
@@ -178,4 +180,4 @@ def explicit_surface(
     star = stars(mesh.numbered_cells(), len(mesh), names=mesh.order)
     with threads_for(len(mesh)):
         advance = explicit_stencil(mesh, star, operator, border=border, update=update)
-    return ExplicitSurface(mesh, advance)
+    return ExplicitSurface(mesh, advance, 1 if operator == "uniform" else _WORK)

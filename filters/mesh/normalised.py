@@ -188,14 +188,13 @@ def normalised_mesh(
 
 @compiled
 def _mark_used(cells: Ints, used: Bools) -> None:
-    """Mark the vertices of cells that name no vertex twice."""
-    width = cells.shape[1]
+    """Mark the vertices of triangles or edges that name no vertex twice."""
+    last = cells.shape[1] - 1
     for f in range(cells.shape[0]):
-        proper = cells[f, width - 1] != cells[f, 0]
-        for k in range(1, width):
-            proper &= cells[f, k - 1] != cells[f, k]
-        for k in range(width):
-            used[cells[f, k]] |= proper  # without a branch, which would be unpredictable
+        # Unsigned: for signed indices the compiler adds the test whether they count from the end.
+        a, b, c = np.uint64(cells[f, 0]), np.uint64(cells[f, 1]), np.uint64(cells[f, last])
+        if a != b and a != c and (b != c or last == 1):
+            used[a] = used[b] = used[c] = True
 
 
 @compiled(parallel=True)

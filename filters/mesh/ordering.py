@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..compilation import compiled
-from ..execution import over_range
+from ..compilation import compiled, prange
+from ..execution import over_range, threads_for
 from .arrays import Floats, Ints
 
 # A vertex and its neighbours up to this distance on both sides take a third of a second-level cache of 1 MB.
@@ -22,6 +22,8 @@ _STRAY = 0.01
 FITS_IN_CACHE = 200_000
 # Triangles are sorted by runs of so many of their lowest vertices.
 _RUN = 64
+# A sort by counting is cut into so many parts, for threads.
+_PARTS = 4
 
 
 def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, size: int = 1) -> bool:
@@ -62,7 +64,8 @@ def order_by_place(points: Floats, faces: Ints) -> Ints:
         count = min(_MOST_SLABS, 1 + int((high[axis] - low[axis]) / (_THICK * edge))) if edge > 0.0 else 1
         if count > 1:
             over_range(_find_slabs, n, points, axis, low[axis], count / (high[axis] - low[axis]), count, slabs)
-            _sort_by_slab(slabs, np.zeros(count + 1, dtype=np.int32), order, other)
+            with threads_for(n):
+                _sort_by_slab(slabs, np.zeros((_PARTS, count), dtype=np.int32), order, other)
             order, other = other, order
     return order
 
@@ -70,7 +73,8 @@ def order_by_place(points: Floats, faces: Ints) -> Ints:
 def faces_by_place(faces: Ints, n_vertices: int) -> Ints:
     """(m, 3) the triangles sorted by about their lowest vertex, for vertices in an order such as that of `order_by_place`."""
     ordered = np.empty_like(faces)
-    _sort_faces(faces, np.zeros(n_vertices // _RUN + 2, dtype=np.int32), ordered)
+    with threads_for(n_vertices):
+        _sort_faces(faces, np.zeros((_PARTS, n_vertices // _RUN + 1), dtype=np.int32), ordered)
     return ordered
 
 
@@ -87,29 +91,47 @@ def _find_slabs(points: Floats, axis: int, low: float, per_length: float, count:
         slabs[i] = min(max((points[i, axis] - low) * per_length, 0.0), count - 1.0)
 
 
-@compiled
+@compiled(parallel=True)
 def _sort_by_slab(slabs: Any, starts: Ints, order: Ints, ordered: Ints) -> None:
-    for i in range(slabs.shape[0]):
-        starts[slabs[i] + 1] += 1
-    for k in range(1, starts.shape[0]):
-        starts[k] += starts[k - 1]
-    for k in range(order.shape[0]):
-        i = order[k]
-        ordered[starts[slabs[i]]] = i
-        starts[slabs[i]] += 1
+    """Sort by counting, stable: each part of `order` counts its own, and writes after those of the parts before it."""
+    parts, n = starts.shape[0], order.shape[0]
+    for part in prange(parts):
+        for k in range(part * n // parts, (part + 1) * n // parts):
+            starts[part, slabs[order[k]]] += 1
+    _counts_to_starts(starts)
+    for part in prange(parts):
+        for k in range(part * n // parts, (part + 1) * n // parts):
+            i = order[k]
+            ordered[starts[part, slabs[i]]] = i
+            starts[part, slabs[i]] += 1
 
 
 @compiled
+def _counts_to_starts(counts: Ints) -> None:
+    """In place, the number before each of (parts, bins): of all lower bins, and of the parts before it in its own."""
+    total = 0
+    for k in range(counts.shape[1]):
+        for part in range(counts.shape[0]):
+            count = counts[part, k]
+            counts[part, k] = total
+            total += count
+
+
+@compiled(parallel=True)
 def _sort_faces(faces: Ints, starts: Ints, ordered: Ints) -> None:
-    for f in range(faces.shape[0]):
-        starts[min(faces[f, 0], faces[f, 1], faces[f, 2]) // _RUN + 1] += 1
-    for k in range(1, starts.shape[0]):
-        starts[k] += starts[k - 1]
-    for f in range(faces.shape[0]):
-        run = min(faces[f, 0], faces[f, 1], faces[f, 2]) // _RUN
-        for c in range(3):
-            ordered[starts[run], c] = faces[f, c]
-        starts[run] += 1
+    """As `_sort_by_slab`, for triangles by the run of their lowest vertex."""
+    parts, m = starts.shape[0], faces.shape[0]
+    for part in prange(parts):
+        for f in range(part * m // parts, (part + 1) * m // parts):
+            starts[part, min(faces[f, 0], faces[f, 1], faces[f, 2]) // _RUN] += 1
+    _counts_to_starts(starts)
+    for part in prange(parts):
+        for f in range(part * m // parts, (part + 1) * m // parts):
+            run = min(faces[f, 0], faces[f, 1], faces[f, 2]) // _RUN
+            at = starts[part, run]
+            for c in range(3):
+                ordered[at, c] = faces[f, c]
+            starts[part, run] = at + 1
 
 
 @compiled
