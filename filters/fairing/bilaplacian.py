@@ -303,28 +303,32 @@ class Halves:
     def __init__(self, dirichlet: sparse.csr_matrix, mass: Floats, weight: float, unit: float, progress: Progress) -> None:
         root = math.sqrt(weight)
         size = 1.0 / (1.0 + root)
-        self._half = sparse.csr_matrix(dirichlet * size)
-        self._half.setdiag(self._half.diagonal() + mass * (root * size))
+        half = sparse.csr_matrix(dirichlet * size)
+        half.setdiag(half.diagonal() + mass * (root * size))
         self._mass = (mass * (size * size / unit))[:, None]
         self._progress = progress
-        self._factors = Cholesky(self._half, progress=progress) if self._half.shape[0] <= _QUICK_FACTORS else None
-        self._multigrid = None if self._factors else SmoothedAggregation(self._half, progress=lambda _: progress(0.0))
+        #: what multigrid stands for; None if factors do, which need it no more
+        self._half: sparse.csr_matrix | None = None
+        self._inverse: Cholesky | SmoothedAggregation
+        if half.shape[0] <= _QUICK_FACTORS:
+            self._inverse = Cholesky(half, progress=progress)
+        else:
+            self._half, self._inverse = half, SmoothedAggregation(half, progress=lambda _: progress(0.0))
 
     def factorise(self) -> bool:
         """Takes factors from now on; False if they were taken already, or would be too large."""
-        if self._factors is not None or self._half.shape[0] > _MOST_ROWS:
+        if self._half is None or len(self._mass) > _MOST_ROWS:
             return False
-        self._factors, self._multigrid = Cholesky(self._half, progress=self._progress), None
+        self._half, self._inverse = None, Cholesky(self._half, progress=self._progress)
         return True
 
     def __call__(self, residual: Floats) -> Floats:
         return self._solved(self._mass * self._solved(residual))
 
     def _solved(self, b: Floats) -> Floats:
-        if self._factors is not None:
-            return self._factors.solve(b)
-        assert self._multigrid is not None
-        return self._multigrid.iterated(np.ascontiguousarray(b), _CYCLES)
+        if isinstance(self._inverse, Cholesky):
+            return self._inverse.solve(b)
+        return self._inverse.iterated(np.ascontiguousarray(b), _CYCLES)
 
 
 class InnerSolver:

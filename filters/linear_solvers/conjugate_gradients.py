@@ -86,6 +86,7 @@ def conjugate_gradients(
             product = np.empty_like(residual)
             multiply(rows, x, product)
             residual -= product
+            del product  # (n, 3): the descent has its own
         if precondition is None:
             return _by_diagonal(rows, 1.0 / matrix.diagonal(), x, residual, target, max_iterations, progress)
         return _preconditioned(rows, precondition, x, residual, target, max_iterations, progress)
