@@ -123,6 +123,10 @@ def frequencies(pairs: Any) -> Floats:
     return np.asarray(pairs[0][1:])
 
 
+_BY_DIAGONAL = (
+    "Products with the matrix, scaled by its diagonal: 110 of them, 1.1 of 1.8 s, for 6 edges at a million. Multigrid takes 2.6 "
+    "for the same, factors more."
+)
 _MULTIGRID = (
     "Up to 50,000 vertices order and factors. Above, memory read out of order: multigrid's cycles read the matrices of all "
     "levels some twenty times, on rows whose columns lie far apart. The order of space is taken where it pays; cycles in single "
@@ -143,7 +147,7 @@ CONTESTS = (
         Contest(
             f"implicit step, t of {edges:g} edge{'s' if edges > 1 else ''} squared",
             our_step(edges),
-            "Products with the matrix, scaled by its diagonal." if edges < 3 else _MULTIGRID,
+            _BY_DIAGONAL if edges < 3 else _MULTIGRID,
             {
                 "libigl, spsolve": Peer(igl_step(edges), "igl", largest=_DIRECT, agrees=1e-8, goal=goal),
                 **({"trimesh": Peer(trimesh_step, "trimesh", largest=_DIRECT)} if edges == 1 else {}),
@@ -157,7 +161,7 @@ CONTESTS = (
         Contest(
             f"implicit step, detail of {edges:g} edge{'s' if edges > 1 else ''}",
             our_detail(edges),
-            "Products with the matrix, scaled by its diagonal." if edges < 12 else _MULTIGRID,
+            _BY_DIAGONAL if edges < 12 else _MULTIGRID,
             {
                 "libigl, PyAMG": Peer(
                     pyamg_step(lambda s, edges=edges: time_step_of_detail_size(edges * s.edge)), "pyamg", agrees=1e-6

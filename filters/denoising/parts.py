@@ -13,7 +13,7 @@ from ..topology import BorderPolicy
 from .adjacency import Adjacency
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, centre_distance_sums
 from .normal_filter import NormalFilter
-from .rounds import rounds
+from .rounds import RINGS_OF_LOOKS, rounds
 from .vertex_update import VertexUpdate
 
 #: and those of the means on which deviations are measured
@@ -33,7 +33,7 @@ def rings_of_round(settings: NormalFilter, vertex_iterations: int) -> int:
     if settings.neighborhood not in RINGS_OF_NEIGHBORHOOD or settings.method == "vertex_normals":
         raise FilterInputError(f"neighborhood {settings.neighborhood!r} with method {settings.method!r} has no rings of faces")
     rings_of_iteration = RINGS_OF_NEIGHBORHOOD[settings.neighborhood] + _GUIDE.get(settings.method, 0)
-    return 2 + vertex_iterations + settings.normal_iterations * rings_of_iteration
+    return 2 + vertex_iterations + settings.normal_iterations * rings_of_iteration + RINGS_OF_LOOKS
 
 
 def needs_distance(settings: NormalFilter) -> bool:
