@@ -8,7 +8,7 @@ nothing, of the best number of Taubin's steps, and of the choice, in the mean an
 vertices in mean edges.
 --seeds repeats the choice with other vertices held out.
 --without switches rules of the method off, see `rules`. --ablations adds columns: the choice by all rules (full), and without
-each of them. --faces meshes the shapes anew with about so many faces, so that a row takes less than a minute.
+each of them. --faces meshes the shapes anew with about so many faces, so that a row takes a minute or two.
 Seconds are of the processor, of one choice.
 "clean" denoises meshes without noise and prints how far they are moved.
 """
@@ -27,37 +27,31 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from denoising_holdouts import SAMPLES, measured, taken
-from denoising_memory import remembering
-from denoising_metrics import Floats
-from denoising_pairs import Maker, NoisyPair, coarser, looked_at, made, smoothed_scans, unseen
+from denoising_holdouts import SAMPLES, taken
+from denoising_metrics import Floats, NoisyPair, measured
+from denoising_pairs import Maker, coarser, looked_at, made, smoothed_scans, unseen
 
 from pymeshfair.filters.denoising import (
-    Outliers,
     Scan,
     Setting,
     SettingsTried,
     automatic,
     automatic_choice,
+    candidates,
     denoise_automatically,
-    direction_for,
-    estimate_noise,
     impulses,
     replace_outlying,
-    settings,
 )
-from pymeshfair.filters.denoising.noise_level import smooth_normals
-from pymeshfair.filters.evidence import cross_validation, tuned, without
+from pymeshfair.filters.denoising.scan import NONE_HELD
+from pymeshfair.filters.evidence import cross_validation, tuned
+from pymeshfair.filters.evidence.held_out import without
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.mesh import Bools
 from pymeshfair.filters.topology import one_rings
 
 #: of a pair; "worst" is of the choice, over the seeds
 COLUMNS = ("nothing", "Taubin", "choice", "worst", "moved", "best's")
 #: no rule is left out
 FULL = "full"
-#: no vertex is held out
-NONE_HELD = np.empty(0, dtype=np.int32)
 #: fewer outliers than this share of the vertices change no mean angle
 FEW = 0.01
 
@@ -69,14 +63,10 @@ def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
     """
     found: dict[Setting, tuple[float, float]] = {}
     calmed, outlying = replace_outlying(pair.noisy, pair.faces)
-    cases: list[tuple[Outliers, Floats, Bools | None]] = [("keep", pair.noisy, None)]
-    if outlying.mean() > FEW:
-        cases.append(("replace", calmed, outlying))
-    for outliers, points, replaced in cases:
-        direction = direction_for(estimate_noise(points, pair.faces))
-        normals = smooth_normals(points, pair.faces)
-        tried = SettingsTried(pair.faces, normals, direction, border="along", movable=None, replaced=replaced)
-        for family, results in zip(settings(direction, outliers), tried(points, NONE_HELD), strict=True):
+    scans = [Scan(pair.noisy, pair.faces), Scan(calmed, pair.faces, replaced=outlying)]
+    for scan in scans if outlying.mean() > FEW else scans[:1]:
+        tried = SettingsTried(scan, border="along", alone=scan.replaced is not None)
+        for family, results in zip(tried.labels, tried(scan.points, NONE_HELD), strict=True):
             found |= {s: measured(result, pair.truth, pair.faces) for s, result in zip(family, results, strict=True)}
     return found
 
@@ -88,8 +78,8 @@ def rules() -> dict[str, list[tuple[Any, str, Any]]]:
         "quadrics": [(cross_validation, "put_where_expected", lambda p, f, _, held: without(p, one_rings(f, len(p)), held))],
         "flipped": [(tuned, "FLIPPED", 1.0)],
         "masks": [(tuned, "MASKS", 1)],
-        "direction": [(automatic, "direction_for", lambda _: "all")],
-        "all directions": [(automatic, "direction_for", lambda _: "normal")],
+        "direction": [(candidates, "direction_for", lambda _: "all")],
+        "all directions": [(candidates, "direction_for", lambda _: "normal")],
         "impulses": [(tuned, "IMPULSIVE", 1.0)],
         "uneven": [(automatic, "sizes_beside", lambda *_: (0.0, 0.0))],
         "flattening": [(impulses, "flattening", lambda _points, _moved, _faces, which: which)],
@@ -125,7 +115,7 @@ def of_choice(pair: NoisyPair, found: dict[Setting, tuple[float, float]], seed: 
     setting = automatic_choice(pair.noisy, pair.faces, seed=seed).setting
     if setting in found and setting.outliers == "keep":
         return found[setting]
-    return measured(setting.apply(pair.noisy, pair.faces, border="along", movable=None), pair.truth, pair.faces)
+    return measured(setting.apply(pair.noisy, pair.faces), pair.truth, pair.faces)
 
 
 class Row(NamedTuple):
@@ -156,15 +146,13 @@ def compared(pair: NoisyPair, seeds: int, rules_left_out: Sequence[str]) -> Row:
     taubin = min(angle for s, (angle, _) in found.items() if s.parameters is None and s.outliers == "keep")
     rows, seconds = [], 0.0
     for seed in range(seeds):
-        with remembering():
-            start = time.process_time()
-            angle, moved = of_choice(pair, found, seed)
-            seconds += (time.process_time() - start) / seeds
-            row = [found[Setting()][0] / best, taubin / best, angle / best, moved, its]
-            for rule in rules_left_out:
-                with left_out([rule] if rule != FULL else []):
-                    row.append(of_choice(pair, found, seed)[0] / best)
-        rows.append(row)
+        start = time.process_time()
+        angle, moved = of_choice(pair, found, seed)
+        seconds += (time.process_time() - start) / seeds
+        rows.append([found[Setting()][0] / best, taubin / best, angle / best, moved, its])
+        for rule in rules_left_out:
+            with left_out([rule] if rule != FULL else []):
+                rows[-1].append(of_choice(pair, found, seed)[0] / best)
     return Row(pair.name, len(pair.faces), best, np.array(rows), seconds)
 
 

@@ -14,117 +14,62 @@ processor time, of all cores together, alike: on a busy machine the clock alone 
 from __future__ import annotations
 
 import argparse
-import json
-import resource
-import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
+from typing import NamedTuple
 
-import numpy as np
 from denoising_findings import chest
+from denoising_holdouts import read_mesh
+from denoising_metrics import Floats, Ints
 from diffusion import make_mesh
+from peers.machine import peak
 
-from pymeshfair.filters.denoising import FIXED, AutomaticParameters
-from pymeshfair.filters.denoising.automatic import denoise_automatically
-from pymeshfair.filters.denoising.normal_filtering import normal_filtering
-
-Mesh = tuple[np.ndarray, np.ndarray]
+from pymeshfair.filters.denoising import FIXED, denoise_automatically, normal_filtering
 
 
-@dataclass(frozen=True)
-class Case:
-    """One denoising of one mesh.
+class Case(NamedTuple):
+    """What is done to "bunny", "chest" or a pair, and the most seconds and megabytes that it may take."""
 
-    Attributes:
-        name: what is done.
-        mesh: "bunny", "chest", or the name of a pair.
-        run: takes vertices and faces; returns what to say of the result.
-        seconds: the most that it may take.
-        megabytes: the most that the process may have.
-    """
-
-    name: str
     mesh: str
-    run: Callable[[np.ndarray, np.ndarray], str]
+    run: Callable[[Floats, Ints], object]
     seconds: float
     megabytes: float = 1500.0
 
 
-def automatically(vertices: np.ndarray, faces: np.ndarray) -> str:
-    """Without parameters."""
-    return denoise_automatically(vertices, faces)[1].kind
+CASES = {
+    "automatic, figure": Case("bunny", denoise_automatically, 40.0, 900.0),
+    "automatic, machine part": Case("chest", denoise_automatically, 40.0, 900.0),
+    "fixed, machine part": Case("chest", partial(normal_filtering, **vars(FIXED)), 60.0),
+    "automatic, julius_n2": Case("julius_n2", denoise_automatically, 5.0),
+    "bilateral, fandisk_n3": Case("fandisk_n3", normal_filtering, 0.13),
+    "bilateral, julius_n2": Case("julius_n2", normal_filtering, 0.76),
+}
 
 
-def with_parameters(parameters: AutomaticParameters) -> Callable[[np.ndarray, np.ndarray], str]:
-    """Without a choice."""
-
-    def run(vertices: np.ndarray, faces: np.ndarray) -> str:
-        normal_filtering(vertices, faces, **vars(parameters))
-        return ""
-
-    return run
-
-
-def bilaterally(vertices: np.ndarray, faces: np.ndarray) -> str:
-    """Zheng's filter with the parameters of its authors' code."""
-    normal_filtering(vertices, faces)
-    return ""
-
-
-LARGE = (
-    Case("automatic, figure", "bunny", automatically, 40.0, 900.0),
-    Case("automatic, machine part", "chest", automatically, 40.0, 900.0),
-    Case("fixed, machine part", "chest", with_parameters(FIXED), 60.0),
-)
-PAIRS = (
-    Case("automatic, julius_n2", "julius_n2", automatically, 5.0),
-    Case("bilateral, fandisk_n3", "fandisk_n3", bilaterally, 0.13),
-    Case("bilateral, julius_n2", "julius_n2", bilaterally, 0.76),
-)
-
-
-def load(name: str, n_faces: int, folder: Path | None) -> Mesh:
-    """The mesh of a case."""
+def load(name: str, n_faces: int, folder: Path | None) -> tuple[Floats, Ints] | None:
+    """The mesh of a case; None of a pair without the folder."""
     if name == "bunny":
         return make_mesh(n_faces // 2, "loop")
     if name == "chest":
         shape = chest(round((n_faces / 12) ** 0.5))
         return shape.noisy, shape.faces
-    import pymeshlab
-
-    assert folder is not None
-    meshes = pymeshlab.MeshSet()
-    meshes.load_new_mesh(str(folder / f"{name}_noisy.ply"))
-    mesh = meshes.current_mesh()
-    return np.ascontiguousarray(mesh.vertex_matrix()), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
+    return None if folder is None else read_mesh(folder / f"{name}_noisy.ply")
 
 
-def measure(case: Case, path: str) -> dict[str, float | str]:
-    """Time the case on the saved mesh, in this process."""
-    with np.load(path) as saved:
-        vertices, faces = saved["vertices"], saved["faces"]
-    small = chest(8)
-    for work in (automatically, case.run):
-        work(small.noisy, small.faces)
+def measure(name: str, vertices: Floats, faces: Ints) -> tuple[float, float, float]:
+    """Seconds by the clock and of the processor, and megabytes, of a case in this process."""
+    small, case = chest(8), CASES[name]
+    denoise_automatically(small.noisy, small.faces)
+    case.run(small.noisy, small.faces)
     if len(faces) < 200_000:
         case.run(vertices, faces)
     start, used = time.perf_counter(), time.process_time()
-    words = case.run(vertices, faces)
-    took, used = time.perf_counter() - start, time.process_time() - used
-    return {"words": words, "faces": len(faces), "seconds": took, "processor": used, "megabytes": peak_megabytes()}
-
-
-def peak_megabytes() -> float:
-    """The largest resident set of this process."""
-    # The system's account of a process begins with what its parent had; Linux also tells of the process alone.
-    status = Path("/proc/self/status")
-    if status.exists():
-        return float(next(line.split()[1] for line in status.read_text().splitlines() if line.startswith("VmHWM"))) / 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    case.run(vertices, faces)
+    return time.perf_counter() - start, time.process_time() - used, peak()
 
 
 def main() -> int:
@@ -133,31 +78,20 @@ def main() -> int:
     parser.add_argument("faces", type=int, nargs="?", default=1_000_000)
     parser.add_argument("--pairs", type=Path, help="the folder of NAME_noisy.ply")
     parser.add_argument("--only", default="", help="the cases whose names hold these words")
-    parser.add_argument("--measure", nargs=2, metavar=("CASE", "MESH"), help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.measure:
-        name, path = options.measure
-        print(json.dumps(measure(next(case for case in (*LARGE, *PAIRS) if case.name == name), path)))
-        return 0
     passed = False
     print(f"{'':26} {'faces':>10} {'clock':>9} {'processor':>10} {'bound':>8} {'memory':>8}")
-    for case in (*LARGE, *(PAIRS if options.pairs else ())):
-        if options.only not in case.name:
+    for name, case in CASES.items():
+        mesh = load(case.mesh, options.faces, options.pairs) if options.only in name else None
+        if mesh is None:
             continue
-        with tempfile.TemporaryDirectory() as folder:
-            path = str(Path(folder) / "mesh.npz")
-            vertices, faces = load(case.mesh, options.faces, options.pairs)
-            np.savez(path, vertices=vertices, faces=faces)
-            done = subprocess.run(
-                [sys.executable, __file__, "--measure", case.name, path], check=True, capture_output=True, text=True
-            )
-        found = json.loads(done.stdout.splitlines()[-1])
-        too_slow = min(found["seconds"], found["processor"]) > case.seconds
-        too_large = found["megabytes"] > case.megabytes
-        passed |= too_slow or too_large
+        with get_context("spawn").Pool(1) as pool:
+            clock, processor, megabytes = pool.apply(measure, (name, *mesh))
+        too_much = min(clock, processor) > case.seconds or megabytes > case.megabytes
+        passed |= too_much
         print(
-            f"{case.name:26} {found['faces']:10,} {found['seconds']:7.2f} s {found['processor']:8.2f} s {case.seconds:6.2f} s "
-            f"{found['megabytes']:5.0f} MB {found['words']}{' PASSED' if too_slow or too_large else ''}",
+            f"{name:26} {len(mesh[1]):10,} {clock:7.2f} s {processor:8.2f} s {case.seconds:6.2f} s {megabytes:5.0f} MB"
+            f"{' PASSED' if too_much else ''}",
             flush=True,
         )
     return int(passed)

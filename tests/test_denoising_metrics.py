@@ -24,9 +24,7 @@ def test_a_turned_triangle_is_off_by_the_angle_of_the_turn(degrees: float) -> No
     """Angles from a billionth of a degree to 180 come out to 12 digits, where an arc cosine would give 0 below a millionth."""
     truth, faces = single_triangle()
     found = errors(tilted(degrees)[0], truth, faces)
-    assert found.mad == pytest.approx(degrees, rel=1e-12, abs=1e-14)
-    assert found.mad_by_area == pytest.approx(degrees, rel=1e-12, abs=1e-14)
-    assert found.rms == pytest.approx(degrees, rel=1e-12, abs=1e-14)
+    assert [found.mad, found.mad_by_area, found.rms] == pytest.approx([degrees] * 3, rel=1e-12, abs=1e-14)
     assert found.flips == (degrees > 90)
 
 
