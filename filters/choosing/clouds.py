@@ -218,7 +218,7 @@ class CloudSample:
         that of (s_i^2 + s_j^2) / 2: about -0.15 for independent noise, nearer to 0 where that is as strong as half a spacing, and
         above 0 for a surface without noise.
         """
-        sizes = height_residuals(self.points, self.rings, self.normals, np.arange(len(self.points), dtype=np.int32))
+        sizes = height_residuals(self.points, self.rings, self.normals)
         squares = np.minimum(np.abs(sizes), tuned.CLIP / tuned.MEDIAN_OF_NORMAL * np.median(np.abs(sizes))) ** 2
         levels = np.sqrt(local_means(squares, np.ones(len(sizes), dtype=np.bool_), self.pairs, times=3))
         calm = self.inner & (levels > 0.0) & (levels <= np.quantile(levels[self.inner], 0.2))

@@ -80,9 +80,8 @@ def automatic_choice(
     if shared and shared[0] != Setting():
         progress(1.0)
         return AutomaticChoice("correlated", shared[0], noise, shared[1])
-    scan = Scan.of(
-        vertices, faces, movable=movable, seed=seed, progress=rising(part_of(progress, 0.3, 1.0 if rounding is None else 0.7))
-    )
+    tell = rising(part_of(progress, 0.3, 1.0 if rounding is None else 0.7))
+    scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, seed=seed, progress=tell)
     choice = _independent(mesh, scan, noise, border, repertoire)
     if rounding is None:
         return choice
@@ -150,8 +149,7 @@ def _few_flipped(scan: Scan, tried: SettingsTried, evidence: Choice[Setting]) ->
     near = {trial.label: trial for trial in evidence.rivals}
     means = scan.normals[scan.faces].sum(axis=1)
 
-    def flipped(at: int, result: Floats) -> float:
-        del at
+    def flipped(_: int, result: Floats) -> float:
         return float(np.mean(np.einsum("ij,ij->i", face_normals(result, scan.faces), means) < 0.0))
 
     wanted = [label in near for family in tried.labels for label in family]

@@ -62,11 +62,9 @@ def setting_of_rounded(
         out = float(np.sqrt((left**2).mean())) if len(left) else 0.0
         return out, roughness(result, scan.faces) * (out + tuned.OUT_OF_STEP)
 
-    def look(at: int, result: Floats) -> tuple[float, float]:
-        del at
-        return measures(here + unit * (result - scan.points))
-
-    out, products = np.array(measured(tried(scan.points, NONE_HELD), tried.labels, look, progress)).T
+    results = tried(scan.points, NONE_HELD)
+    found = measured(results, tried.labels, lambda _, result: measures(here + unit * (result - scan.points)), progress)
+    out, products = np.array(found).T
     best = int(products.argmin())
     if measures(other.apply(rounded, scan.faces, border=border, movable=scan.movable))[1] <= products[best]:
         return None
@@ -83,10 +81,9 @@ def setting_of_shared(
     nearest to the truth, see `Scan.choose_by_risk`. Fused maps share it more widely than can be measured beside the surface, and
     get a strong setting. Arguments as of `setting_of_rounded`; the noise is that of `estimate_noise`.
     """
-    if _field_of_shared(mesh.points, mesh.cells, noise) is None:
-        return None
-    if not on_lines_of_sight(mesh.points, mesh.cells):
-        return STRONG, None
+    field, on_lines = _field_of_shared(mesh.points, mesh.cells, noise)
+    if field is None or not on_lines:
+        return None if field is None else (STRONG, None)
     scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, of=_WIDE, rings=_RINGS, progress=progress)
     tried = SettingsTried(scan, border=border, of=CORRELATED)
     found = scan.choose_by_risk(tried, tried.labels, noise_field(scan, *_KNOW).heights)
@@ -104,7 +101,7 @@ def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
     rounding = rounding_of(points, faces)
     if rounding is not None:
         return float(np.median(np.diff(rounding.levels)) / np.sqrt(12.0))
-    field = _field_of_shared(points, faces, noise)
+    field, _ = _field_of_shared(points, faces, noise)
     return 0.0 if field is None else float(np.sqrt(field.variances.sum()))
 
 
@@ -116,25 +113,20 @@ def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
     return bool(squares[-1] > tuned.ON_LINES * squares.sum())
 
 
-def _field_of_shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> NoiseField | None:
-    """The noise, roughly, if neighbours share it."""
+def _field_of_shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[NoiseField | None, bool]:
+    """The noise, roughly, if neighbours share it; and whether it is along lines of sight, rather than that of a fused map."""
     if noise.level == 0.0 or seen_from_one_side(points, faces) <= tuned.FACING:
-        return None
-    on_lines = on_lines_of_sight(points, faces)
-    if not on_lines and not _fused(points, faces):
-        return None
+        return None, False
+    on_lines, lengths = on_lines_of_sight(points, faces), edge_lengths(points, edges(faces))
+    # A level set cuts off corners.
+    if not on_lines and np.mean(lengths < 0.25 * lengths.mean()) <= tuned.CUT_OFF:
+        return None, False
     scan, _ = Scan.sampled(points, faces, rings=_RINGS)
     if not on_lines and scan.is_surface:
-        return None
+        return None, False
     field = noise_field(scan, *_TELL)
-    least = max(tuned.OWN, 0.5 * noise.level)
-    return field if field.own >= least and field.shared > 0.5 else None
-
-
-def _fused(points: Floats, faces: Ints) -> bool:
-    """Whether it is a level set, which cuts off corners."""
-    lengths = edge_lengths(points, edges(faces))
-    return bool(np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF)
+    shared = field.own >= max(tuned.OWN, 0.5 * noise.level) and field.shared > 0.5
+    return (field if shared else None), on_lines
 
 
 class NoiseField(NamedTuple):

@@ -150,8 +150,7 @@ class Scan:
             return None
         start = initial_positions(self.points, self.faces, normals=self.normals, scored=self.scored, by_means=by_means)
 
-        def deviations(mask: Ints, at: int, result: Floats) -> Floats:
-            del at
+        def deviations(mask: Ints, _: int, result: Floats) -> Floats:
             return np.asarray(np.einsum("ij,ij->i", self.points[mask] - result[mask], self.normals[mask]))
 
         return cross_validate(
@@ -188,8 +187,7 @@ class Scan:
         def heights_of(result: Floats) -> Floats:
             return np.asarray(np.einsum("ij,ij->i", result - self.points, self.normals))
 
-        def look(at: int, result: Floats) -> tuple[Floats, float]:
-            del at
+        def look(_: int, result: Floats) -> tuple[Floats, float]:
             return heights_of(result), roughness(result, self.faces)
 
         first, second = part_of(self.progress, 0.0, 0.5), part_of(self.progress, 0.5, 1.0)

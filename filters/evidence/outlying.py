@@ -40,14 +40,14 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
     hidden = np.zeros(len(points), dtype=np.bool_)
     if not used.any():
         return hidden
-    sizes = _sizes(points, rings, normals, hidden)
+    sizes = np.abs(height_residuals(points, rings, normals, hidden))
     for _ in range(_PASSES):
         level = max(NO_NOISE, STANDS_OUT / MEDIAN_OF_NORMAL * float(np.median(sizes[used & ~hidden])))
         largest = used & ~hidden & (sizes > level)
         a, b = pairs[largest[pairs].all(axis=1)].T
         largest[a[sizes[a] < sizes[b]]] = largest[b[sizes[b] < sizes[a]]] = False
         found = largest & (sizes > STANDS_OUT * _medians_around(sizes, rings, hidden | ~used, largest, np.inf)[0])
-        without = _sizes(points, rings, normals, hidden | found)
+        without = np.abs(height_residuals(points, rings, normals, hidden | found))
         change = np.where(hidden | found, 0.0, without**2 - sizes**2)
         of_rings = np.bincount(pairs[:, 0], change[pairs[:, 1]], len(points))
         of_rings += np.bincount(pairs[:, 1], change[pairs[:, 0]], len(points))
@@ -55,7 +55,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
         hidden |= accepted
         if np.count_nonzero(accepted) <= _HARDLY_ANY * len(points):
             break
-        sizes = without if np.array_equal(accepted, found) else _sizes(points, rings, normals, hidden)
+        sizes = without if np.array_equal(accepted, found) else np.abs(height_residuals(points, rings, normals, hidden))
     return hidden
 
 
@@ -85,7 +85,7 @@ def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, 
     Both are medians of the sizes s of `outlying_vertices` over the vertices that are `scored`, outliers hidden; 0 without any.
     """
     beside = with_neighbours(outlying, edges(faces))
-    sizes, counted = _sizes(points, one_rings(faces, len(points)), normals, outlying), scored & ~outlying
+    sizes, counted = np.abs(height_residuals(points, one_rings(faces, len(points)), normals, outlying)), scored & ~outlying
     near, far = (sizes[counted & which] for which in (beside, ~beside))
     return (float(np.median(near)) if len(near) else 0.0), (float(np.median(far)) if len(far) else 0.0)
 
@@ -131,10 +131,6 @@ def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bool
         now[turned] = other[turned]
         gone ^= turned
     return gone
-
-
-def _sizes(points: Floats, rings: OneRings, normals: Floats, hidden: Bools) -> Floats:
-    return np.abs(height_residuals(points, rings, normals, np.arange(len(points), dtype=np.int32), hidden))
 
 
 def _medians_around(values: Floats, rings: OneRings, ignored: Bools, wanted: Bools, none: float) -> tuple[Floats, Floats]:

@@ -44,9 +44,9 @@ def predicted_heights(
     return heights, gains
 
 
-def height_residuals(points: Floats, rings: OneRings, normals: Floats, which: Ints, hidden: Bools | None = None) -> Floats:
-    """(k,) h / sqrt(1 + g^2) of `predicted_heights`: noise of single vertices gives them its own standard deviation."""
-    heights, gains = predicted_heights(points, rings, normals, which, hidden)
+def height_residuals(points: Floats, rings: OneRings, normals: Floats, hidden: Bools | None = None) -> Floats:
+    """(n,) h / sqrt(1 + g^2) of `predicted_heights`: noise of single vertices gives them its own standard deviation."""
+    heights, gains = predicted_heights(points, rings, normals, np.arange(len(points), dtype=np.int32), hidden)
     return np.asarray(heights / np.sqrt(1.0 + gains**2))
 
 
