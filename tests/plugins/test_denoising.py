@@ -19,7 +19,7 @@ from pymeshfair.filters.denoising import (
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.relaxation import along_normals
 from pymeshfair.filters.diffusion import taubin_fairing
-from pymeshfair.filters.geometry import face_normals, mean_edge_length
+from pymeshfair.filters.geometry import face_normals, mean_edge_length, mean_normals_at_vertices
 from pymeshfair.filters.inspection import folded_faces
 from pymeshfair.plugins.denoising import DEFAULTS, STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
 from tests.angles import mean_angle
@@ -74,43 +74,27 @@ def true() -> Mesh:
 def rough(true: Mesh) -> Mesh:
     """The cube with noise of 0.15 of its shorter edges along the normals, which spreads no vertices along the surface."""
     vertices, faces = true
-    outward = np.zeros_like(vertices)
-    for corner in range(3):
-        np.add.at(outward, faces[:, corner], face_normals(*true))
-    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    outward = mean_normals_at_vertices(face_normals(*true), faces, len(vertices))
     return vertices + np.random.default_rng(0).normal(0.0, 0.15 / 8, (len(vertices), 1)) * outward, faces
 
 
-ZHENG: dict[str, Any] = {
-    "method": "bilateral",
-    "range_kernel": "gaussian",
-    "space_kernel": "gaussian",
-    "range_measure": "euclidean",
-    "range_sigma": 0.35,
-    "range_floor": 0.0,
-    "space_sigma": 1.0,
-    "neighborhood": "vertex",
-    "normal_iterations": 20,
-    "vertex_iterations": 10,
-    "outer_iterations": 1,
-    "vertex_update": "sun",
-    "relaxation": 0,
-}
+#: every parameter of the technique
+GIVEN: dict[str, Any] = {**DEFAULTS}
 
 
 def test_what_is_given_is_what_is_done(rough: Mesh) -> None:
     """With every parameter given the vertices are those of the technique, and the values name each parameter."""
-    edit = apply(apply_coord_normal_filtering, Surface(*rough), **ZHENG)
+    edit = apply(apply_coord_normal_filtering, Surface(*rough), **GIVEN)
     assert edit.vertices is not None
     np.testing.assert_array_equal(edit.vertices, normal_filtering(*rough))
-    assert {name: edit.values[name] for name in ZHENG} == ZHENG
+    assert {name: edit.values[name] for name in GIVEN} == GIVEN
     touched = {f.name for f in fields(edit) if getattr(edit, f.name) is not None and f.name not in ("new_layers", "notes")}
     assert touched == {"vertices", "values"}
 
 
 def test_the_values_measure_what_was_done(rough: Mesh) -> None:
     """The drift is the mean displacement in mean edges; faces that look away from those around them are counted."""
-    vertices, values = filtered(rough, **ZHENG)
+    vertices, values = filtered(rough, **GIVEN)
     moved = np.linalg.norm(vertices - rough[0], axis=1).mean() / mean_edge_length(*rough)
     assert values["drift"] == pytest.approx(moved, rel=1e-12)
     assert values["folded_after"] == folded_faces(vertices, rough[1]).sum()
@@ -169,13 +153,13 @@ def test_more_folded_faces_than_before_are_said_and_slivers_named() -> None:
 def test_only_selected_vertices_move(rough: Mesh) -> None:
     """With `selected` the others keep every bit."""
     chosen = rough[0][:, 2] > 0.5
-    vertices, _ = filtered(rough, chosen, selected=True, **ZHENG)
+    vertices, _ = filtered(rough, chosen, selected=True, **GIVEN)
     assert ((vertices != rough[0]).any(axis=1) == chosen).all()
 
 
 def test_face_normals_alone(rough: Mesh, true: Mesh) -> None:
     """The second filter returns step one: unit normals nearer to the truth, the vertices untouched; or those of some faces."""
-    settings = {name: ZHENG[name] for name in STEP_ONE}
+    settings = {name: GIVEN[name] for name in STEP_ONE}
     edit = apply(apply_normal_robust_filtering_per_face, Surface(*rough), **settings)
     assert edit.face_normals is not None
     assert edit.vertices is None
@@ -198,13 +182,11 @@ def test_with_everything_given_the_mesh_is_not_estimated(rough: Mesh, monkeypatc
         raise AssertionError("the mesh was estimated")
 
     monkeypatch.setattr("pymeshfair.plugins.denoising.automatic_choice", refuse)
-    given = {name: DEFAULTS[name] for name in DEFAULTS}
-    values = apply(apply_coord_normal_filtering, Surface(*rough), **given).values
-    assert "shape" not in values
-    fixed = apply(apply_coord_normal_filtering, Surface(*rough), choice="fixed").values
+    assert "shape" not in filtered(rough, **GIVEN)[1]
+    _, fixed = filtered(rough, choice="fixed")
     assert {name: fixed[name] for name in vars(FIXED)} == vars(FIXED)
     with pytest.raises(AssertionError, match="estimated"):
-        apply(apply_coord_normal_filtering, Surface(*rough), **{**given, "range_sigma": "auto"})
+        filtered(rough, **{**GIVEN, "range_sigma": "auto"})
     first = {name: DEFAULTS[name] for name in STEP_ONE}
     assert "shape" not in apply(apply_normal_robust_filtering_per_face, Surface(*rough), **first).values
 
@@ -215,7 +197,7 @@ def test_steps_of_taubin_come_first_and_may_keep_to_the_normals(rough: Mesh) -> 
     fair = taubin_fairing(vertices, faces, iterations=4)
     along = along_normals(vertices, fair, smooth_normals(vertices, faces))
     for direction, start in (("all", fair), ("normal", along)):
-        moved, _ = filtered(rough, **{**ZHENG, "relaxation": 4, "relaxation_direction": direction})
+        moved, _ = filtered(rough, **{**GIVEN, "relaxation": 4, "relaxation_direction": direction})
         np.testing.assert_allclose(moved, normal_filtering(start, faces), rtol=0, atol=1e-12)
     slid = np.cross(along - vertices, smooth_normals(vertices, faces))
     assert np.abs(slid).max() < 1e-12
@@ -225,7 +207,7 @@ def test_outliers_are_replaced_first_and_nothing_else_where_that_is_said(rough: 
     """With 0 outer iterations and no relaxation the vertices that stand out move, and the others keep every bit."""
     vertices, faces = rough[0].copy(), rough[1]
     vertices[40::60] *= 1.3
-    moved, _ = filtered((vertices, faces), **{**ZHENG, "outliers": "replace", "outer_iterations": 0})
+    moved, _ = filtered((vertices, faces), **{**GIVEN, "outliers": "replace", "outer_iterations": 0})
     expected, outlying = replace_outlying(vertices, faces)
     assert outlying[40::60].any()
     np.testing.assert_array_equal(moved, expected)
