@@ -76,16 +76,8 @@ def chosen_projection(
     4. Where neighbours agree somewhat, it must be nearer to the truth than the cloud is even if all its noise is that of the
        calmest parts.
 
-    Args:
-        points: (n, 3) coordinates.
-        normals: (n, 3) of any length and sign, along which points are moved. None to estimate them.
-        range_kernel: see `bilateral_projection`.
-        space_kernel: likewise.
-        range_sigma: in the unit of the points; the only one that is tried. None to try several.
-        space_sigma: in the unit of the points. None: found for each number of neighbours.
-        movable: (n,) bool, which points may move, None for all. The others are not evidence.
-        seed: other points are held out for another number.
-        progress: called while settings are tried; may raise to stop.
+    Arguments as of `bilateral_projection`; a range sigma that is given is the only one that is tried. Points that may not move
+    are no evidence, other points are held out for another `seed`, and `progress` is called while settings are tried.
 
     Returns:
         The choice, doing nothing first, errors in spacings and range sigmas in the unit of the points; None where the cloud is

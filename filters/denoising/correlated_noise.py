@@ -39,16 +39,10 @@ def setting_of_rounded(
 ) -> Choice[Setting] | None:
     """The setting for rounded coordinates, and what speaks for it; None if another setting is better.
 
-    Rounding is undone first, see `Rounding.undone`. Of the settings, and the other on the rounded surface, that of the least
-    product of roughness and of how far vertices are out of their steps is taken [reginska1996].
-
-    Args:
-        mesh: the mesh; vertices that may not move are no evidence.
-        rounding: of `rounding_of`.
-        other: what is chosen where vertices are taken to have noise of their own. It is better where details are as fine as the
-            steps.
-        border: see `normal_filtering`.
-        progress: called with the share that is done; may raise to stop.
+    The `rounding` of `rounding_of` is undone first, see `Rounding.undone`. Of the settings, and the `other` on the rounded
+    surface, that of the least product of roughness and of how far vertices are out of their steps is taken [reginska1996]. The
+    other is what is chosen where vertices are taken to have noise of their own; it is better where details are as fine as the
+    steps. Vertices that may not move are no evidence.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, of=_WIDE, rings=_RINGS)
@@ -79,7 +73,7 @@ def setting_of_shared(
 
     The covariance of the noise is measured where the mesh is calm, and that setting is taken whose slopes are expected to be
     nearest to the truth, see `Scan.choose_by_risk`. Fused maps share it more widely than can be measured beside the surface, and
-    get a strong setting. Arguments as of `setting_of_rounded`; the noise is that of `estimate_noise`.
+    get a strong setting. The noise is that of `estimate_noise`; vertices that may not move are no evidence.
     """
     field, on_lines = _field_of_shared(mesh.points, mesh.cells, noise)
     if field is None or not on_lines:

@@ -14,15 +14,13 @@ from ..geometry import cross_product, normal_differences
 from ..mesh import Bools, Floats, Ints
 from ..topology import OneRings, VertexFaces, edges, faces_across, one_rings, referenced_vertices, vertex_faces
 from .held_out import marked, with_neighbours
-from .quadric_prediction import height_residuals, predicted_heights, two_rings
+from .quadric_prediction import MOST, height_residuals, predicted_heights, two_rings
 from .tuned import CLIP, MEDIAN_OF_NORMAL, NO_NOISE, STANDS_OUT
 
 # Those that stand out most hide others: so many passes, or until hardly any are found.
 _PASSES, _HARDLY_ANY = 20, 1e-4
 # No move gains less than rounding.
 _ROUNDING = 1e-6
-# Two rings have a dozen vertices to some dozens.
-_MOST = 1024
 
 
 def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
@@ -147,7 +145,7 @@ def _medians_around(values: Floats, rings: OneRings, ignored: Bools, wanted: Boo
 def _find_medians(
     values: Floats, rings: OneRings, ignored: Bools, wanted: Bools, middles: Floats, spreads: Floats, first: int, last: int
 ) -> None:
-    seen, around = np.full(values.shape[0], -1, dtype=np.int32), np.empty(_MOST, dtype=np.int32)
+    seen, around = np.full(values.shape[0], -1, dtype=np.int32), np.empty(MOST, dtype=np.int32)
     for i in range(first, last):
         count = two_rings(rings, i, ignored, seen, around) if wanted[i] else 0
         if count > 0:

@@ -59,7 +59,10 @@ def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) 
     """The faces of the patches, by numbers of their own, and the vertex that each of these numbers stands for."""
     at_vertices = vertex_faces(faces, len(vertices))
     first, second, third = (edge_lengths(vertices, faces[:, ends]) for ends in ([0, 1], [1, 2], [2, 0]))
-    seeds = _least(((first + second + third) / edge * _MULTIPLE) % 1.0, patches)
+    numbers = ((first + second + third) / edge * _MULTIPLE) % 1.0
+    # The faces with the least numbers, of equal ones the first.
+    low = np.flatnonzero(numbers <= np.partition(numbers, patches - 1)[patches - 1])
+    seeds = low[np.argsort(numbers[low], kind="stable")][:patches]
     marks = np.full(len(faces), -1, dtype=np.int32)
     parts, origins, count = [], [], 0
     for number, seed in enumerate(seeds):
@@ -69,12 +72,6 @@ def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) 
         origins.append(origin.astype(np.int32))
         count += len(origin)
     return np.concatenate(parts), np.concatenate(origins)
-
-
-def _least(numbers: Floats, count: int) -> Longs:
-    """Where the least numbers are, ascending; of equal ones the first come first."""
-    candidates = np.flatnonzero(numbers <= np.partition(numbers, count - 1)[count - 1])
-    return candidates[np.argsort(numbers[candidates], kind="stable")][:count]
 
 
 @compiled

@@ -15,7 +15,8 @@ _WIDTH = 1.3
 # A quadric has six numbers, a plane three. Below so many vertices, or where they lie on a curve of second order, it is a plane.
 _ENOUGH = 8
 _LEAST_PIVOT = 1e-4
-_MOST = 1024
+# Two rings have a dozen vertices to some dozens.
+MOST = 1024
 
 
 def predicted_heights(
@@ -62,8 +63,8 @@ def _predict(
     begin: int,
     end: int,
 ) -> None:
-    seen, around = np.full(points.shape[0], -1, dtype=np.int32), np.empty(_MOST, dtype=np.int32)
-    samples, work = np.empty((4, _MOST)), np.empty((9, 6))
+    seen, around = np.full(points.shape[0], -1, dtype=np.int32), np.empty(MOST, dtype=np.int32)
+    samples, work = np.empty((4, MOST)), np.empty((9, 6))
     for k in range(begin, end):
         i = which[k]
         scale = _ring_distance(points, rings, normals, i)
