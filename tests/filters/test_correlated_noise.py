@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import igl
 import numpy as np
 import pymeshlab
 import pytest
-from scipy.ndimage import gaussian_filter, map_coordinates
+from denoising_cameras import SCENES, Camera, fused_map  # benchmarks/denoising_cameras.py
+from scipy.ndimage import gaussian_filter
 
 from pymeshfair.filters.denoising.automatic import automatic_choice
 from pymeshfair.filters.denoising.correlated_noise import noise_field, on_lines_of_sight, setting_of_shared, shared_noise
@@ -67,19 +67,10 @@ def _map(camera: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _fused(level: float) -> tuple[np.ndarray, np.ndarray]:
-    """A level set of waves in cells of 1, with noise of several widths."""
-    rng, n = np.random.default_rng(0), 64
-    z, y, x = (a.ravel() for a in np.meshgrid(np.arange(-6.0, 30.0), np.arange(n), np.arange(n), indexing="ij"))
-    error = np.zeros((n, n))
-    for width, share in ((4.0, 0.35), (2.0, 0.3), (1.0, 0.25), (0.0, 0.2)):
-        layer = gaussian_filter(rng.normal(size=(n, n)), width)
-        error += level * share * layer / layer.std()
-    values = z - 9.0 - 8.0 * np.sin(x / 9.0) * np.cos(y / 11.0) - 0.12 * x
-    values -= map_coordinates(error, [y, x], order=1, mode="nearest")
-    vertices, faces, *_ = igl.marching_cubes(values, np.column_stack([x, y, z]).astype(float), n, n, 36, 0.0)
-    a, b, c = (vertices[corner] for corner in faces.T)
-    used, numbers = np.unique(faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-3], return_inverse=True)
-    return vertices[used], np.ascontiguousarray(numbers.reshape(-1, 3), dtype=np.int32)
+    """A level set of hills in cells of 3 mm, with noise of several widths."""
+    camera = Camera("fused", level=level, focal=3.0)
+    vertices, _, faces = fused_map(SCENES["looked_at"]["hills"], camera, np.random.default_rng(0))
+    return vertices, faces
 
 
 def _found(vertices: np.ndarray, faces: np.ndarray) -> bool:
@@ -166,7 +157,7 @@ def test_maps_of_cameras_are_told_by_their_noise(camera: str, expected: bool) ->
 
 def test_fused_maps_are_told_until_they_are_smoothed() -> None:
     """Cut-off corners and shared noise tell them; after three of MeshLab's Laplacian steps, or without noise, there is none."""
-    vertices, faces = _fused(0.3)
+    vertices, faces = _fused(1.0)
     assert _found(vertices, faces)
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
