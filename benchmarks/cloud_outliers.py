@@ -18,7 +18,7 @@ from cloud_pairs import LOOKED_AT, SURFACES, UNSEEN, Bools, Floats, ball, spacin
 
 from pymeshfair.filters.choosing.clouds import CloudSample
 from pymeshfair.filters.denoising import normals_of
-from pymeshfair.filters.evidence import predicted_heights, scores_of
+from pymeshfair.filters.evidence import height_residuals, scores_of
 from pymeshfair.filters.neighbours import nearest_neighbours
 from pymeshfair.filters.outliers import local_outlier_probability
 
@@ -53,11 +53,7 @@ def chosen(points: Floats, spacing: float, selections: list[Bools]) -> int:
     local = points / spacing
     normals = normals_of(local, nearest_neighbours(local, FIXED)[1])
     sample = CloudSample(local, np.ones(len(local), dtype=np.bool_), normals)
-    which = np.arange(len(local), dtype=np.int32)
-    deviations = []
-    for selected in selections:
-        heights, gains = predicted_heights(local, sample.rings, normals, which, selected)
-        deviations.append(heights / np.sqrt(1.0 + gains**2))
+    deviations = [height_residuals(local, sample.rings, normals, selected) for selected in selections]
     return scores_of(np.array(deviations)[:, ~np.all(selections, axis=0)]).best
 
 

@@ -14,42 +14,25 @@ import argparse
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pymeshlab
 from denoising_findings import chest
+from denoising_holdouts import read_mesh
 from denoising_methods import METHODS, Method
-from denoising_metrics import Errors, Floats, Ints, errors
+from denoising_metrics import Floats, NoisyPair, errors, used_alone
 from denoising_table import Result, as_json, as_markdown
 from denoising_trials import Settings
 
-from pymeshfair.filters.topology import referenced_vertices
 from pymeshfair.looking.panels import Panel, draw_panels, save_picture
 from pymeshfair.looking.picture import Appearance
 
 
-@dataclass(frozen=True)
-class Pair:
-    """A noisy mesh and its truth, without the vertices that no face uses: some denoisers cannot have them."""
+def read_pairs(folder: Path, names: Sequence[str]) -> Iterator[NoisyPair]:
+    """The pairs of a folder in the order of their names; those with one of the given names, if any are given.
 
-    name: str
-    noisy: Floats
-    truth: Floats
-    faces: Ints
-
-
-def read_mesh(path: Path) -> tuple[Floats, Ints]:
-    """Vertices and faces of any file that MeshLab reads."""
-    meshes = pymeshlab.MeshSet()
-    meshes.load_new_mesh(str(path))
-    mesh = meshes.current_mesh()
-    return np.ascontiguousarray(mesh.vertex_matrix()), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
-
-
-def read_pairs(folder: Path, names: Sequence[str]) -> Iterator[Pair]:
-    """The pairs of a folder in the order of their names; those with one of the given names, if any are given."""
+    Without the vertices that no face uses: some denoisers cannot have them.
+    """
     found = {path.stem.removesuffix("_noisy"): path for path in sorted(folder.iterdir()) if path.stem.endswith("_noisy")}
     missing = [name for name in names if name not in found]
     if missing or not found:
@@ -62,24 +45,21 @@ def read_pairs(folder: Path, names: Sequence[str]) -> Iterator[Pair]:
         truth, true_faces = read_mesh(truths[0])
         if not np.array_equal(faces, true_faces):
             raise SystemExit(f"{name}: the faces of the noisy mesh are not those of the truth, number by number")
-        used = referenced_vertices(faces, len(noisy))
-        number = np.cumsum(used) - 1
-        yield Pair(name, noisy[used], truth[used], number[faces].astype(np.int32))
+        yield NoisyPair(name, *used_alone(faces, noisy, truth))
 
 
-def measure(method: Method, pair: Pair, *, tuned: bool) -> tuple[Result, Floats]:
+def measure(method: Method, pair: NoisyPair, *, tuned: bool) -> tuple[Result, Floats]:
     """The best of the method's settings on the pair, and the mesh that it gave."""
-    trials: tuple[Settings, ...] = (method.settings, *(method.trials if tuned or method.tuned_always else ()))
-    best: tuple[Errors, float, Settings, Floats] | None = None
-    for settings in trials:
+    trials = (method.settings, *(method.trials if tuned or method.tuned_always else ()))
+
+    def tried(settings: Settings) -> tuple[Result, Floats]:
         start = time.perf_counter()
         vertices = method.run(pair.noisy, pair.faces, **settings)
         seconds = time.perf_counter() - start
-        found = errors(vertices, pair.truth, pair.faces)
-        if best is None or found.mad < best[0].mad:
-            best = found, seconds, settings, vertices
-    assert best is not None
-    return Result(pair.name, method.name, best[0], best[1], best[2] if len(trials) > 1 else {}, len(trials)), best[3]
+        found = settings if len(trials) > 1 else {}
+        return Result(pair.name, method.name, errors(vertices, pair.truth, pair.faces), seconds, found, len(trials)), vertices
+
+    return min(map(tried, trials), key=lambda found: found[0].errors.mad)
 
 
 def warm_up(method: Method) -> str:
@@ -94,7 +74,7 @@ def warm_up(method: Method) -> str:
     return ""
 
 
-def paint_pair(path: Path, pair: Pair, meshes: Sequence[tuple[Result, Floats]]) -> None:
+def paint_pair(path: Path, pair: NoisyPair, meshes: Sequence[tuple[Result, Floats]]) -> None:
     """The noisy mesh, what each method made of it, and the truth."""
     shown = [("noisy", pair.noisy), *((f"{r.method}, MAD {r.errors.mad:.2f}", v) for r, v in meshes), ("truth", pair.truth)]
     panels = [Panel(title, vertices, pair.faces) for title, vertices in shown]
@@ -125,7 +105,7 @@ def main() -> int:
         painted = []
         for method in methods:
             result, vertices = measure(method, pair, tuned=options.tuned)
-            print(result.line(), flush=True)
+            print(f"{pair.name:16} {method.name:34} MAD {result.errors.mad:6.2f} {result.seconds:6.2f} s", flush=True)
             results.append(result)
             painted.append((result, vertices))
         if options.output and options.gallery:

@@ -14,7 +14,7 @@ import sys
 
 import numpy as np
 from denoising_holdouts import SAMPLES, lens, part, taken, torus
-from denoising_metrics import Floats, Ints, angles_to_truth
+from denoising_metrics import Floats, Ints, angles_to_truth, used_alone
 from denoising_pairs import NOISES, Maker, blobs, terrain
 
 from pymeshfair.filters.denoising.automatic import denoise_automatically
@@ -29,8 +29,7 @@ def cut(make: Maker, normal: tuple[float, float, float], share: float) -> Maker:
         vertices, faces = make()
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         heights = (vertices[faces].mean(axis=1) - (low + high) / 2.0) @ (np.array(normal) / np.linalg.norm(normal))
-        kept, numbers = np.unique(faces[heights < share * (high - low).max()], return_inverse=True)
-        return vertices[kept], np.ascontiguousarray(numbers.reshape(-1, 3), dtype=np.int32)
+        return used_alone(faces[heights < share * (high - low).max()], vertices)
 
     return made
 

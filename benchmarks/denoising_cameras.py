@@ -14,17 +14,18 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from typing import NamedTuple
 
 import igl
 import numpy as np
-from denoising_metrics import Floats, Ints, angles_to_truth
+from denoising_choice import left_out
+from denoising_holdouts import between_rows
+from denoising_metrics import Floats, Ints, NoisyPair, measured, used_alone
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial.transform import Rotation
 
-from pymeshfair.filters.denoising import Setting, automatic
+from pymeshfair.filters.denoising import Setting, automatic_choice
 from pymeshfair.filters.denoising.repertoire import STRONG
 
 #: heights in mm above the background, at places in mm; not a number where there is nothing to see
@@ -138,24 +139,14 @@ SCENES: dict[str, dict[str, Scene]] = {
 }
 
 
-class CameraPair(NamedTuple):
-    """A noisy map and its truth."""
-
-    name: str
-    noisy: Floats
-    truth: Floats
-    faces: Ints
-    shared: bool
-
-
-def pairs(half: str, only: list[str]) -> Iterator[CameraPair]:
+def pairs(half: str, only: list[str]) -> Iterator[NoisyPair]:
     """Every scene of a half before every camera."""
     for at, (scene, height) in enumerate(SCENES[half].items()):
         for number, (name, camera) in enumerate(CAMERAS.items()):
             if not only or any(text in f"{scene}_{name}" for text in only):
                 rng = np.random.default_rng([17 if half == "looked_at" else 29, at, number])
                 made = fused_map(height, camera, rng) if camera.kind == "fused" else depth_map(height, camera, rng)
-                yield CameraPair(f"{scene}_{name}", *made, shared=camera.kind != "view")
+                yield NoisyPair(f"{scene}_{name}", *made)
 
 
 def depth_map(height: Scene, camera: Camera, rng: np.random.Generator) -> tuple[Floats, Floats, Ints]:
@@ -186,12 +177,10 @@ def depth_map(height: Scene, camera: Camera, rng: np.random.Generator) -> tuple[
         found = filled + camera.level * pixel * rng.normal(size=depth.shape)
     # The border is where the camera lost the object.
     ragged = gaussian_filter(hit.astype(float), 1.5) + 0.12 * shared(1.5) > 0.8
-    at = np.arange(depth.size).reshape(depth.shape)
-    a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, 1:].ravel(), at[1:, :-1].ravel()
-    faces = np.concatenate([np.column_stack([a, c, b]), np.column_stack([a, d, c])]).astype(np.int32)
+    faces = between_rows(np.arange(depth.size).reshape(depth.shape))
     seen = (hit & ragged).ravel()[faces].all(axis=1) & (np.ptp(filled.ravel()[faces], axis=1) < 5 * pixel)
     noisy, truth = (np.column_stack([(x * z).ravel(), (y * z).ravel(), -z.ravel()]) for z in (found, filled))
-    return _compact(noisy, truth, faces[seen])
+    return used_alone(faces[seen], noisy, truth)
 
 
 def _ray_cast(height: Scene, x: Floats, y: Floats, distance: float) -> Floats:
@@ -232,34 +221,16 @@ def fused_map(height: Scene, camera: Camera, rng: np.random.Generator) -> tuple[
     faces = faces[known[faces].all(axis=1)]
     corners = true[faces]
     faces = faces[np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) > 1e-3 * cell**2]
-    return _compact(found, true, faces)
-
-
-def _compact(noisy: Floats, truth: Floats, faces: Ints) -> tuple[Floats, Floats, Ints]:
-    kept, numbers = np.unique(faces, return_inverse=True)
-    return noisy[kept], truth[kept], np.ascontiguousarray(numbers.reshape(-1, 3), dtype=np.int32)
+    return used_alone(faces, found, true)
 
 
 #: the numbers of rounds of the strong setting that are printed
 ROUNDS = (5, 10, 20, 40)
 
 
-@contextmanager
-def not_looked_for() -> Iterator[None]:
-    """Noise that neighbours share is taken for noise of single vertices."""
-    names = vars(automatic)
-    before = {name: names[name] for name in ("setting_of_shared", "rounding_of")}
-    names |= dict.fromkeys(before, lambda *_, **__: None)
-    try:
-        yield
-    finally:
-        names |= before
-
-
-def angle(pair: CameraPair, setting: Setting) -> float:
+def angle(pair: NoisyPair, setting: Setting) -> float:
     """The mean angle in degrees that a setting leaves."""
-    result = setting.apply(pair.noisy, pair.faces, border="along", movable=None)
-    return float(angles_to_truth(result, pair.truth, pair.faces)[0].mean())
+    return measured(setting.apply(pair.noisy, pair.faces), pair.truth, pair.faces)[0]
 
 
 def strong(rounds: int) -> Setting:
@@ -277,13 +248,14 @@ def main() -> int:
     rows, wrong = [], 0
     print("map                    faces       kind  of truth  nothing  chosen  not looked for  after", *ROUNDS, "rounds")
     for pair in pairs(options.half, [part for part in options.only.split(",") if part]):
-        choice = automatic.automatic_choice(pair.noisy, pair.faces)
-        truth = automatic.automatic_choice(pair.truth, pair.faces).kind
-        wrong += ((choice.kind == "correlated") != pair.shared) + (truth == "correlated")
-        with not_looked_for():
-            other = automatic.automatic_choice(pair.noisy, pair.faces).setting
+        choice = automatic_choice(pair.noisy, pair.faces)
+        truth = automatic_choice(pair.truth, pair.faces).kind
+        shared = "view" not in pair.name
+        wrong += ((choice.kind == "correlated") != shared) + (truth == "correlated")
+        with left_out(["shared", "rounding"]):
+            other = automatic_choice(pair.noisy, pair.faces).setting
         found = [angle(pair, setting) for setting in (Setting(), choice.setting, other, *map(strong, ROUNDS))]
-        if pair.shared:
+        if shared:
             rows.append(np.log(found))
         print(
             f"{pair.name:20} {len(pair.faces):7} {choice.kind:>10} {truth:>9}  {found[0]:7.2f} {found[1]:7.2f} {found[2]:7.2f}  ",

@@ -8,7 +8,7 @@ nothing, of the best number of Taubin's steps, and of the choice, in the mean an
 vertices in mean edges.
 --seeds repeats the choice with other vertices held out.
 --without switches rules of the method off, see `rules`. --ablations adds columns: the choice by all rules (full), and without
-each of them. --faces meshes the shapes anew with about so many faces, so that a row takes less than a minute.
+each of them. --faces meshes the shapes anew with about so many faces, so that a row takes a minute or two.
 Seconds are of the processor, of one choice.
 "clean" denoises meshes without noise and prints how far they are moved.
 """
@@ -27,37 +27,29 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from denoising_holdouts import SAMPLES, measured, taken
-from denoising_memory import remembering
-from denoising_metrics import Floats
-from denoising_pairs import Maker, NoisyPair, coarser, looked_at, made, smoothed_scans, unseen
+from denoising_holdouts import SAMPLES, taken
+from denoising_metrics import Floats, NoisyPair, measured
+from denoising_pairs import Maker, coarser, looked_at, made, smoothed_scans, unseen
 
 from pymeshfair.filters.denoising import (
-    Outliers,
     Scan,
     Setting,
     SettingsTried,
     automatic,
     automatic_choice,
+    candidates,
     denoise_automatically,
-    direction_for,
-    estimate_noise,
     impulses,
     replace_outlying,
-    settings,
 )
-from pymeshfair.filters.denoising.noise_level import smooth_normals
-from pymeshfair.filters.evidence import cross_validation, tuned, without
+from pymeshfair.filters.denoising.scan import NONE_HELD
+from pymeshfair.filters.evidence import cross_validation, tuned
+from pymeshfair.filters.evidence.held_out import without
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.mesh import Bools
 from pymeshfair.filters.topology import one_rings
 
 #: of a pair; "worst" is of the choice, over the seeds
 COLUMNS = ("nothing", "Taubin", "choice", "worst", "moved", "best's")
-#: no rule is left out
-FULL = "full"
-#: no vertex is held out
-NONE_HELD = np.empty(0, dtype=np.int32)
 #: fewer outliers than this share of the vertices change no mean angle
 FEW = 0.01
 
@@ -69,14 +61,10 @@ def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
     """
     found: dict[Setting, tuple[float, float]] = {}
     calmed, outlying = replace_outlying(pair.noisy, pair.faces)
-    cases: list[tuple[Outliers, Floats, Bools | None]] = [("keep", pair.noisy, None)]
-    if outlying.mean() > FEW:
-        cases.append(("replace", calmed, outlying))
-    for outliers, points, replaced in cases:
-        direction = direction_for(estimate_noise(points, pair.faces))
-        normals = smooth_normals(points, pair.faces)
-        tried = SettingsTried(pair.faces, normals, direction, border="along", movable=None, replaced=replaced)
-        for family, results in zip(settings(direction, outliers), tried(points, NONE_HELD), strict=True):
+    scans = [Scan(pair.noisy, pair.faces), Scan(calmed, pair.faces, replaced=outlying)]
+    for scan in scans if outlying.mean() > FEW else scans[:1]:
+        tried = SettingsTried(scan, border="along", alone=scan.replaced is not None)
+        for family, results in zip(tried.labels, tried(scan.points, NONE_HELD), strict=True):
             found |= {s: measured(result, pair.truth, pair.faces) for s, result in zip(family, results, strict=True)}
     return found
 
@@ -84,12 +72,13 @@ def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
 def rules() -> dict[str, list[tuple[Any, str, Any]]]:
     """For every rule of the method what is put in place of what, where, so that it is off."""
     return {
+        "full": [],
         "clip": [(tuned, "CLIP", np.inf)],
         "quadrics": [(cross_validation, "put_where_expected", lambda p, f, _, held: without(p, one_rings(f, len(p)), held))],
         "flipped": [(tuned, "FLIPPED", 1.0)],
         "masks": [(tuned, "MASKS", 1)],
-        "direction": [(automatic, "direction_for", lambda _: "all")],
-        "all directions": [(automatic, "direction_for", lambda _: "normal")],
+        "direction": [(candidates, "direction_for", lambda _: "all")],
+        "all directions": [(candidates, "direction_for", lambda _: "normal")],
         "impulses": [(tuned, "IMPULSIVE", 1.0)],
         "uneven": [(automatic, "sizes_beside", lambda *_: (0.0, 0.0))],
         "flattening": [(impulses, "flattening", lambda _points, _moved, _faces, which: which)],
@@ -125,11 +114,11 @@ def of_choice(pair: NoisyPair, found: dict[Setting, tuple[float, float]], seed: 
     setting = automatic_choice(pair.noisy, pair.faces, seed=seed).setting
     if setting in found and setting.outliers == "keep":
         return found[setting]
-    return measured(setting.apply(pair.noisy, pair.faces, border="along", movable=None), pair.truth, pair.faces)
+    return measured(setting.apply(pair.noisy, pair.faces), pair.truth, pair.faces)
 
 
 class Row(NamedTuple):
-    """A pair: the best angle, and over it those of the others, each value one of a seed; see `COLUMNS`."""
+    """A pair: the best angle, and over it those of the others, means over the seeds; see `COLUMNS`."""
 
     name: str
     faces: int
@@ -137,35 +126,25 @@ class Row(NamedTuple):
     values: Floats
     seconds: float
 
-    def __str__(self) -> str:
-        """As it is printed."""
-        shown = " ".join(f"{value:8.3f}" for value in summary(self.values))
-        return f"{self.name:18} {self.faces:6} {self.best:6.2f} {shown} {self.seconds:5.1f}"
 
-
-def summary(values: Floats) -> Floats:
-    """The means over the seeds, the worst choice put in after the mean one."""
-    after = COLUMNS.index("worst")
-    return np.insert(np.nanmean(values, axis=0), after, values[:, after - 1].max())
-
-
-def compared(pair: NoisyPair, seeds: int, rules_left_out: Sequence[str]) -> Row:
-    """The choice on a pair with as many sets of held-out vertices, and without each of the rules."""
-    found = of_settings(pair)
-    best, its = min(found.values())
-    taubin = min(angle for s, (angle, _) in found.items() if s.parameters is None and s.outliers == "keep")
-    rows, seconds = [], 0.0
-    for seed in range(seeds):
-        with remembering():
+def compared(rules_out: str, seeds: int, ablated: Sequence[str], pair: NoisyPair) -> Row:
+    """The choice on a pair with as many sets of held-out vertices, without some rules, and without each of others."""
+    with left_out(filter(None, rules_out.split(","))):
+        found = of_settings(pair)
+        best, its = min(found.values())
+        taubin = min(angle for s, (angle, _) in found.items() if s.parameters is None and s.outliers == "keep")
+        rows, seconds = [], 0.0
+        for seed in range(seeds):
             start = time.process_time()
             angle, moved = of_choice(pair, found, seed)
             seconds += (time.process_time() - start) / seeds
-            row = [found[Setting()][0] / best, taubin / best, angle / best, moved, its]
-            for rule in rules_left_out:
-                with left_out([rule] if rule != FULL else []):
-                    row.append(of_choice(pair, found, seed)[0] / best)
-        rows.append(row)
-    return Row(pair.name, len(pair.faces), best, np.array(rows), seconds)
+            rows.append([found[Setting()][0] / best, taubin / best, angle / best, moved, its])
+            for rule in ablated:
+                with left_out([rule]):
+                    rows[-1].append(of_choice(pair, found, seed)[0] / best)
+    after = COLUMNS.index("worst")
+    values = np.insert(np.nanmean(rows, axis=0), after, np.max(rows, axis=0)[after - 1])
+    return Row(pair.name, len(pair.faces), best, values, seconds)
 
 
 def contest(half: str, options: argparse.Namespace) -> None:
@@ -174,24 +153,18 @@ def contest(half: str, options: argparse.Namespace) -> None:
     if options.faces:
         shapes = tuple(shape._replace(make=partial(coarser, shape.make, options.faces)) for shape in shapes)
     pairs = made(shapes, [text for text in options.only.split(",") if text])
-    ablated = [FULL, *rules()] if options.ablations else []
+    ablated = list(rules()) if options.ablations else []
     print("mesh                faces   best " + " ".join(f"{name:>8}" for name in (*COLUMNS, *ablated)) + "     s")
-    rows = []
+    every = []
     with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
-        for row in pool.map(partial(compared_without, options.without, options.seeds, ablated), pairs):
-            rows.append(row)
-            print(row, flush=True)
-    if not rows:
+        for row in pool.map(partial(compared, options.without, options.seeds, ablated), pairs):
+            every.append(row.values)
+            shown = " ".join(f"{value:8.3f}" for value in row.values)
+            print(f"{row.name:18} {row.faces:6} {row.best:6.2f} {shown} {row.seconds:5.1f}", flush=True)
+    if not every:
         raise SystemExit("no mesh has such a name")
-    every = np.array([summary(row.values) for row in rows])
-    for name, values in (("mean", every.mean(axis=0)), ("worst", every.max(axis=0))):
+    for name, values in (("mean", np.mean(every, axis=0)), ("worst", np.max(every, axis=0))):
         print(f"{name:32} " + " ".join(f"{value:8.3f}" for value in values))
-
-
-def compared_without(names: str, seeds: int, ablated: Sequence[str], pair: NoisyPair) -> Row:
-    """`compared` in a process of its own, by the method without some rules."""
-    with left_out(filter(None, names.split(","))):
-        return compared(pair, seeds, ablated)
 
 
 def clean_meshes(scans: Path | None) -> None:

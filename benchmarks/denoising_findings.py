@@ -9,25 +9,32 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from denoising_metrics import Floats, Ints, angles_to_truth, area_vectors
 
 from pymeshfair.filters.denoising import NormalFilterMethod, normal_filtering
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.robust import KERNEL_NAMES, KernelName
+from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import face_adjacency
 
 NOISE = 0.3
-OUTER, FIT, WIDTH = 20, 10, 1.5
+#: what all kernels share
+SCHEDULE: dict[str, Any] = {
+    "space_sigma": 1.5,
+    "neighborhood": "two_ring",
+    "normal_iterations": 1,
+    "vertex_iterations": 10,
+    "outer_iterations": 20,
+}
 SIGMAS = (0.05, 0.1, 0.2, 0.35, 0.6, 1.0)
 #: faces that meet at more than this angle, in degrees, meet at a feature
 SHARP = 30.0
 #: the table's order and words
-GROUPS = {
+GROUPS: dict[str, tuple[KernelName, ...]] = {
     "unbounded": ("l2", "l1"),
     "cut off": ("truncated_l2", "truncated_l1", "tukey", "hampel"),
     "soft": ("huber", "lorentzian", "gaussian"),
@@ -99,34 +106,14 @@ def bumpy_ball(levels: int = 4) -> Shape:
     return Shape.of("ball", points * (1 + 0.06 * waves)[:, None], np.array(ball.faces, dtype=np.int32))
 
 
-def filtered(shape: Shape, kernel: KernelName, sigma: float, method: NormalFilterMethod) -> Floats:
-    """Normals filtered with the kernel, in the schedule that all share."""
-    return normal_filtering(
-        shape.noisy,
-        shape.faces,
-        method=method,
-        range_kernel=kernel,
-        range_sigma=sigma,
-        space_sigma=WIDTH,
-        neighborhood="two_ring",
-        normal_iterations=1,
-        vertex_iterations=FIT,
-        outer_iterations=OUTER,
-    )
-
-
 def best(shape: Shape, kernel: KernelName, *, by_vertices: bool = False) -> tuple[Floats, float]:
     """The mesh with the least MAD over the scales, and its scale; of "l2" and "l1" the scale changes nothing."""
     method: NormalFilterMethod = "vertex_normals" if by_vertices else "bilateral"
-    scales = (1.0,) if kernel in ("l2", "l1") else SIGMAS
-    return min(((filtered(shape, kernel, sigma, method), sigma) for sigma in scales), key=lambda found: shape.mad(found[0]))
-
-
-def kernel_rows(sharp: Shape, smooth: Shape) -> Iterator[tuple[str, KernelName, Floats, float, Floats, float]]:
-    """For every kernel its group, and its best mesh and scale of either shape."""
-    for group, names in GROUPS.items():
-        for name in (k for k in KERNEL_NAMES if k in names):
-            yield (group, name, *best(sharp, name), *best(smooth, name))
+    filtered = (
+        (normal_filtering(shape.noisy, shape.faces, method=method, range_kernel=kernel, range_sigma=sigma, **SCHEDULE), sigma)
+        for sigma in ((1.0,) if kernel in ("l2", "l1") else SIGMAS)
+    )
+    return min(filtered, key=lambda found: shape.mad(found[0]))
 
 
 def draw(path: Path, sharp: Shape, smooth: Shape, shown: dict[KernelName, tuple[Floats, Floats]], by_vertices: Floats) -> None:
@@ -160,7 +147,8 @@ def main() -> int:
     box, ball = sharp.noisy, smooth.noisy
     print(f"| noisy | | {sharp.mad(box):.2f} | {sharp.mad_at_features(box):.2f} | | {smooth.mad(ball):.2f} | |")
     shown: dict[KernelName, tuple[Floats, Floats]] = {}
-    for group, name, box, box_scale, ball, ball_scale in kernel_rows(sharp, smooth):
+    for group, name in ((group, name) for group, names in GROUPS.items() for name in names):
+        (box, box_scale), (ball, ball_scale) = best(sharp, name), best(smooth, name)
         shown[name] = box, ball
         print(
             f"| {name} | {group} | {sharp.mad(box):.2f} | {sharp.mad_at_features(box):.2f} | {box_scale} "

@@ -27,6 +27,10 @@ from denoising_trials import (
     combinations,
 )
 
+from pymeshfair.filters.denoising import bilateral_fleishman, bilateral_jones, denoise_automatically, normal_filtering
+from pymeshfair.filters.diffusion import implicit_fairing, taubin_fairing, time_step_of_detail_size
+from pymeshfair.filters.geometry import mean_edge_length
+
 #: filters of pymeshlab by name, with their values
 Steps = list[tuple[str, Settings]]
 
@@ -62,54 +66,10 @@ class Method:
             return False
 
 
-# --------------------------------------------------------------------------------------------------------------------- ours
-
-
-def automatic(vertices: Floats, faces: Ints) -> Floats:
-    """Normal filtering with nothing said."""
-    from pymeshfair.filters.denoising.automatic import denoise_automatically
-
-    return denoise_automatically(vertices, faces)[0]
-
-
-def normal_filtering(vertices: Floats, faces: Ints, **settings: Any) -> Floats:
-    """The two-step filter with given settings."""
-    from pymeshfair.filters.denoising.normal_filtering import normal_filtering as run
-
-    return run(vertices, faces, **settings)
-
-
-def fleishman(vertices: Floats, faces: Ints, **settings: Any) -> Floats:
-    """Bilateral filter of vertices along their normals."""
-    from pymeshfair.filters.denoising.bilateral import bilateral_fleishman
-
-    return bilateral_fleishman(vertices, faces, **settings)
-
-
-def jones(vertices: Floats, faces: Ints, **settings: Any) -> Floats:
-    """Bilateral filter of vertices by the predictions of triangles."""
-    from pymeshfair.filters.denoising.bilateral import bilateral_jones
-
-    return bilateral_jones(vertices, faces, **settings)
-
-
-def taubin(vertices: Floats, faces: Ints, **settings: Any) -> Floats:
-    """Taubin's low pass."""
-    from pymeshfair.filters.diffusion.taubin import taubin_fairing
-
-    return taubin_fairing(vertices, faces, **settings)
-
-
 def implicit(vertices: Floats, faces: Ints, *, detail_size: float) -> Floats:
     """Implicit fairing; the detail size is in mean edges."""
-    from pymeshfair.filters.diffusion.implicit import implicit_fairing, time_step_of_detail_size
-    from pymeshfair.filters.geometry import mean_edge_length
-
     time = time_step_of_detail_size(detail_size * mean_edge_length(vertices, faces), iterations=1)
     return implicit_fairing(vertices, faces, operator="cotangent", time_step=time)
-
-
-# ------------------------------------------------------------------------------------------------------------------- others
 
 
 def meshlab(vertices: Floats, faces: Ints, *, steps: Steps) -> Floats:
@@ -175,18 +135,16 @@ def open3d_taubin(vertices: Floats, faces: Ints, *, iterations: int) -> Floats:
     return np.asarray(mesh.filter_smooth_taubin(number_of_iterations=iterations).vertices)
 
 
-# ---------------------------------------------------------------------------------------------------------------- the table
-
 METHODS = (
-    Method("ours, auto", automatic, {}),
+    Method("ours, auto", lambda vertices, faces: denoise_automatically(vertices, faces)[0], {}),
     Method("ours, sharp", normal_filtering, SHARP),
     Method("ours, smooth", normal_filtering, SMOOTH),
     Method("ours, searched", normal_filtering, SHARP, OUR_TRIALS, only_tuned=True),
     Method("ours, Zheng 2011", normal_filtering, ZHENG, ZHENG_TRIALS),
     Method("ours, Zhang 2015", normal_filtering, GUIDED, GUIDED_TRIALS),
-    Method("ours, Fleishman 2003", fleishman, {}),
-    Method("ours, Jones 2003", jones, {}),
-    Method("ours, Taubin", taubin, {}, combinations(iterations=TAUBIN_STEPS)),
+    Method("ours, Fleishman 2003", bilateral_fleishman, {}),
+    Method("ours, Jones 2003", bilateral_jones, {}),
+    Method("ours, Taubin", taubin_fairing, {}, combinations(iterations=TAUBIN_STEPS)),
     Method("ours, implicit", implicit, {"detail_size": 6.0}, combinations(detail_size=(3.0, 4.0, 6.0, 8.0, 10.0, 14.0))),
     Method("MeshLab Taubin", meshlab, meshlab_taubin(10)),
     Method("MeshLab Taubin, tuned", meshlab, meshlab_taubin(10), tuple(map(meshlab_taubin, TAUBIN_STEPS)), tuned_always=True),

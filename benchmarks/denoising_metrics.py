@@ -7,7 +7,7 @@ small true faces rule an unweighted mean, and two distances, since a surface tha
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import igl
 import numpy as np
@@ -21,6 +21,15 @@ Ints: TypeAlias = NDArray[np.int32]
 
 #: what a face that the denoiser has squashed to nothing is off: it has no normal, and must not count as a right one
 WITHOUT_NORMAL = 90.0
+
+
+class NoisyPair(NamedTuple):
+    """A noisy mesh and its truth."""
+
+    name: str
+    noisy: Floats
+    truth: Floats
+    faces: Ints
 
 
 @dataclass(frozen=True)
@@ -60,6 +69,12 @@ def errors(vertices: Floats, true_vertices: Floats, faces: Ints) -> Errors:
     )
 
 
+def measured(vertices: Floats, truth: Floats, faces: Ints) -> tuple[float, float]:
+    """The mean angle in degrees, and the mean displacement in mean true edges."""
+    moved = np.linalg.norm(vertices - truth, axis=1).mean() / mean_edge_length(truth, faces)
+    return float(angles_to_truth(vertices, truth, faces)[0].mean()), float(moved)
+
+
 def angles_to_truth(vertices: Floats, true_vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
     """The angle atan2(|n x m|, n . m) of every face to its true one in degrees, exact for small ones too, and the true areas.
 
@@ -78,3 +93,9 @@ def area_vectors(vertices: Floats, faces: Ints) -> Floats:
     """Normals of the faces, (m, 3), as long as the faces are large."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return np.cross(b - a, c - a) / 2.0
+
+
+def used_alone(faces: Ints, *points: Floats) -> tuple[Any, ...]:
+    """Points, one set or more, without those that no face uses; and the faces, which name what is left, last."""
+    kept, numbers = np.unique(faces, return_inverse=True)
+    return *(each[kept] for each in points), np.ascontiguousarray(numbers.reshape(-1, 3), dtype=np.int32)

@@ -10,15 +10,26 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import igl
 import numpy as np
 import pymeshlab
 import trimesh
-from denoising_holdouts import SAMPLES, chest_mesh, depth_maps, dodecahedron, in_order, lens, part, remeshed, taken, torus
-from denoising_metrics import Floats, Ints
-from numpy.typing import NDArray
+from denoising_holdouts import (
+    SAMPLES,
+    between_rows,
+    chest_mesh,
+    dodecahedron,
+    halved,
+    in_order,
+    lens,
+    part,
+    remeshed,
+    taken,
+    torus,
+)
+from denoising_metrics import Floats, Ints, NoisyPair
 
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.geometry import mean_edge_length
@@ -27,15 +38,6 @@ from pymeshfair.filters.geometry import mean_edge_length
 Noise = Callable[[Floats, Ints, np.random.Generator], Floats]
 #: makes vertices and faces
 Maker = Callable[[], tuple[Floats, Ints]]
-
-
-class NoisyPair(NamedTuple):
-    """A noisy mesh and its truth."""
-
-    name: str
-    noisy: Floats
-    truth: Floats
-    faces: Ints
 
 
 class Shape(NamedTuple):
@@ -261,26 +263,14 @@ def emblems() -> tuple[Floats, Ints]:
 def _sheet(n: int) -> Ints:
     """The triangles of n rows of n vertices."""
     at = np.arange(n * n, dtype=np.int32).reshape(n, n)
-    return _halved(at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1])
+    return halved(at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1])
 
 
 def _ring(n: int, m: int) -> Ints:
     """The triangles of n closed rows of m vertices, the last row joined to the first."""
     at = np.arange(n * m, dtype=np.int32).reshape(n, m)
     following, beside = np.roll(at, -1, axis=0), np.roll(at, -1, axis=1)
-    return _halved(at, following, np.roll(following, -1, axis=1), beside)
-
-
-def between_rows(numbers: NDArray[np.integer[Any]]) -> Ints:
-    """The triangles between the rows of vertices that an array of their numbers has."""
-    at = numbers.astype(np.int32)
-    return _halved(at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:])
-
-
-def _halved(a: Ints, b: Ints, c: Ints, d: Ints) -> Ints:
-    """(2 k, 3) triangles of k quadrilaterals, given by their corners in order."""
-    halves = [np.column_stack([p.ravel() for p in corners]) for corners in ((a, b, c), (a, c, d))]
-    return np.concatenate(halves).astype(np.int32)
+    return halved(at, following, np.roll(following, -1, axis=1), beside)
 
 
 def _box(size: tuple[float, float, float], move: Floats) -> tuple[Floats, Ints]:
@@ -379,15 +369,4 @@ def made(shapes: Sequence[Shape], only: Sequence[str] = ()) -> Iterator[NoisyPai
                 yield NoisyPair(f"{shape.name}_{name}", noisy, truth, faces)
 
 
-__all__ = [
-    "NOISES",
-    "NoisyPair",
-    "Shape",
-    "between_rows",
-    "coarser",
-    "depth_maps",
-    "looked_at",
-    "made",
-    "smoothed_scans",
-    "unseen",
-]
+__all__ = ["NOISES", "NoisyPair", "Shape", "between_rows", "coarser", "looked_at", "made", "smoothed_scans", "unseen"]

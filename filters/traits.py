@@ -10,7 +10,7 @@ from .checks import check_choice
 from .denoising import estimate_noise, filter_face_normals, shared_noise, surface_noise
 from .diffusion import taubin_fairing
 from .evidence import Sample, sample_of
-from .geometry import edge_lengths, seen_from_one_side
+from .geometry import angles_between, edge_lengths, seen_from_one_side
 from .mesh import check_mesh, normalised_mesh
 from .topology import edges, face_adjacency
 
@@ -105,8 +105,7 @@ def sharpness(sample: Sample, noise: float) -> float:
         neighborhood="two_ring",
         normal_iterations=6,
     )
-    first, second = normals[pairs[:, 0]], normals[pairs[:, 1]]
-    angles = np.arctan2(np.linalg.norm(np.cross(first, second), axis=1), np.einsum("ij,ij->i", first, second))
+    angles = angles_between(normals[pairs[:, 0]], normals[pairs[:, 1]])
     bending = angles * edge_lengths(points, shared)
     total = float(bending.sum())
     # What planes bend is the rounding of a file.

@@ -11,11 +11,12 @@ import numpy as np
 import pymeshlab
 import pytest
 from denoising_findings import chest
-from denoising_methods import Method, normal_filtering, taubin
+from denoising_methods import Method
 from denoising_metrics import errors
 from denoising_trials import OUR_TRIALS
 
-from pymeshfair.filters.denoising import Setting, automatic_choice
+from pymeshfair.filters.denoising import Setting, automatic_choice, normal_filtering
+from pymeshfair.filters.diffusion import taubin_fairing
 
 
 def save(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
@@ -71,14 +72,14 @@ def test_what_is_missing_is_named(folder: Path, monkeypatch: pytest.MonkeyPatch)
 def test_a_tuned_method_reports_the_best_of_its_trials(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With --tuned the least MAD of the method's own settings and of all its trials is kept, and the settings that gave it."""
     trials = ({"iterations": 2}, {"iterations": 20})
-    method = Method("low pass", taubin, {"iterations": 1}, trials)
+    method = Method("low pass", taubin_fairing, {"iterations": 1}, trials)
     monkeypatch.setattr(denoising, "METHODS", (method,))
     output = folder / "out"
     assert run(monkeypatch, folder, "--tuned", "-o", output) == 0
     (result,) = (r for r in json.loads((output / "denoising.json").read_text()) if r["method"] == "low pass")
     (pair,) = denoising.read_pairs(folder, [])
     mads = [
-        (errors(taubin(pair.noisy, pair.faces, **settings), pair.truth, pair.faces).mad, settings)
+        (errors(taubin_fairing(pair.noisy, pair.faces, **settings), pair.truth, pair.faces).mad, settings)
         for settings in (method.settings, *trials)
     ]
     assert (result["errors"]["mad"], result["settings"]) == min(mads, key=lambda found: found[0])

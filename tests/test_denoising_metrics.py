@@ -24,41 +24,36 @@ def test_a_turned_triangle_is_off_by_the_angle_of_the_turn(degrees: float) -> No
     """Angles from a billionth of a degree to 180 come out to 12 digits, where an arc cosine would give 0 below a millionth."""
     truth, faces = single_triangle()
     found = errors(tilted(degrees)[0], truth, faces)
-    assert found.mad == pytest.approx(degrees, rel=1e-12, abs=1e-14)
-    assert found.mad_by_area == pytest.approx(degrees, rel=1e-12, abs=1e-14)
-    assert found.rms == pytest.approx(degrees, rel=1e-12, abs=1e-14)
+    assert [found.mad, found.mad_by_area, found.rms] == pytest.approx([degrees] * 3, rel=1e-12, abs=1e-14)
     assert found.flips == (degrees > 90)
 
 
-def test_distances_are_in_mean_true_edges() -> None:
-    """A 3-4-5 triangle turned by 90 degrees moves its third corner by 4 root 2 and lifts it by 4; its mean edge is 4."""
-    truth, faces = single_triangle()
-    found = errors(tilted(90.0)[0], truth, faces)
-    assert found.distance == pytest.approx(4.0 / 3 / 4)
-    assert found.displacement == pytest.approx(4.0 * math.sqrt(2) / 3 / 4)
-
-
-def test_drift_within_the_surface_shows_in_the_displacement_alone() -> None:
-    """A flat grid of unit squares whose inner vertices slide by 0.2 keeps its normals and its surface."""
+def sliding_grid() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A flat grid of unit squares and its copy whose inner vertices slide by 0.2."""
     truth, faces = grid(6, 6)
     inner = (truth[:, 0] % 6 > 0) & (truth[:, 1] % 6 > 0)
-    moved = truth.copy()
-    moved[inner, 0] += 0.2
-    found = errors(moved, truth, faces)
-    edge = (2 * 42 + 36 * math.sqrt(2)) / (84 + 36)
-    assert (found.mad, found.flips) == (0.0, 0)
-    assert found.distance == pytest.approx(0.0, abs=1e-12)
-    assert found.displacement == pytest.approx(0.2 * 25 / 49 / edge)
+    return truth + np.outer(inner, [0.2, 0.0, 0.0]), truth, faces
 
 
-def test_a_shifted_surface_has_right_normals_and_is_off_by_the_shift() -> None:
-    """A cube moved by 0.1 along x is nowhere off in its normals; each vertex is off by 0.1, the half outside by as much."""
-    truth, faces = cube()
-    found = errors(truth + np.array([0.1, 0, 0]), truth, faces)
-    edge = (12 + 6 * math.sqrt(2)) / 18
-    assert found.mad == pytest.approx(0.0, abs=1e-13)
-    assert found.displacement == pytest.approx(0.1 / edge)
-    assert found.distance == pytest.approx(0.05 / edge)
+@pytest.mark.parametrize(
+    ("mesh", "edge", "distance", "displacement", "angle"),
+    [
+        # A 3-4-5 triangle turned by 90 degrees moves its third corner by 4 root 2 and lifts it by 4.
+        ((tilted(90.0)[0], *single_triangle()), 4.0, 4.0 / 3, 4.0 * math.sqrt(2) / 3, 90.0),
+        # Drift within the surface shows in the displacement alone.
+        (sliding_grid(), (2 * 42 + 36 * math.sqrt(2)) / (84 + 36), 0.0, 0.2 * 25 / 49, 0.0),
+        # A cube moved by 0.1 has right normals; each vertex is off by 0.1, the half outside by as much.
+        ((cube()[0] + [0.1, 0, 0], *cube()), (12 + 6 * math.sqrt(2)) / 18, 0.05, 0.1, 0.0),
+    ],
+)
+def test_distances_are_in_mean_true_edges(
+    mesh: tuple[np.ndarray, np.ndarray, np.ndarray], edge: float, distance: float, displacement: float, angle: float
+) -> None:
+    """Those to the surface and those to the true places, in closed form."""
+    found = errors(*mesh)
+    assert (found.distance * edge, found.displacement * edge) == pytest.approx((distance, displacement))
+    assert found.mad == pytest.approx(angle, abs=1e-13)
+    assert found.flips == 0
 
 
 def test_means_are_over_faces_and_over_area() -> None:

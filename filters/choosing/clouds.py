@@ -1,7 +1,7 @@
 """How much a point cloud is smoothed, found from the cloud alone."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
 from typing import NamedTuple
@@ -10,9 +10,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..denoising import CloudKernels, estimated_range_sigma, noise_floor, normals_of, projections, unit_normals
-from ..evidence import Choice, cross_validate, held_out_vertices, local_means, predicted_heights, starts_of, trials_of, tuned
+from ..evidence import (
+    Choice,
+    cross_validate,
+    height_residuals,
+    held_out_vertices,
+    lengths_around,
+    local_means,
+    marked,
+    predicted_heights,
+    tuned,
+)
 from ..execution import Progress, ignore_progress
-from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
+from ..mesh import Bools, Floats, Ints, NormalisedMesh, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..robust import KernelName
 from ..topology import OneRings, one_rings
@@ -66,16 +76,8 @@ def chosen_projection(
     4. Where neighbours agree somewhat, it must be nearer to the truth than the cloud is even if all its noise is that of the
        calmest parts.
 
-    Args:
-        points: (n, 3) coordinates.
-        normals: (n, 3) of any length and sign, along which points are moved. None to estimate them.
-        range_kernel: see `bilateral_projection`.
-        space_kernel: likewise.
-        range_sigma: in the unit of the points; the only one that is tried. None to try several.
-        space_sigma: in the unit of the points. None: found for each number of neighbours.
-        movable: (n,) bool, which points may move, None for all. The others are not evidence.
-        seed: other points are held out for another number.
-        progress: called while settings are tried; may raise to stop.
+    Arguments as of `bilateral_projection`; a range sigma that is given is the only one that is tried. Points that may not move
+    are no evidence, other points are held out for another `seed`, and `progress` is called while settings are tried.
 
     Returns:
         The choice, doing nothing first, errors in spacings and range sigmas in the unit of the points; None where the cloud is
@@ -89,69 +91,63 @@ def chosen_projection(
     given = check_points(points)
     directions = None if normals is None else unit_normals(normals, len(given))
     cloud = normalised_mesh(given, np.empty((0, 3), dtype=np.int32), movable)
-    kernels = CloudKernels(range_kernel, space_kernel, *(s and s * cloud.scale for s in (range_sigma, space_sigma)))
-    part = _Part(cloud.points, directions, cloud.movable)
-    return _choice(part, kernels, unit=1.0 / cloud.scale, most=len(given) - 1, seed=seed, progress=progress)
-
-
-class _Part(NamedTuple):
-    """(n, 3) points of a cloud, the (n, 3) normals that are given and (n,) which of them may move."""
-
-    points: Floats
-    normals: Floats | None
-    movable: Bools | None
-
-    def of(self, some: Ints) -> "_Part":
-        return _Part(*(None if values is None else values[some] for values in self))  # type: ignore[arg-type]
-
-
-def _choice(
-    part: _Part, kernels: CloudKernels, *, unit: float, most: int, seed: int, progress: Progress, share: int = 1
-) -> Choice[Projection] | None:
-    """The choice on a part that has one point of `share`; range sigmas are then in the unit, neighbours at most so many."""
-    spacing, numbers = spacing_and_numbers(part.points)
-    if spacing == 0.0:
+    found = _sampled(cloud)
+    if found is None:
         return None
-    local, origin, inner = cloud_patches(part.points / spacing, numbers)
-    _, directions, moves = part.of(origin)
-    sample = CloudSample(local, inner if moves is None else inner & moves, _smooth_normals(local))
-    if sample.quietest < tuned.CLOUD_NO_NOISE:
-        return None
-    if sample.quietest > tuned.CLOUD_THICK and sample.correlation > tuned.CLOUD_INDEPENDENT:
-        quarter = np.flatnonzero(numbers < 1.0 / 4).astype(np.int32)
-        if len(quarter) < _ENOUGH:
-            return None
-        return _choice(part.of(quarter), kernels, unit=unit, most=most, seed=seed, progress=progress, share=share * 4)
-    held = [mask for mask in held_out_vertices(local, sample.pairs, scored=sample.inner, masks=_MASKS, seed=seed) if len(mask)]
+    sample, origin, spacing, share = found
+    local = sample.points
+    moves, axes = None if cloud.movable is None else cloud.movable[origin], None if directions is None else directions[origin]
+    held = held_out_vertices(local, sample.pairs, scored=sample.inner, masks=_MASKS, seed=seed)
     if sum(map(len, held)) < _ENOUGH:
         return None
-    kernels = kernels._replace(**{name: s and s / spacing for name, s in kernels._asdict().items() if name.endswith("sigma")})
-    families = [[Projection()], *_families(local, directions, kernels)]
+    sigmas = (sigma and sigma * cloud.scale / spacing for sigma in (range_sigma, space_sigma))
+    kernels = CloudKernels(range_kernel, space_kernel, *sigmas)
+    families = [[Projection()], *_families(local, axes, kernels)]
     costs = np.zeros(len(local))
 
     def projected(start: Floats, first: Projection) -> Iterator[Floats]:
         its = kernels._replace(range_sigma=first.range_sigma)
-        return projections(start, directions, first.neighbors, its, degree=first.degree, movable=moves)
+        return projections(start, axes, first.neighbors, its, degree=first.degree, movable=moves)
 
     def run(mask: Ints) -> list[Iterator[Floats]]:
         start, costs[mask] = sample.without(mask)
         return [iter([start]), *(projected(start, family[0]) for family in families[1:])]
 
-    def deviations(at: int, result: Floats, mask: Ints) -> Floats:
+    def deviations(mask: Ints, at: int, result: Floats) -> Floats:
         return costs[mask] if at == 0 else np.einsum("ij,ij->i", local[mask] - result[mask], sample.normals[mask])
 
-    tried, scores = cross_validate(held, run, deviations, starts_of(families), progress=progress)
-    every = [
-        label._replace(neighbors=min(share * label.neighbors, most), range_sigma=label.range_sigma * spacing * unit)
+    unit, most = spacing / cloud.scale, len(given) - 1
+    labels = [
+        [p._replace(neighbors=min(share * p.neighbors, most), range_sigma=p.range_sigma * unit) for p in family]
         for family in families
-        for label in family
     ]
-    trials = trials_of(every, tried, scores)
-    equal = [trial for trial, near in zip(trials, scores.within(1.0), strict=True) if near]
-    chosen = min(equal, key=lambda trial: trial.label.amount)
+    choice = cross_validate(held, run, deviations, labels, progress=progress)
+    chosen = min((trial for trial in choice.trials if trial.excess <= trial.uncertainty), key=lambda trial: trial.label.amount)
     if sample.correlation > tuned.CLOUD_INDEPENDENT and chosen.error**2 >= 2.0 * (tuned.EVEN * sample.quietest) ** 2:
-        chosen = trials[0]
-    return Choice(chosen, trials)
+        chosen = choice.trials[0]
+    return replace(choice, chosen=chosen)
+
+
+def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
+    """A sample, its points in the cloud, the spacing, and which share of the cloud it is of, 1 / 4^k; None if that is clean."""
+    kept, share = np.arange(len(cloud), dtype=np.int32), 1
+    while share == 1 or len(kept) >= _ENOUGH:
+        points = cloud.points[kept]
+        sums = nearest_neighbours(points, _NEAR)[0].sum(axis=1)
+        spacing = float(np.median(sums)) / _NEAR
+        if spacing == 0.0:
+            return None
+        # Random numbers, made of the distances to the nearest points.
+        numbers = (sums / spacing * 1013.0) % 1.0
+        local, origin, inner = cloud_patches(points / spacing, numbers)
+        origin = kept[origin]
+        sample = CloudSample(local, inner if cloud.movable is None else inner & cloud.movable[origin], _smooth_normals(local))
+        if sample.quietest < tuned.CLOUD_NO_NOISE:
+            return None
+        if sample.quietest <= tuned.CLOUD_THICK or sample.correlation <= tuned.CLOUD_INDEPENDENT:
+            return sample, origin, spacing, share
+        kept, share = kept[numbers < 1.0 / 4], 4 * share
+    return None
 
 
 def _smooth_normals(points: Floats) -> Floats:
@@ -193,23 +189,13 @@ class CloudSample:
     def pairs(self) -> Ints:
         """(e, 2) every pair of which one is among the six nearest of the other, once."""
         _, near = nearest_neighbours(self.points, _NEAR)
-        own = np.repeat(np.arange(len(near), dtype=np.int64), _NEAR)
-        low, high = np.minimum(own, near.ravel()), np.maximum(own, near.ravel())
-        keys = np.unique(low * len(near) + high)
-        return np.column_stack([keys // len(near), keys % len(near)]).astype(np.int32)
+        pairs = np.column_stack([np.repeat(np.arange(len(near), dtype=np.int32), _NEAR), near.ravel()])
+        return np.unique(np.sort(pairs, axis=1), axis=0)
 
     @cached_property
     def rings(self) -> OneRings:
         """The neighbours of every point by these pairs."""
         return one_rings(self.pairs, len(self.points))
-
-    @cached_property
-    def random(self) -> Floats:
-        """(k,) numbers between -1 and 1 that moving, turning, scaling and renumbering change by no more than rounding."""
-        a, b = self.pairs.T
-        lengths = np.linalg.norm(self.points[a] - self.points[b], axis=1)
-        sums = np.bincount(self.pairs.ravel(), np.repeat(lengths, 2), len(self.points))
-        return np.asarray(2.0 * ((sums * 1301.0) % 1.0) - 1.0)
 
     @cached_property
     def quietest(self) -> float:
@@ -220,13 +206,11 @@ class CloudSample:
     def correlation(self) -> float:
         """How much neighbours agree, where the cloud is calmest, in how far they are from where their surroundings expect them.
 
-        With s = h / sqrt(1 + g^2) of `predicted_heights` over the local deviation it is the sum of s_i s_j over neighbours in
-        the calmest fifth, over that of (s_i^2 + s_j^2) / 2: about -0.15 for independent noise, nearer to 0 where that is as
-        strong as half a spacing, and above 0 for a surface without noise.
+        With s of `height_residuals` over the local deviation it is the sum of s_i s_j over neighbours in the calmest fifth, over
+        that of (s_i^2 + s_j^2) / 2: about -0.15 for independent noise, nearer to 0 where that is as strong as half a spacing, and
+        above 0 for a surface without noise.
         """
-        every = np.arange(len(self.points), dtype=np.int32)
-        heights, gains = predicted_heights(self.points, self.rings, self.normals, every)
-        sizes = heights / np.sqrt(1.0 + gains**2)
+        sizes = height_residuals(self.points, self.rings, self.normals)
         squares = np.minimum(np.abs(sizes), tuned.CLIP / tuned.MEDIAN_OF_NORMAL * np.median(np.abs(sizes))) ** 2
         levels = np.sqrt(local_means(squares, np.ones(len(sizes), dtype=np.bool_), self.pairs, times=3))
         calm = self.inner & (levels > 0.0) & (levels <= np.quantile(levels[self.inner], 0.2))
@@ -249,27 +233,15 @@ class CloudSample:
                 e^2 = s^2 + d^2, s the noise of the held-out point. Doing nothing is s from the truth, so it deviates by 2 s^2;
                 and the prediction, whose noise is g s, deviates by (1 + g^2) s^2.
         """
-        hidden = np.zeros(len(self.points), dtype=np.bool_)
-        hidden[held] = True
-        heights, gains = predicted_heights(self.points, self.rings, self.normals, held, hidden)
+        heights, gains = predicted_heights(self.points, self.rings, self.normals, held, marked(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)
         level = float(np.median(np.abs(sizes))) / tuned.MEDIAN_OF_NORMAL
-        # Evenly distributed noise, its sign independent of that of the normal.
-        more = np.sqrt(3.0 * np.maximum(0.0, 1.0 - gains**2)) * level * self.random[held] * np.sign(heights)
+        # Evenly distributed noise, of numbers that moving the cloud does not change, its sign independent of that of the normal.
+        random = 2.0 * ((lengths_around(self.points, self.pairs, 1.0)[held] * 1301.0) % 1.0) - 1.0
+        more = np.sqrt(3.0 * np.maximum(0.0, 1.0 - gains**2)) * level * random * np.sign(heights)
         points = self.points.copy()
         points[held] += (heights + more)[:, None] * self.normals[held]
         return points, np.sqrt(2.0) * sizes
-
-
-def spacing_and_numbers(points: Floats) -> tuple[float, Floats]:
-    """The spacing of a cloud, and (n,) random numbers from 0 to 1 made of the distances to the six nearest points.
-
-    Args:
-        points: (n, 3) coordinates of ordinary size, at least 7.
-    """
-    sums = nearest_neighbours(points, _NEAR)[0].sum(axis=1)
-    spacing = float(np.median(sums)) / _NEAR
-    return spacing, (sums / (spacing or 1.0) * 1013.0) % 1.0
 
 
 def cloud_patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:

@@ -4,12 +4,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal, NamedTuple, TypeAlias
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ..denoising import Scan, Setting, automatic_choice
 from ..diffusion import implicit_fairing, taubin_fairing, time_step_of_detail_size
-from ..evidence import Choice
+from ..evidence import Choice, marked
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..fairing import bilaplacian_smoothing
 from ..mesh import Bools, Floats, Ints
@@ -34,11 +33,11 @@ def chosen_amount(
     seed: int = 0,
     progress: Progress = ignore_progress,
 ) -> Choice[float] | None:
-    """The amount whose result has the slopes that are expected to be nearest to the true ones; see `choose_by_risk`.
+    """The amount whose result has the slopes that are expected to be nearest to the true ones; see `Scan.choose_by_risk`.
 
     Tried on the mesh, or on patches of a large one, scaled to a mean edge of 1. Doing nothing, the amount 0, is tried too. Where
-    neighbours agree, so that noise is not certain, the amount must predict vertices that the smoother has not seen, see `choose`
-    and `Scan.or_nothing`. What slides along the surface is not judged.
+    neighbours agree, so that noise is not certain, the amount must predict vertices that the smoother has not seen, see
+    `Scan.choose` and `Scan.or_nothing`. What slides along the surface is not judged.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -68,7 +67,7 @@ def amount_on(scan: Scan, smooth: Smoother, amounts: Sequence[float]) -> Choice[
         return [iter([points]), (smooth(points, scan.faces, amount, scan.movable) for amount in amounts)]
 
     labels = [[0.0], list(amounts)]
-    if not scan.agreement.shows_surface:
+    if not scan.shows_surface:
         return scan.choose_by_risk(candidates, labels)
     found = scan.choose(candidates, labels)
     return None if found is None else scan.or_nothing(found)
@@ -92,28 +91,18 @@ class Smoothing(NamedTuple):
     setting: Setting | None = None
 
 
-def _taubin(points: Floats, faces: Ints, amount: float, movable: Bools | None) -> Floats:
-    return taubin_fairing(points, faces, iterations=int(amount), movable=movable)
-
-
-def _implicit(points: Floats, faces: Ints, amount: float, movable: Bools | None) -> Floats:
-    return implicit_fairing(points, faces, time_step=time_step_of_detail_size(amount), movable=movable)
-
-
-def _bilaplacian(points: Floats, faces: Ints, amount: float, movable: Bools | None) -> Floats:
-    return bilaplacian_smoothing(points, faces, detail_size=amount, movable=movable)
-
-
-def _spectral(points: Floats, faces: Ints, amount: float, movable: Bools | None) -> Floats:
-    return spectral_filter(points, faces, detail_size=amount, method="polynomial", movable=movable).vertices
-
-
 #: the low-pass filters with their defaults, and the amounts that are tried
 SMOOTHERS: Mapping[SmootherName, tuple[Smoother, Sequence[float]]] = {
-    "taubin": (_taubin, PASSES),
-    "implicit": (_implicit, DETAIL_SIZES),
-    "bilaplacian": (_bilaplacian, DETAIL_SIZES),
-    "spectral": (_spectral, DETAIL_SIZES),
+    "taubin": (lambda p, f, steps, moves: taubin_fairing(p, f, iterations=int(steps), movable=moves), PASSES),
+    "implicit": (
+        lambda p, f, size, moves: implicit_fairing(p, f, time_step=time_step_of_detail_size(size), movable=moves),
+        DETAIL_SIZES,
+    ),
+    "bilaplacian": (lambda p, f, size, moves: bilaplacian_smoothing(p, f, detail_size=size, movable=moves), DETAIL_SIZES),
+    "spectral": (
+        lambda p, f, size, moves: spectral_filter(p, f, detail_size=size, method="polynomial", movable=moves).vertices,
+        DETAIL_SIZES,
+    ),
 }
 
 
@@ -128,20 +117,11 @@ def compare_smoothers(
 ) -> Choice[Smoothing] | None:
     """Which predicts unseen vertices best: nothing, one of the `SMOOTHERS`, or the setting of `automatic_choice`.
 
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        setting: that of normal filtering, if it has been found; None finds it.
-        movable: (n,) bool, which vertices may move, None for all. The others are not evidence.
-        seed: other vertices are held out for another number.
-        progress: called while smoothers are tried; may raise to stop.
+    Arguments and errors as of `chosen_amount`; `setting` is that of normal filtering, if it has been found, None finds it.
 
     Returns:
-        The winner, and of every family what comes nearest, with its error and standard error, nothing first; see `choose`. None
-        where the scan is clean, or no vertex can be held out.
-
-    Raises:
-        FilterInputError: not a mesh, or `movable` does not fit.
+        The winner, and of every family what comes nearest, with its error and standard error, nothing first; see `Scan.choose`.
+        None where the scan is clean, or no vertex can be held out.
     """
     tell = rising(progress)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed)
@@ -161,9 +141,7 @@ def compare_smoothers(
         best.append(Smoothing("normal_filtering", setting=setting))
 
     def candidates(points: Floats, held: Ints) -> list[Iterator[Floats]]:
-        certain = np.zeros(len(points), dtype=np.bool_)
-        certain[held] = True
-        return [iter([_result(smoothing, points, scan, certain)]) for smoothing in best]
+        return [iter([_result(smoothing, points, scan, marked(held, len(points)))]) for smoothing in best]
 
     last = replace(scan, progress=part_of(tell, 0.8, 1.0))
     return last.choose(candidates, [[smoothing] for smoothing in best], stays=1e12)

@@ -4,26 +4,24 @@ Correlated noise, which neighbours share, is judged by a risk estimate; the outl
 surface without noise stays as it is; otherwise held-out vertices choose among some 140 settings.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..evidence import Choice, run_to_last, sizes_beside, starts_of, tuned
+from ..evidence import Choice, measured, sizes_beside, tuned
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..geometry import face_normals
 from ..mesh import Floats, NormalisedMesh, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
 from .candidates import SettingsTried
 from .correlated_noise import setting_of_rounded, setting_of_shared
-from .impulses import Outliers, replace_outlying
+from .impulses import replace_outlying
 from .noise_level import NoiseEstimate, estimate_noise, is_designed
-from .relaxation import direction_for
-from .repertoire import REPERTOIRE, Repertoire, Setting, settings
+from .repertoire import REPERTOIRE, Repertoire, Setting
 from .rounding import rounding_of
-from .scan import Scan
+from .scan import NONE_HELD, Scan
 
 
 class AutomaticChoice(NamedTuple):
@@ -82,9 +80,8 @@ def automatic_choice(
     if shared and shared[0] != Setting():
         progress(1.0)
         return AutomaticChoice("correlated", shared[0], noise, shared[1])
-    scan = Scan.of(
-        vertices, faces, movable=movable, seed=seed, progress=rising(part_of(progress, 0.3, 1.0 if rounding is None else 0.7))
-    )
+    tell = rising(part_of(progress, 0.3, 1.0 if rounding is None else 0.7))
+    scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, seed=seed, progress=tell)
     choice = _independent(mesh, scan, noise, border, repertoire)
     if rounding is None:
         return choice
@@ -112,7 +109,7 @@ def _independent(
     if repertoire.outliers is not None:
         setting = replace(setting, outliers=repertoire.outliers)
     few = evidence is not None and len(evidence.rivals) <= tuned.RIVALS
-    sure = few and without_impulses is None and scan.agreement.whole < tuned.SURE
+    sure = few and without_impulses is None and scan.agreement[0] < tuned.SURE
     return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, evidence, sure)
 
 
@@ -137,44 +134,28 @@ def _cross_validated(scan: Scan, border: BorderPolicy, repertoire: Repertoire) -
 
     Where outliers are replaced and the others are without noise, nothing but outliers is to move: this is tried.
     """
-    direction = repertoire.relaxation_direction or direction_for(scan.noise)
     # What moves nothing but outliers has no steps of Taubin's.
     alone = scan.replaced is not None and scan.clean and 0 in repertoire.relaxations
-    tried = SettingsTried(
-        scan.faces,
-        scan.normals,
-        direction,
-        border=border,
-        movable=scan.movable,
-        replaced=scan.replaced if alone else None,
-        whole=scan.whole,
-        of=repertoire,
-    )
-    outliers: Outliers = "keep" if scan.replaced is None else "replace"
-    labels = settings(direction, outliers, alone=alone, of=repertoire)
-    evidence = scan.choose(tried, labels, by_means=alone)
-    return None if evidence is None else _few_flipped(scan, tried, labels, evidence)
+    tried = SettingsTried(scan, border=border, of=repertoire, alone=alone)
+    evidence = scan.choose(tried, tried.labels, by_means=alone)
+    return None if evidence is None else _few_flipped(scan, tried, evidence)
 
 
-def _few_flipped(
-    scan: Scan, tried: SettingsTried, labels: Sequence[Sequence[Setting]], evidence: Choice[Setting]
-) -> Choice[Setting]:
+def _few_flipped(scan: Scan, tried: SettingsTried, evidence: Choice[Setting]) -> Choice[Setting]:
     """The choice among settings within two standard errors of the best, without those that leave many faces flipped.
 
     Heights along the normals hardly tell of faces folded over, though their normals are all wrong.
     """
     near = {trial.label: trial for trial in evidence.rivals}
-    every = [label for family in labels for label in family]
-    flipped: dict[Setting, float] = {}
+    means = scan.normals[scan.faces].sum(axis=1)
 
-    def look(at: int, result: Floats) -> None:
-        means = scan.normals[scan.faces].sum(axis=1)
-        flipped[every[at]] = float(np.mean(np.einsum("ij,ij->i", face_normals(result, scan.faces), means) < 0.0))
+    def flipped(_: int, result: Floats) -> float:
+        return float(np.mean(np.einsum("ij,ij->i", face_normals(result, scan.faces), means) < 0.0))
 
-    wanted = np.array([label in near for label in every])
-    run_to_last(tried(scan.points, np.empty(0, dtype=np.int32)), starts_of(labels), wanted, look, ignore_progress)
-    most = max(tuned.FLIPPED, 2.0 * min(flipped.values()))
-    left = [trial for label, trial in near.items() if flipped[label] <= most]
+    wanted = [label in near for family in tried.labels for label in family]
+    shares = measured(tried(scan.points, NONE_HELD), tried.labels, flipped, kept=np.array(wanted))
+    most = max(tuned.FLIPPED, 2.0 * min(shares))
+    left = [trial for trial, share in zip(near.values(), shares, strict=True) if share <= most]
     return replace(evidence, chosen=min(left, key=lambda trial: trial.error))
 
 

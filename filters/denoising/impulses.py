@@ -1,4 +1,8 @@
-"""Impulse noise taken away: few vertices that are off by far, as those of stray measurements."""
+"""Impulse noise taken away: few vertices that are off by far, as those of stray measurements.
+
+Everywhere here `vertices` are (n, 3) coordinates, `faces` (m, 3) triangles, `normals` (n, 3) unit normals of a smoothed copy, and
+`movable` says of (n,) vertices which may move, None for all.
+"""
 
 from collections.abc import Callable
 from typing import Literal, TypeAlias, get_args
@@ -41,14 +45,8 @@ def without_outliers(
 
     Outliers may be off along the surface too: they are put back along it as well, see `put_back_along`.
 
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        outliers: "keep" filters once, and leaves out both steps.
-        smooth: (n, 3) coordinates and which vertices may move, (n,) or None for all, to the filtered (n, 3).
-        movable: (n,) which vertices may move, None for all.
-        certain: (n,) vertices that are outliers whatever they look like, None for none; with it the mesh is a trial, and the
-            others are looked for but once.
+    With `outliers` "keep" `smooth` filters once, and both steps are left out. The `certain` (n,) vertices are outliers whatever
+    they look like; with them the mesh is a trial, and the others are looked for but once.
 
     Raises:
         FilterInputError: a parameter out of range.
@@ -62,9 +60,10 @@ def without_outliers(
             smoothed = smooth(calmed, movable)
             if np.array_equal(smoothed, calmed):
                 return calmed  # without a filter there is nothing to find them by again
-            before = outlying
-            normals = smooth_normals(smoothed, faces)
-            found = far_from(vertices, faces, smoothed, movable, before, normals=normals)
+            before, normals = outlying, smooth_normals(smoothed, faces)
+            found = far_from(vertices, faces, smoothed, normals, before)
+            if movable is not None:
+                found &= movable
             smoothed = put_back_along(smoothed, faces, normals, found)
             outlying = flattening(vertices, smoothed, faces, found | before)
             outlying = outlying if certain is None else outlying | certain
@@ -74,43 +73,21 @@ def without_outliers(
     return smooth(calmed, outlying if outliers == "only" else movable)
 
 
-def far_from(
-    vertices: Floats,
-    faces: Ints,
-    smoothed: Floats,
-    movable: Bools | None = None,
-    outlying: Bools | None = None,
-    *,
-    normals: Floats | None = None,
-) -> Bools:
+def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, outlying: Bools) -> Bools:
     """(n,) the vertices that are farther from the (n, 3) smoothed ones, along the normals, than three deviations.
 
-    And than those around them, see `standing_out`: where a filter rounds an edge all of them are far.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        smoothed: (n, 3) what a filter made of them.
-        movable: (n,) which vertices may move, None for all; the others are not among them.
-        outlying: (n,) outliers, None for none: the deviation is that of the others.
-        normals: (n, 3) `smooth_normals` of the smoothed vertices, None to find them.
+    And than those around them, see `standing_out`: where a filter rounds an edge all of them are far. The deviation is that of
+    vertices that are not `outlying`, (n,).
     """
-    away = np.einsum("ij,ij->i", vertices - smoothed, smooth_normals(smoothed, faces) if normals is None else normals)
+    away = np.einsum("ij,ij->i", vertices - smoothed, normals)
     used = referenced_vertices(faces, len(vertices))
-    usual = used if outlying is None else used & ~outlying
+    usual = used & ~outlying
     deviation = float(np.median(np.abs(away[usual]))) / tuned.MEDIAN_OF_NORMAL if usual.any() else 0.0
-    level = max(tuned.STANDS_OUT * deviation, tuned.WEAK * mean_edge_length(vertices, faces))
-    far = used & standing_out(away, faces, level)
-    return np.asarray(far if movable is None else far & movable)
+    return used & standing_out(away, faces, max(tuned.STANDS_OUT * deviation, tuned.WEAK * mean_edge_length(vertices, faces)))
 
 
 def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None) -> tuple[Floats, Bools]:
     """Put the vertices that stand out where a quadric through those around them expects them.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        movable: (n,) which vertices may move, None for all.
 
     Returns:
         vertices: (n, 3); those that do not stand out keep every bit.
@@ -134,17 +111,11 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
 
 
 def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> Floats:
-    """(n, 3) the vertices, outliers put back along the surface by a share of the way to the mean of those around.
+    """(n, 3) the vertices, (n,) outliers put back along the surface by a share of the way to the mean of those around.
 
     Vertices that did not slide are off the mean of their neighbours too, by t in the root mean square. If outliers are off by s,
     (s^2 - t^2) / s^2 of their ways is expected to be slid, which has the least expected square of all shares [james1961].
     On a border the neighbours are those next to it there.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        normals: (n, 3) unit normals of a smoothed copy.
-        outlying: (n,) the outliers.
     """
     others = referenced_vertices(faces, len(vertices)) & ~outlying
     if not others.any() or not outlying.any():

@@ -1,4 +1,4 @@
-"""How noisy a scan is, and whether there is noise at all, seen from the scan alone.
+"""How noisy a mesh of (n, 3) vertices and (m, 3) triangles is, and whether there is noise at all, seen from the mesh alone.
 
 Noise moves neighbouring vertices independently, a surface moves them together. So the noise is what is left of the vertices after
 differences of fourth order, in which a surface of moderate curvature nearly cancels out; and residuals that are correlated
@@ -7,7 +7,6 @@ between neighbours are surface.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,20 +14,18 @@ from numpy.typing import ArrayLike
 
 from ..diffusion.taubin import taubin_fairing
 from ..evidence import Sample, far_from_border, local_means, predicted_heights, tuned
-from ..geometry import NORMAL, face_normals, mean_edge_length, measure_faces
+from ..geometry import NORMAL, face_normals, mean_edge_length, mean_normals_at_vertices, measure_faces
 from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, Whole, check_mesh, normalised_mesh
-from ..topology import border_vertices, edges, face_adjacency, one_rings, referenced_vertices, vertex_faces
+from ..topology import edges, face_adjacency, one_rings, referenced_vertices, vertex_faces
 from .face_neighbourhoods import face_neighbourhoods
 from .normal_filters import mean_normals
 
 # Squares of residuals are averaged so many times over the one-rings, and count up to so many times their median: outliers are not
 # noise of their neighbourhood.
-_AVERAGED, _CLIP = 4, 9.0
+AVERAGED, CLIP = 4, 9.0
 # Vertices this near to where the others expect them, in mean edges, lie on an exact plane; angles below it are rounding.
 _EXACT = 1e-4
-
-
 #: how many rings of faces around a vertex decide on its `smooth_normals`
 RINGS_OF_SMOOTH_NORMALS = 13
 
@@ -40,32 +37,24 @@ class NoiseEstimate(NamedTuple):
         level: the standard deviation of the vertices along the normals, in mean edges, from the median of the residuals: sharp
             features and outliers count little. 0.1 is a good laser scanner, 0.3 a bad one; from 0.6 faces fold.
         length: the same in mesh units.
-        deviation: the same from the mean of the squared residuals, so that outliers count in full.
-        tails: `deviation` / `level`, 1 for Gaussian noise and up to 1.1 on shapes with many sharp edges. Above 1.2 noise is
-            impulsive: few vertices are moved, but far. 1 where there is no noise.
+        deviation: the same from the mean of the squared residuals, so that outliers count in full. Where few vertices are moved,
+            but far, it is more than 1.2 times the level; up to 1.1 times on shapes with many sharp edges.
         tangential: the standard deviation along a tangent, in mean edges. Above `level` the vertices are spread unevenly, as in
             range maps and meshes of machine parts; it says nothing of the surface.
-        anisotropy: from 0, no direction stands out in the residuals along the normals, to 1, they are all parallel, as those of a
-            range map of a plane are.
-        direction: (3,) the unit vector along which they are largest, its largest coordinate positive.
     """
 
     level: float
     length: float
     deviation: float
-    tails: float
     tangential: float
-    anisotropy: float
-    direction: Floats
 
 
 def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     """Measure the noise of a mesh from the mesh alone.
 
-    With U the mean over the one-ring and B = (1 - U)^2, the residuals of independent noise of standard deviation s along the
-    normals n are h_i = n_i . (B p)_i / |B_i|, |B_i| the Euclidean norm of row i, and have the standard deviation s. The median of
-    |h| over the inner vertices, over 0.6745, is robust against the vertices at sharp edges. The normals are those of a smoothed
-    copy. Noise that neighbours share, as that of a depth camera with its own filter, is not seen: it looks like a surface.
+    The differences of `FourthOrder` have the standard deviation of independent noise. The median of their sizes along the normals
+    of a smoothed copy, over 0.6745, is robust against the vertices at sharp edges. Noise that neighbours share, as that of a
+    depth camera with its own filter, is not seen: it looks like a surface.
 
     Against known noise of 0.2 to 0.5 edges the level is right within 4 % on machine parts and figures. Weak noise is overrated
     where sharp edges are near most vertices: 0.1 edges by 28 % on a cube of 16 edges to a side.
@@ -75,72 +64,51 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
         faces: (m, 3) triangles.
 
     Returns:
-        The estimate; all 0, with `tails` 1, of a mesh without inner vertices.
+        The estimate; all 0 of a mesh without inner vertices.
 
     Raises:
         FilterInputError: not a mesh.
     """
-    points, triangles = check_mesh(vertices, faces)
-    pairs = edges(triangles)
-    edge = mean_edge_length(points, pairs)
-    inner = inner_vertices(triangles, pairs, len(points))
-    if edge == 0.0 or not inner.any():
-        return NoiseEstimate(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, np.array([0.0, 0.0, 1.0]))
-    local = (points - points[referenced_vertices(triangles, len(points))].mean(axis=0)) / edge
-    residuals = differences_of_fourth_order(local, pairs)[inner]
-    normals = smooth_normals(points, triangles)[inner]
-    heights = np.einsum("ij,ij->i", residuals, normals)
-    across = residuals - heights[:, None] * normals
+    found = _Residuals.of(vertices, faces)
+    if found is None:
+        return NoiseEstimate(0.0, 0.0, 0.0, 0.0)
+    inner, heights = found.fourth.inner, found.heights[found.fourth.inner]
+    across = found.residuals[inner] - heights[:, None] * found.normals[inner]
     level = float(np.median(np.abs(heights))) / tuned.MEDIAN_OF_NORMAL
-    deviation = float(np.sqrt((heights**2).mean()))
-    anisotropy, direction = _direction(heights[:, None] * normals)
     return NoiseEstimate(
         level=level,
-        length=level * edge,
-        deviation=deviation,
-        tails=deviation / level if level > 1e-9 else 1.0,
+        length=level * found.edge,
+        deviation=float(np.sqrt((heights**2).mean())),
         tangential=float(np.sqrt(0.5 * (across**2).sum(axis=1).mean())),
-        anisotropy=anisotropy,
-        direction=direction,
     )
 
 
-def inner_vertices(faces: Ints, pairs: Ints, n_vertices: int) -> Bools:
-    """The vertices that have neighbours, none of them on a border, where one-rings are half rings."""
-    on_border = border_vertices(faces, n_vertices)
-    inner = np.zeros(n_vertices, dtype=np.bool_)
-    inner[pairs] = True
-    near = on_border.copy()
-    near[pairs[on_border[pairs[:, 0]], 1]] = True
-    near[pairs[on_border[pairs[:, 1]], 0]] = True
-    return np.asarray(inner & ~near)
-
-
-def differences_of_fourth_order(points: Floats, pairs: Ints) -> Floats:
-    """(n, 3) (B p)_i / |B_i| for (n, 3) points and (e, 2) edges."""
-    return FourthOrder.of(pairs, len(points)).differences(points)
-
-
 class FourthOrder(NamedTuple):
-    """Differences of fourth order on a mesh.
+    """Differences of fourth order on a mesh: with U the mean over the one-ring and B = (1 - U)^2 those of p are (B p)_i / |B_i|.
 
     Attributes:
-        means: (n, n) the matrix U of means over the one-rings.
-        square: (n, n) the matrix B = (1 - U)^2.
+        pairs: (e, 2) the edges.
+        inner: (n,) the vertices that have neighbours, none of them on a border, where one-rings are half rings.
+        means: (n, n) the matrix U.
+        square: (n, n) the matrix B.
         norms: (n,) the Euclidean norms |B_i| of its rows.
     """
 
+    pairs: Ints
+    inner: Bools
     means: sparse.csr_matrix
     square: sparse.csr_matrix
     norms: Floats
 
     @staticmethod
-    def of(pairs: Ints, n: int) -> FourthOrder:
-        """On a mesh of n vertices with (e, 2) edges."""
+    def of(faces: Ints, n: int) -> FourthOrder:
+        """On a mesh of n vertices with (m, 3) triangles."""
+        pairs = edges(faces)
         means = ring_means(pairs, n)
         first = sparse.identity(n, format="csr") - means
         square = first @ first
-        return FourthOrder(means, square, np.sqrt(np.asarray(square.multiply(square).sum(axis=1)).ravel()))
+        norms = np.sqrt(np.asarray(square.multiply(square).sum(axis=1)).ravel())
+        return FourthOrder(pairs, far_from_border(faces, n, rings=1), means, square, norms)
 
     def differences(self, points: Floats) -> Floats:
         """(n, 3) (B p)_i / |B_i|."""
@@ -148,31 +116,80 @@ class FourthOrder(NamedTuple):
         differences -= self.means @ differences
         return np.asarray(differences / np.where(self.norms > 0.0, self.norms, 1.0)[:, None])
 
-    def correlations(self, i: Ints, j: Ints) -> Floats:
-        """(k,) those of the differences of independent noise at vertices i and j: (B B^T)_ij / (|B_i| |B_j|)."""
+    def correlation(self, heights: Floats, counted: Bools) -> float:
+        """How much (n,) residuals h of neighbours that count agree, more than those of independent noise would.
+
+        It is the mean of h_i h_j over the edges, over the mean of h^2, less what independent noise gives, the mean of
+        (B B^T)_ij / (|B_i| |B_j|), about -0.3. Edges and details add to it, the less the more noise there is. 0 where h is 0.
+        """
+        i, j = self.pairs[counted[self.pairs].all(axis=1)].T
+        square = float((heights[counted] ** 2).mean()) if counted.any() else 0.0
+        if square == 0.0 or not len(i):
+            return 0.0
         products = np.asarray(self.square[i].multiply(self.square[j]).sum(axis=1)).ravel()
-        return np.asarray(products / (self.norms[i] * self.norms[j]))
+        independent = np.asarray(products / (self.norms[i] * self.norms[j]))
+        return float((heights[i] * heights[j]).mean()) / square - float(independent.mean())
 
 
-def ring_means(pairs: Ints, n: int) -> sparse.csr_matrix:
-    """(n, n) the matrix U of means over the one-rings."""
+class _Residuals(NamedTuple):
+    """(n, 3) the differences of a mesh in mean edges, (n, 3) normals of a smoothed copy, and (n,) their parts along these."""
+
+    fourth: FourthOrder
+    edge: float
+    residuals: Floats
+    normals: Floats
+    heights: Floats
+
+    @staticmethod
+    def of(vertices: ArrayLike, faces: ArrayLike) -> _Residuals | None:
+        """Those of a mesh; None without inner vertices."""
+        points, triangles = check_mesh(vertices, faces)
+        edge = mean_edge_length(points, triangles)
+        fourth = FourthOrder.of(triangles, len(points)) if edge > 0.0 else None
+        if fourth is None or not fourth.inner.any():
+            return None
+        local = (points - points[referenced_vertices(triangles, len(points))].mean(axis=0)) / edge
+        residuals, normals = fourth.differences(local), smooth_normals(points, triangles)
+        return _Residuals(fourth, edge, residuals, normals, np.einsum("ij,ij->i", residuals, normals))
+
+
+def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
+    """How much the residuals of neighbours agree, see `FourthOrder.correlation`: of all inner vertices, and where it is calm.
+
+    That is the third with the least h^2 around them, where edges and details do not hide weak noise. In a small part of noise
+    neighbours are alike, which is why they are in it: a third of it has up to 0.07. Both are 0 without inner vertices.
+
+    Raises:
+        FilterInputError: not a mesh.
+    """
+    found = _Residuals.of(vertices, faces)
+    if found is None:
+        return 0.0, 0.0
+    fourth, inner = found.fourth, found.fourth.inner
+    means = _means_around(found.heights**2, inner, fourth.pairs)
+    calm = inner & (means <= np.quantile(means[inner], 1.0 / 3.0))
+    return fourth.correlation(found.heights, inner), fourth.correlation(found.heights, calm)
+
+
+def _means_around(squares: Floats, counted: Bools, pairs: Ints) -> Floats:
+    """(n,) means over some rings of those of (n,) squares that count, each of them clipped."""
+    return local_means(np.minimum(squares, CLIP * np.median(squares[counted])), counted, pairs, times=AVERAGED)
+
+
+def ring_means(pairs: Ints, n: int, weight: float = 1.0) -> sparse.csr_matrix:
+    """(n, n) the matrix U of means over the one-rings of (e, 2) edges, times the weight."""
     rows = np.concatenate([pairs[:, 0], pairs[:, 1]])
     columns = np.concatenate([pairs[:, 1], pairs[:, 0]])
     degrees = np.maximum(np.bincount(rows, minlength=n), 1)
-    return sparse.csr_matrix((1.0 / degrees[rows], (rows, columns)), shape=(n, n))
+    return sparse.csr_matrix((weight / degrees[rows], (rows, columns)), shape=(n, n))
 
 
 def smooth_normals(points: Floats, faces: Ints, *, whole: Whole | None = None) -> Floats:
     """(n, 3) unit normals of the vertices of a smoothed copy of the mesh; 0 where no face is.
 
     Five pairs of Taubin's steps and two means over the faces at the vertices of a face leave normals within a few degrees of the
-    truth up to noise of 0.8 edges, and a cosine hardly sees these.
-
-    Args:
-        points: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        whole: the mesh that this is a part of, see `taubin_fairing`; then vertices with `RINGS_OF_SMOOTH_NORMALS` rings of faces
-            around them in the part get the bits of the whole.
+    truth up to noise of 0.8 edges, and a cosine hardly sees these. Of a part of the `whole`, see `taubin_fairing`, vertices with
+    `RINGS_OF_SMOOTH_NORMALS` rings of faces around them get the bits of the whole.
     """
     smooth = taubin_fairing(points, faces, iterations=5, border="along", whole=whole)
     around = face_neighbourhoods(faces, vertex_faces(faces, len(points)), "vertex")
@@ -181,87 +198,7 @@ def smooth_normals(points: Floats, faces: Ints, *, whole: Whole | None = None) -
     normals = np.ascontiguousarray(table[:, NORMAL])
     for _ in range(2):
         normals = mean_normals(normals, table, around, overwrite=True)
-    rows = faces.ravel()
-    columns = np.repeat(np.arange(len(faces)), 3)
-    sums = sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(points), len(faces))) @ normals
-    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
-    return np.asarray(sums / np.where(lengths > 0.0, lengths, 1.0))
-
-
-def residual_correlation(vertices: ArrayLike, faces: ArrayLike, calmest: float = 1.0) -> float:
-    """How much the residuals h of `estimate_noise` of neighbouring vertices agree, more than those of independent noise would.
-
-    It is the mean of h_i h_j over the edges, over the mean of h^2, less what independent noise gives, about -0.3. Edges and
-    details add to it, the less the more noise there is; in the calmest part they hardly do.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        calmest: the share of the inner vertices that count: those with the least h^2 around them. In a small part of noise
-            neighbours are alike, which is why they are in it: a third of it has up to 0.07.
-
-    Returns:
-        Near 0 for independent noise, above 0 if neighbours share it; 0 of a mesh without inner vertices or residuals.
-
-    Raises:
-        FilterInputError: not a mesh.
-    """
-    return _agreement(vertices, faces, (calmest,))[0]
-
-
-class Agreement(NamedTuple):
-    """How much residuals of neighbours agree; see `residual_correlation`.
-
-    Attributes:
-        whole: of all inner vertices.
-        calm: of the calmest third, where edges and details do not hide weak noise.
-    """
-
-    whole: float
-    calm: float
-
-    @staticmethod
-    def of(vertices: ArrayLike, faces: ArrayLike) -> Agreement:
-        """Of a mesh."""
-        return Agreement(*_agreement(vertices, faces, (1.0, 1.0 / 3.0)))
-
-    @property
-    def shows_surface(self) -> bool:
-        """Whether the residuals are of edges and details, too."""
-        return self.whole > tuned.SURFACE
-
-    @property
-    def is_surface(self) -> bool:
-        """Whether they are of the surface alone: neighbours agree where it is calm, too."""
-        return self.shows_surface and self.calm > tuned.SURFACE_WHERE_CALM
-
-
-def _agreement(vertices: ArrayLike, faces: ArrayLike, shares: Sequence[float]) -> list[float]:
-    """`residual_correlation` of several shares of the vertices."""
-    points, triangles = check_mesh(vertices, faces)
-    pairs = edges(triangles)
-    inner = inner_vertices(triangles, pairs, len(points))
-    edge = mean_edge_length(points, triangles)
-    if edge == 0.0 or not inner.any():
-        return [0.0] * len(shares)
-    fourth = FourthOrder.of(pairs, len(points))
-    local = (points - points[np.unique(pairs)].mean(axis=0)) / edge
-    heights = np.einsum("ij,ij->i", fourth.differences(local), smooth_normals(points, triangles))
-    squares = heights**2
-
-    def calmest(share: float) -> Bools:
-        means = local_means(np.minimum(squares, _CLIP * np.median(squares[inner])), inner, pairs, times=_AVERAGED)
-        return np.asarray(inner & (means <= np.quantile(means[inner], share)))
-
-    def correlation(counted: Bools) -> float:
-        between = counted[pairs].all(axis=1)
-        square = float(squares[counted].mean()) if counted.any() else 0.0
-        if square == 0.0 or not between.any():
-            return 0.0
-        i, j = pairs[between].T
-        return float((heights[i] * heights[j]).mean()) / square - float(fourth.correlations(i, j).mean())
-
-    return [correlation(calmest(share) if share < 1.0 else inner) for share in shares]
+    return mean_normals_at_vertices(normals, faces, len(points))
 
 
 def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored: Bools) -> float:
@@ -285,27 +222,19 @@ def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored
     if not len(which):
         return 0.0
     heights, gains = predicted_heights(points, one_rings(faces_or_edges, len(points)), normals, which)
-    squares = heights**2 / (1.0 + gains**2)
+    squares = np.zeros(len(points))
+    squares[which] = heights**2 / (1.0 + gains**2)
     rough = squares > _EXACT**2
-    if rough.mean() > 0.5:
-        # Planes that a program has put in, such as the base of a scan, say nothing of the rest.
-        which, squares = which[rough], squares[rough]
-    clipped, counted = np.zeros(len(points)), np.zeros(len(points), dtype=np.bool_)
-    clipped[which], counted[which] = np.minimum(squares, _CLIP * np.median(squares)), True
+    # Planes that a program has put in, such as the base of a scan, say nothing of the rest.
+    counted = rough if np.count_nonzero(rough) > 0.5 * len(which) else scored
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
-    return float(np.sqrt(np.quantile(local_means(clipped, counted, pairs, times=_AVERAGED)[which], tuned.CALMEST)))
+    return float(np.sqrt(np.quantile(_means_around(squares, counted, pairs)[counted], tuned.CALMEST)))
 
 
 def is_designed(points: Floats, faces: Ints) -> bool:
-    """Whether the mesh is made of planes of two faces and more, without noise: one vertex in a hundred moved spoils it.
-
-    Args:
-        points: (n, 3) coordinates of ordinary size.
-        faces: (m, 3) triangles.
-    """
+    """Whether a mesh of ordinary size is planes of two faces and more, without noise: one vertex in a hundred moved spoils it."""
     pairs, _ = face_adjacency(faces)
-    normals = face_normals(points, faces)
-    first, second = normals[pairs[:, 0]], normals[pairs[:, 1]]
+    first, second = face_normals(points, faces)[pairs.T]
     flat = (np.linalg.norm(np.cross(first, second), axis=1) < _EXACT) & (np.einsum("ij,ij->i", first, second) > 0.0)
     return len(np.unique(pairs[flat])) >= 0.99 * len(faces)
 
@@ -331,13 +260,3 @@ def surface_noise(sample: Sample, noise: NoiseEstimate | None = None) -> float:
         return level
     normals = smooth_normals(sample.points, sample.faces)
     return min(level, tuned.EVEN * noise_floor(sample.points, sample.faces, normals=normals, scored=scored))
-
-
-def _direction(moves: Floats) -> tuple[float, Floats]:
-    """How much the largest eigenvalue of the covariance stands out, from 0 to 1, and its direction."""
-    values, vectors = np.linalg.eigh(moves.T @ moves)
-    total = float(values.sum())
-    axis = vectors[:, -1]
-    axis = axis * (1.0 if axis[np.argmax(np.abs(axis))] > 0.0 else -1.0)
-    share = float(values[-1]) / total if total > 0.0 else 1.0 / 3.0
-    return max(0.0, 1.5 * (share - 1.0 / 3.0)), axis

@@ -3,10 +3,8 @@
 from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple, TypeAlias
 
-from ..execution import Progress, ignore_progress
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Floats, Ints
 from ..robust import KernelName
-from ..topology import BorderPolicy
 from .face_neighbourhoods import Neighborhood
 from .impulses import Outliers
 from .normal_filter import NormalFilter, NormalFilterMethod
@@ -49,30 +47,11 @@ class Setting:
     outliers: Outliers = "keep"
     rounding: RoundingPolicy = "keep"
 
-    def apply(
-        self,
-        vertices: Floats,
-        faces: Ints,
-        *,
-        border: BorderPolicy,
-        movable: Bools | None,
-        certain: Bools | None = None,
-        progress: Progress = ignore_progress,
-    ) -> Floats:
-        """(n, 3) the vertices of the mesh after it, see `denoised`."""
-        return denoised(
-            vertices,
-            faces,
-            outliers=self.outliers,
-            rounding=self.rounding,
-            relaxation=self.relaxation,
-            relaxation_direction=self.relaxation_direction,
-            filtering=None if self.parameters is None else vars(self.parameters),
-            border=border,
-            movable=movable,
-            certain=certain,
-            progress=progress,
-        )
+    def apply(self, vertices: Floats, faces: Ints, **how: Any) -> Floats:
+        """(n, 3) the vertices of the mesh after it, see `denoised`, whose other arguments follow."""
+        values = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "parameters"}
+        filtering = None if self.parameters is None else vars(self.parameters)
+        return denoised(vertices, faces, **values, filtering=filtering, **how)
 
 
 #: normal filtering, and the outer iterations at which it may stop
@@ -172,17 +151,16 @@ def settings(
     Where outliers are replaced and may move `alone`, more rows move nothing but them: to where they are expected, and each chain
     after that.
     """
+
+    def family(relaxation: int, chain: Chain, outliers: Outliers) -> tuple[Setting, ...]:
+        parameters, stops = chain
+        its = (replace(parameters, outer_iterations=stop) for stop in stops)
+        return tuple(Setting(relaxation, direction, each, outliers, rounding) for each in its)
+
     families = [
         tuple(Setting(relaxation, outliers=outliers, rounding=rounding) for relaxation in of.taubin),
-        *(_family(relaxation, direction, chain, outliers, rounding) for relaxation in of.relaxations for chain in of.chains),
+        *(family(relaxation, chain, outliers) for relaxation in of.relaxations for chain in of.chains),
     ]
     if outliers == "replace" and alone:
-        families += [(Setting(outliers="only"),), *(_family(0, direction, chain, "only") for chain in of.chains)]
+        families += [(Setting(outliers="only"),), *(family(0, chain, "only") for chain in of.chains)]
     return tuple(families)
-
-
-def _family(
-    relaxation: int, direction: RelaxationDirection, chain: Chain, outliers: Outliers, rounding: RoundingPolicy = "keep"
-) -> tuple[Setting, ...]:
-    parameters, stops = chain
-    return tuple(Setting(relaxation, direction, replace(parameters, outer_iterations=stop), outliers, rounding) for stop in stops)

@@ -1,4 +1,8 @@
-"""Coordinates rounded along one axis, as depths to steps of disparity: terraces on the surface, and how they are taken back."""
+"""Coordinates rounded along one axis, as depths to steps of disparity: terraces on the surface, and how they are taken back.
+
+Everywhere here `points` are (n, 3) coordinates, `faces` (m, 3) triangles, and `movable` says which of (n,) vertices may move,
+None for all.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ from ..evidence import tuned
 from ..geometry import face_normals, mean_edge_length
 from ..mesh import Bools, Floats, Ints
 from ..topology import edges, referenced_vertices
-from .noise_level import differences_of_fourth_order, inner_vertices, ring_means
+from .noise_level import FourthOrder, ring_means
 
 #: "keep": rounded coordinates are filtered as they are. "undo": terraces are smoothed first, see `Rounding.undone`.
 RoundingPolicy: TypeAlias = Literal["keep", "undo"]
@@ -36,18 +40,12 @@ class Rounding(NamedTuple):
     levels: Floats
 
     def undone(self, points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
-        """(n, 3) the smoothest surface that has these levels when it is rounded: least bi-Laplacian energy within half a step.
-
-        Args:
-            points: (n, 3) coordinates, those along the axis on the levels.
-            faces: (m, 3) triangles.
-            movable: (n,) which vertices may move, None for all.
-        """
+        """(n, 3) the smoothest surface that has these levels when it is rounded: least bi-Laplacian energy within half a step."""
         heights = points @ self.direction
         middles = 0.5 * (self.levels[1:] + self.levels[:-1])
-        at = np.searchsorted(middles, heights)
         ends = 2.0 * self.levels[[0, -1]] - middles[[0, -1]]
-        low, high = np.append(ends[0], middles)[at], np.append(middles, ends[1])[at]
+        at, limits = np.searchsorted(middles, heights), np.concatenate([ends[:1], middles, ends[1:]])
+        low, high = limits[at], limits[at + 1]
         if movable is not None:
             low, high = np.where(movable, low, heights), np.where(movable, high, heights)
         means, now = ring_means(edges(faces), len(points)), heights
@@ -70,10 +68,6 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
 
     Faces whose vertices were rounded alike have one normal, the axis. Along it all vertices lie on few levels, and the roughness
     of the surface is along it.
-
-    Args:
-        points: (n, 3) coordinates.
-        faces: (m, 3) triangles.
     """
     edge = mean_edge_length(points, faces)
     normals = face_normals(points, faces)
@@ -98,8 +92,8 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     levels = 0.5 * (low + high)
     if len(levels) < 3 or (high - low).max() > _FLAT * edge:
         return None
-    pairs = edges(faces)
-    along = (differences_of_fourth_order(points, pairs) @ direction)[inner_vertices(faces, pairs, len(points))]
+    fourth = FourthOrder.of(faces, len(points))
+    along = (fourth.differences(points) @ direction)[fourth.inner]
     noise = float(np.sqrt((along**2).mean())) / float(np.median(np.diff(levels))) if len(along) else 0.0
     expected = 1.0 / np.sqrt(12.0)  # the standard deviation of rounding to steps of 1
     return Rounding(direction, levels) if expected / tuned.ROUNDED < noise < expected * tuned.ROUNDED else None

@@ -1,28 +1,43 @@
-"""A scan on which filters are tried: which of its vertices are evidence, and whether they say that it is noisy at all."""
+"""A scan on which filters are tried: which of its vertices are evidence, whether they say that it is noisy, and what suits it."""
+
+from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..evidence import (
     Candidates,
     Choice,
-    choose,
-    choose_by_risk,
+    Scores,
+    cross_validate,
     far_from_border,
+    held_out_vertices,
+    initial_positions,
+    measured,
     random_signs,
+    roughness,
     sample_of,
     tuned,
 )
-from ..execution import Progress, ignore_progress
+from ..execution import Progress, ignore_progress, part_of
+from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..topology import edges
-from .noise_level import Agreement, NoiseEstimate, estimate_noise, smooth_normals
+from .noise_level import NoiseEstimate, agreement, estimate_noise, smooth_normals
 
 Label = TypeVar("Label")
+
+#: no vertex is held out
+NONE_HELD = np.empty(0, dtype=np.int32)
+# The noise is added once more, times this: little enough that the filter does not see it, and far more than rounding.
+_LITTLE = 0.1
+# Standard errors are those of the means of so many regions: neighbours say the same.
+_REGIONS = 100
 
 
 @dataclass(frozen=True)
@@ -37,6 +52,7 @@ class Scan:
         progress: called while filters are tried; may raise to stop.
         replaced: (n,) outliers that were replaced and are not evidence, None for none.
         whole: whether it is all of the mesh.
+        rings: so many complete rings are around the vertices that are evidence.
     """
 
     points: Floats
@@ -46,25 +62,23 @@ class Scan:
     progress: Progress = ignore_progress
     replaced: Bools | None = None
     whole: bool = True
+    rings: int = 2
 
     @staticmethod
-    def of(
-        vertices: ArrayLike,
-        faces: ArrayLike,
-        *,
-        movable: ArrayLike | None = None,
-        seed: int = 0,
-        progress: Progress = ignore_progress,
-    ) -> "Scan":
-        """Of a mesh, see `sample_of`; its arguments are those of the attributes.
-
-        Raises:
-            FilterInputError: not a mesh, or `movable` does not fit.
-        """
+    def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> Scan:
+        """Of a mesh, see `sample_of`, with these attributes; `FilterInputError` if it is none or `movable` does not fit."""
         mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
-        sample = sample_of(mesh.points, mesh.cells)
-        moves = None if mesh.movable is None else mesh.movable[sample.origin]
-        return Scan(sample.points, sample.faces, moves, seed, progress, whole=len(sample.faces) == len(mesh.cells))
+        return Scan.sampled(mesh.points, mesh.cells, mesh.movable, **attributes)[0]
+
+    @staticmethod
+    def sampled(
+        points: Floats, faces: Ints, movable: Bools | None = None, *, of: dict[str, int] | None = None, **attributes: Any
+    ) -> tuple[Scan, Ints]:
+        """Of (n, 3) points of ordinary size, with these attributes, and which of these points it has. `of` is for `sample_of`."""
+        sample = sample_of(points, faces, **(of or {}))
+        moves = None if movable is None else movable[sample.origin]
+        whole = len(sample.faces) == len(faces)
+        return Scan(sample.points, sample.faces, moves, whole=whole, **attributes), sample.origin
 
     @cached_property
     def noise(self) -> NoiseEstimate:
@@ -79,20 +93,30 @@ class Scan:
     @cached_property
     def scored(self) -> Bools:
         """(n,) the vertices that are evidence."""
-        scored = far_from_border(self.faces, len(self.points))
+        scored = far_from_border(self.faces, len(self.points), rings=self.rings)
         for allowed in (self.movable, None if self.replaced is None else ~self.replaced):
             scored = scored if allowed is None else scored & allowed
         return scored
 
     @cached_property
-    def agreement(self) -> Agreement:
-        """How much the residuals of neighbours agree: those of edges and details do, those of noise do not."""
-        return Agreement.of(self.points, self.faces)
+    def agreement(self) -> tuple[float, float]:
+        """How much the residuals of neighbours agree, everywhere and where it is calm: those of details do, of noise not."""
+        return agreement(self.points, self.faces)
+
+    @property
+    def shows_surface(self) -> bool:
+        """Whether the residuals are of edges and details, too."""
+        return self.agreement[0] > tuned.SURFACE
+
+    @property
+    def is_surface(self) -> bool:
+        """Whether they are of the surface alone: neighbours agree where it is calm, too."""
+        return self.shows_surface and self.agreement[1] > tuned.SURFACE_WHERE_CALM
 
     @property
     def clean(self) -> bool:
-        """Whether there is no noise to speak of: hardly any, or neighbours agree, also where it is calm."""
-        return self.noise.level < tuned.NO_NOISE or self.agreement.is_surface
+        """Whether there is no noise to speak of: hardly any, or residuals of the surface alone."""
+        return self.noise.level < tuned.NO_NOISE or self.is_surface
 
     def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
         """The choice, or the first of its candidates, which is to do nothing, where what predicts best takes details.
@@ -100,35 +124,92 @@ class Scan:
         Where neighbours agree the residuals are of details, too. A filter takes details if it errs by more than what the
         differences of fourth order leave.
         """
-        takes_details = self.agreement.shows_surface and choice.chosen.error >= tuned.LARGER * self.noise.level
+        takes_details = self.shows_surface and choice.chosen.error >= tuned.LARGER * self.noise.level
         return replace(choice, chosen=choice.trials[0]) if takes_details else choice
 
     def choose(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, stays: float = tuned.STAYS, by_means: bool = False
     ) -> Choice[Label] | None:
-        """`choose`, on this scan."""
-        return choose(
-            self.points,
-            self.faces,
-            candidates,
-            labels,
-            normals=self.normals,
-            scored=self.scored,
-            seed=self.seed,
-            stays=stays,
-            by_means=by_means,
-            progress=self.progress,
+        """Choose the filter that best predicts vertices which it has not seen [batson2019].
+
+        Noise of a vertex is independent of its neighbours', the surface is not: what predicts a vertex from the others fits the
+        surface. Held-out vertices are put at their `initial_positions`. Every candidate is run, and n . (y - f) is measured at
+        the held-out vertices y; again with other vertices.
+
+        Args:
+            candidates: what is tried.
+            labels: see `cross_validate`.
+            stays: likewise.
+            by_means: held-out vertices start at means in any case: quadrics hide what it costs to move vertices that are exact.
+
+        Returns:
+            The choice, the same for any number of threads; None if no vertex can be held out.
+        """
+        held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
+        if not held:
+            return None
+        start = initial_positions(self.points, self.faces, normals=self.normals, scored=self.scored, by_means=by_means)
+
+        def deviations(mask: Ints, _: int, result: Floats) -> Floats:
+            return np.asarray(np.einsum("ij,ij->i", self.points[mask] - result[mask], self.normals[mask]))
+
+        return cross_validate(
+            held, lambda mask: candidates(start(mask), mask), deviations, labels, stays=stays, progress=self.progress
         )
 
-    def choose_by_risk(self, candidates: Candidates, labels: Sequence[Sequence[Label]]) -> Choice[Label] | None:
-        """`choose_by_risk` on it, for filters that take noise and shape alike; the noise is as strong as `noise` says."""
-        return choose_by_risk(
-            self.points,
-            self.faces,
-            candidates,
-            labels,
-            normals=self.normals,
-            scored=self.scored,
-            noise=self.noise.level * random_signs(self.points, edges(self.faces), self.seed),
-            progress=self.progress,
-        )
+    def choose_by_risk(
+        self, candidates: Candidates, labels: Sequence[Sequence[Label]], noise: Floats | None = None
+    ) -> Choice[Label] | None:
+        """Choose the result whose slopes are expected to be nearest to the true ones [stein1981], for noise of any covariance.
+
+        Held-out vertices say nothing where neighbours share their noise, and little of filters that take noise and shape alike.
+        But what a filter f makes of noise can be seen [ramani2008]: with heights h = n . (f(y) - y), one more noise b of the same
+        covariance, and g = n . (f(y + e b) - f(y)) / e, the mean over the edges of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) is
+        how far the differences of heights along the edges are from those of another scan of the same surface: that is the squared
+        error of the result and the variance of the noise.
+
+        Of those within one standard error of the best the flattest is taken.
+
+        Args:
+            candidates: what is tried, each on all vertices.
+            labels: for each family the labels of its results. The very first should be that of doing nothing.
+            noise: (n,) heights of a noise as that of the scan, independent of it; None for noise of single vertices.
+
+        Returns:
+            The choice; None if no edge counts. The errors are in mean edges.
+        """
+        pairs = edges(self.faces)
+        i, j = pairs[self.scored[pairs].all(axis=1)].T
+        if not len(i):
+            return None
+        more = self.noise.level * random_signs(self.points, pairs, self.seed) if noise is None else noise
+
+        def heights_of(result: Floats) -> Floats:
+            return np.asarray(np.einsum("ij,ij->i", result - self.points, self.normals))
+
+        def look(_: int, result: Floats) -> tuple[Floats, float]:
+            return heights_of(result), roughness(result, self.faces)
+
+        first, second = part_of(self.progress, 0.0, 0.5), part_of(self.progress, 0.5, 1.0)
+        heights, flatness = zip(*measured(candidates(self.points, NONE_HELD), labels, look, first), strict=True)
+        noisier = candidates(self.points + _LITTLE * more[:, None] * self.normals, NONE_HELD)
+        passed = measured(noisier, labels, lambda at, result: (heights_of(result) - heights[at]) / _LITTLE, second)
+        regions = _regions(self.points, i)
+        squares = ((h[i] - h[j]) ** 2 + 2.0 * (more[i] - more[j]) * (g[i] - g[j]) for h, g in zip(heights, passed, strict=True))
+        sums = np.array([np.bincount(regions, values, minlength=_REGIONS) / len(i) for values in squares])
+        shares = np.bincount(regions, minlength=_REGIONS) / len(i)
+        means = sums.sum(axis=1)
+        best = int(means.argmin())
+        excess = means - means[best]
+        uncertainty = np.sqrt(((sums - sums[best] - excess[:, None] * shares) ** 2).sum(axis=1))
+        chosen = int(np.where(excess <= uncertainty, flatness, np.inf).argmin())
+        scores = Scores(np.sqrt(np.maximum(means, 0.0)), excess, uncertainty, best)
+        return scores.choice([label for family in labels for label in family], chosen)
+
+
+def _regions(points: Floats, which: Ints) -> Ints:
+    """(k,) for the vertices the region that each is in, around vertices that lie anywhere."""
+    distances = np.linalg.norm(points[which] - points[which].mean(axis=0), axis=1)
+    middles = which[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
+    middles = middles[np.sort(np.unique(middles, return_index=True)[1])][:_REGIONS]
+    return np.asarray(spatial.cKDTree(points[middles]).query(points[which])[1], dtype=np.int64)

@@ -1,33 +1,19 @@
 """Choosing among filters by evidence: vertices that a filter has not seen, and how well it predicts them."""
 
 from . import tuned
-from .cross_validation import (
-    Candidates,
-    Choice,
-    Scores,
-    Trial,
-    choose,
-    cross_validate,
-    initial_positions,
-    run_to_last,
-    scores_of,
-    starts_of,
-    trials_of,
-)
+from .cross_validation import Candidates, Choice, Scores, Trial, cross_validate, initial_positions, measured, scores_of
 from .held_out import (
     far_from_border,
-    heights_of_means,
     held_out_vertices,
+    lengths_around,
     local_means,
+    marked,
     means_of_others,
-    random_numbers,
     random_signs,
-    without,
 )
-from .outlying import flattening, outlying_vertices, put_where_expected, sizes_beside, standing_out
+from .outlying import flattening, outlying_vertices, put_where_expected, roughness, sizes_beside, standing_out
 from .patches import Sample, sample_of
-from .quadric_prediction import height_of_quadric, predicted_heights, tangents
-from .risk import choose_by_risk, roughness
+from .quadric_prediction import height_of_quadric, height_residuals, predicted_heights, tangents
 
 __all__ = [
     "Candidates",
@@ -35,31 +21,27 @@ __all__ = [
     "Sample",
     "Scores",
     "Trial",
-    "choose",
-    "choose_by_risk",
     "cross_validate",
     "far_from_border",
     "flattening",
     "height_of_quadric",
-    "heights_of_means",
+    "height_residuals",
     "held_out_vertices",
     "initial_positions",
+    "lengths_around",
     "local_means",
+    "marked",
     "means_of_others",
+    "measured",
     "outlying_vertices",
     "predicted_heights",
     "put_where_expected",
-    "random_numbers",
     "random_signs",
     "roughness",
-    "run_to_last",
     "sample_of",
     "scores_of",
     "sizes_beside",
     "standing_out",
-    "starts_of",
     "tangents",
-    "trials_of",
     "tuned",
-    "without",
 ]

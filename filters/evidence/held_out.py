@@ -28,10 +28,10 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
         seed: another number gives other sets.
 
     Returns:
-        The vertices of every set, ascending.
+        The vertices of every set, ascending; sets without any are left out.
     """
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
-    sums = _lengths_around(points, pairs)
+    sums = lengths_around(points, pairs, mean_edge_length(points, pairs))
     left, held_out = scored.copy(), []
     for mask in range(seed * masks, (seed + 1) * masks):
         draws, ranks = ((sums * (multiple + step * mask)) % 1.0 for multiple, step in zip(_MULTIPLES, _STEPS, strict=True))
@@ -42,27 +42,25 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
         left &= ~chosen
         if np.count_nonzero(left) < _CANDIDATES * np.count_nonzero(scored):
             left = scored.copy()
-    return held_out
-
-
-def random_numbers(points: Floats, pairs: Ints, seed: int) -> Floats:
-    """(n,) random numbers from 0 to 1, from the lengths of the (e, 2) edges at a vertex and its distance from the centroid.
-
-    The distance distinguishes the vertices of a regular mesh, whose edges are equally long.
-    """
-    distances = np.linalg.norm(points - points.mean(axis=0), axis=1) / mean_edge_length(points, pairs)
-    of_lengths, of_distances = (multiple + step * seed for multiple, step in zip(_MULTIPLES, _STEPS, strict=True))
-    return np.asarray((_lengths_around(points, pairs) * of_lengths + distances * of_distances) % 1.0)
+    return [mask for mask in held_out if len(mask)]
 
 
 def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:
-    """(n,) random signs, 1 or -1, from `random_numbers`: noise with a standard deviation of 1."""
-    return np.where(random_numbers(points, pairs, seed) < 0.5, -1.0, 1.0)
+    """(n,) random signs, 1 or -1: noise with a standard deviation of 1.
+
+    From the lengths of the (e, 2) edges at a vertex and its distance from the centroid, which distinguishes the vertices of a
+    regular mesh, whose edges are equally long.
+    """
+    edge = mean_edge_length(points, pairs)
+    distances = np.linalg.norm(points - points.mean(axis=0), axis=1) / edge
+    of_lengths, of_distances = (multiple + step * seed for multiple, step in zip(_MULTIPLES, _STEPS, strict=True))
+    numbers = (lengths_around(points, pairs, edge) * of_lengths + distances * of_distances) % 1.0
+    return np.where(numbers < 0.5, -1.0, 1.0)
 
 
-def _lengths_around(points: Floats, pairs: Ints) -> Floats:
-    """(n,) the sum of the edge lengths at each vertex, in mean edge lengths."""
-    lengths = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) / mean_edge_length(points, pairs)
+def lengths_around(points: Floats, pairs: Ints, unit: float) -> Floats:
+    """(n,) the sum of the lengths of the (e, 2) edges at each vertex, in the unit."""
+    lengths = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) / unit
     return np.asarray(np.bincount(pairs.ravel(), np.repeat(lengths, 2), minlength=len(points)), dtype=np.float64)
 
 
@@ -71,11 +69,14 @@ def without(points: Floats, rings: OneRings, held: Ints) -> Floats:
 
     A vertex without such neighbours stays.
     """
-    hidden = np.zeros(len(points), dtype=np.bool_)
-    hidden[held] = True
     result = points.copy()
-    result[held] = means_of_others(points, rings, held, hidden)
+    result[held] = means_of_others(points, rings, held, marked(held, len(points)))
     return result
+
+
+def marked(vertices: Ints, n: int) -> Bools:
+    """(n,) which of n vertices are those with the numbers."""
+    return np.bincount(vertices, minlength=n) > 0
 
 
 def means_of_others(points: Floats, rings: OneRings, vertices: Ints, hidden: Bools) -> Floats:
@@ -92,17 +93,11 @@ def means_of_others(points: Floats, rings: OneRings, vertices: Ints, hidden: Boo
     return np.where(degrees[:, None] > 0, sums / np.maximum(degrees, 1)[:, None], points[vertices])
 
 
-def heights_of_means(points: Floats, rings: OneRings, normals: Floats, vertices: Ints) -> Floats:
-    """(k,) for k vertices the height of the mean of the neighbours along the vertex normal."""
-    offsets = means_of_others(points, rings, vertices, np.zeros(len(points), dtype=np.bool_)) - points[vertices]
-    return np.asarray(np.einsum("ij,ij->i", offsets, normals[vertices]))
-
-
-def with_neighbours(marked: Bools, pairs: Ints) -> Bools:
-    """(n,) the marked vertices and their neighbours along the (e, 2) edges."""
+def with_neighbours(vertices: Bools, pairs: Ints) -> Bools:
+    """(n,) those of n vertices and their neighbours along the (e, 2) edges."""
     a, b = pairs.T
-    reached = marked.copy()
-    reached[b[marked[a]]] = reached[a[marked[b]]] = True
+    reached = vertices.copy()
+    reached[b[vertices[a]]] = reached[a[vertices[b]]] = True
     return reached
 
 
@@ -112,24 +107,13 @@ def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
     near = border_vertices(faces, n_vertices)
     for _ in range(rings):
         near = with_neighbours(near, pairs)
-    far = np.zeros(n_vertices, dtype=np.bool_)
-    far[pairs] = True
-    return np.asarray(far & ~near)
+    return np.asarray(marked(pairs.ravel(), n_vertices) & ~near)
 
 
 def local_means(values: Floats, counted: Bools, pairs: Ints, *, times: int) -> Floats:
-    """(n,) means of the counted values over neighbourhoods of `times` rings.
+    """(n,) means of those of (n,) values that count over neighbourhoods of `times` rings, near ones weighing more.
 
-    Sums over one-rings are repeated, so that near values weigh more.
-
-    Args:
-        values: (n,) numbers.
-        counted: (n,) the values that count.
-        pairs: (e, 2) the edges.
-        times: the number of repetitions, and of rings.
-
-    Returns:
-        The means; 0 where no value of the neighbourhood counts.
+    Sums over the one-rings of (e, 2) edges are repeated so often. 0 where no value of the neighbourhood counts.
     """
     sums, weights = np.where(counted, values, 0.0), counted.astype(np.float64)
     a, b = pairs.T

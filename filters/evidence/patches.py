@@ -1,15 +1,13 @@
 """A sample of a large mesh: patches grown from faces that lie anywhere."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ..compilation import compiled
-from ..execution import over_range
-from ..geometry import mean_edge_length, squared_length
+from ..geometry import edge_lengths, mean_edge_length
 from ..mesh import Floats, Ints, Longs
-from ..topology import referenced_vertices, vertex_faces
+from ..topology import VertexFaces, referenced_vertices, vertex_faces
 
 # Larger meshes are sampled by so many patches of about so many faces: ten large ones have misled, since shapes differ from place
 # to place.
@@ -32,15 +30,7 @@ class Sample(NamedTuple):
     origin: Ints
 
 
-def sample_of(
-    vertices: Floats,
-    faces: Ints,
-    edge: float | None = None,
-    *,
-    whole: int = _WHOLE,
-    patches: int = _PATCHES,
-    size: int = _FACES,
-) -> Sample:
+def sample_of(vertices: Floats, faces: Ints, edge: float | None = None, *, patches: int = _PATCHES, size: int = _FACES) -> Sample:
     """All of a mesh of up to 20,000 faces, or else 40 patches of about 450 faces each, or as is said.
 
     A patch is whole rings around a face. The faces are those with the least random numbers, made of their perimeters over the
@@ -50,11 +40,10 @@ def sample_of(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         edge: their mean edge, if it is known.
-        whole: the most faces of a mesh that is taken as a whole.
         patches: how many patches are taken of a larger one.
         size: the faces of each, at least.
     """
-    if len(faces) <= whole:
+    if len(faces) <= _WHOLE:
         chosen, origin = faces, np.arange(len(vertices), dtype=np.int32)
         used = np.flatnonzero(referenced_vertices(faces, len(vertices)))
     else:
@@ -69,13 +58,15 @@ def sample_of(
 def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) -> tuple[Ints, Ints]:
     """The faces of the patches, by numbers of their own, and the vertex that each of these numbers stands for."""
     at_vertices = vertex_faces(faces, len(vertices))
-    perimeters = np.empty(len(faces))
-    over_range(_measure_perimeters, len(faces), vertices, faces, perimeters)
-    seeds = _least(((perimeters / edge) * _MULTIPLE) % 1.0, patches)
+    first, second, third = (edge_lengths(vertices, faces[:, ends]) for ends in ([0, 1], [1, 2], [2, 0]))
+    numbers = ((first + second + third) / edge * _MULTIPLE) % 1.0
+    # The faces with the least numbers, of equal ones the first.
+    low = np.flatnonzero(numbers <= np.partition(numbers, patches - 1)[patches - 1])
+    seeds = low[np.argsort(numbers[low], kind="stable")][:patches]
     marks = np.full(len(faces), -1, dtype=np.int32)
     parts, origins, count = [], [], 0
     for number, seed in enumerate(seeds):
-        part = faces[np.sort(_rings_around(faces, at_vertices.offsets, at_vertices.rows, seed, size, number, marks))]
+        part = faces[np.sort(_rings_around(faces, at_vertices, seed, size, number, marks))]
         origin, local = np.unique(part, return_inverse=True)
         parts.append(local.reshape(-1, 3).astype(np.int32) + np.int32(count))
         origins.append(origin.astype(np.int32))
@@ -83,41 +74,18 @@ def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) 
     return np.concatenate(parts), np.concatenate(origins)
 
 
-def _least(numbers: Floats, count: int) -> Longs:
-    """Where the least numbers are, ascending; of equal ones the first come first."""
-    candidates = np.flatnonzero(numbers <= np.partition(numbers, count - 1)[count - 1])
-    return candidates[np.argsort(numbers[candidates], kind="stable")][:count]
-
-
-@compiled(nogil=True)
-def _measure_perimeters(vertices: Floats, faces: Ints, perimeters: Floats, first: int, last: int) -> None:
-    for f in range(first, last):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        p = math.sqrt(squared_length(vertices, a, b))
-        q = math.sqrt(squared_length(vertices, b, c))
-        r = math.sqrt(squared_length(vertices, c, a))
-        perimeters[f] = p + q + r
-
-
 @compiled
-def _rings_around(faces: Ints, offsets: Longs, rows: Ints, seed: int, least: int, number: int, marks: Ints) -> Longs:
+def _rings_around(faces: Ints, at_vertices: VertexFaces, seed: int, least: int, number: int, marks: Ints) -> Longs:
     """The face and whole rings of faces around it, until they are as many as said; `marks` differ from `number` before."""
-    found = np.empty(4 * least, dtype=np.int64)
-    found[0] = seed
+    found = [seed]
     marks[seed] = number
-    start, stop, count = 0, 1, 1
+    start, stop = 0, 1
     while start < stop and stop < least:
         for at in range(start, stop):
-            for corner in range(3):
-                i = faces[found[at], corner]
-                for k in range(offsets[i], offsets[i + 1]):
-                    f = rows[k, 0]
-                    if marks[f] == number:
-                        continue
-                    marks[f] = number
-                    if count == found.shape[0]:
-                        found = np.concatenate((found, found))
-                    found[count] = f
-                    count += 1
-        start, stop = stop, count
-    return found[:count].copy()
+            for i in faces[found[at]]:
+                for f in at_vertices.rows[at_vertices.offsets[i] : at_vertices.offsets[i + 1], 0]:
+                    if marks[f] != number:
+                        marks[f] = number
+                        found.append(int(f))
+        start, stop = stop, len(found)
+    return np.array(found)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..compilation import compiled
 from ..execution import over_range
-from ..mesh import Bools, Floats, Ints, Longs
+from ..mesh import Bools, Floats, Ints
 from ..topology import OneRings
 
 # The weight of a vertex at distance r is exp(-r^2 / 2 s^2), s so many mean distances of the one-ring: the second ring counts, but
@@ -15,7 +15,8 @@ _WIDTH = 1.3
 # A quadric has six numbers, a plane three. Below so many vertices, or where they lie on a curve of second order, it is a plane.
 _ENOUGH = 8
 _LEAST_PIVOT = 1e-4
-_MOST = 1024
+# Two rings have a dozen vertices to some dozens.
+MOST = 1024
 
 
 def predicted_heights(
@@ -40,15 +41,20 @@ def predicted_heights(
     """
     heights, gains = np.zeros(len(which)), np.zeros(len(which))
     unseen = np.zeros(len(points), dtype=np.bool_) if hidden is None else hidden
-    over_range(_predict, len(which), points, rings.offsets, rings.neighbours, normals, which, unseen, heights, gains)
+    over_range(_predict, len(which), points, rings, normals, which, unseen, heights, gains)
     return heights, gains
+
+
+def height_residuals(points: Floats, rings: OneRings, normals: Floats, hidden: Bools | None = None) -> Floats:
+    """(n,) h / sqrt(1 + g^2) of `predicted_heights`: noise of single vertices gives them its own standard deviation."""
+    heights, gains = predicted_heights(points, rings, normals, np.arange(len(points), dtype=np.int32), hidden)
+    return np.asarray(heights / np.sqrt(1.0 + gains**2))
 
 
 @compiled(nogil=True)
 def _predict(
     points: Floats,
-    offsets: Longs,
-    neighbours: Ints,
+    rings: OneRings,
     normals: Floats,
     which: Ints,
     hidden: Bools,
@@ -57,16 +63,38 @@ def _predict(
     begin: int,
     end: int,
 ) -> None:
-    seen = np.full(points.shape[0], -1, dtype=np.int32)
-    samples, work = np.empty((4, _MOST)), np.empty((9, 6))
+    seen, around = np.full(points.shape[0], -1, dtype=np.int32), np.empty(MOST, dtype=np.int32)
+    samples, work = np.empty((4, MOST)), np.empty((9, 6))
     for k in range(begin, end):
         i = which[k]
-        scale = _ring_distance(points, offsets, neighbours, normals, i)
+        scale = _ring_distance(points, rings, normals, i)
         if scale == 0.0:
             continue
-        count = _gather(points, offsets, neighbours, normals, hidden, i, scale, seen, samples)
-        height, gain = height_of_quadric(samples, count, math.inf, work)
-        heights[k], gains[k] = scale * height, gain
+        count = two_rings(rings, i, hidden, seen, around)
+        if _project(points, normals, i, scale, around[:count], samples):
+            height, gain = height_of_quadric(samples, count, math.inf, work)
+            heights[k], gains[k] = scale * height, gain
+
+
+@compiled(nogil=True)
+def two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints) -> int:
+    """Put the vertices of the two rings around i that are not ignored into `around`, as many as there is room for; how many.
+
+    `seen` has a place for every vertex, and holds i nowhere; then it holds i at those that were met.
+    """
+    offsets, neighbours, _ = rings
+    count = 0
+    seen[i] = i
+    for near in range(offsets[i], offsets[i + 1]):
+        g = neighbours[near]
+        for far in range(offsets[g] - 1, offsets[g + 1]):
+            j = g if far < offsets[g] else neighbours[far]
+            if seen[j] != i and count < around.shape[0]:
+                seen[j] = i
+                if not ignored[j]:
+                    around[count] = j
+                    count += 1
+    return count
 
 
 @compiled(nogil=True)
@@ -81,7 +109,7 @@ def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) ->
         most: where the deviation is larger it is a plane's too, and then their mean.
         work: (9, 6) numbers that are overwritten.
     """
-    matrix, side, terms, solution = work[:6], work[6], work[7], work[8]
+    matrix, terms, solution = work[:7], work[7], work[8]
     u, v, h, w = samples[0], samples[1], samples[2], samples[3]
     for size in (6, 3, 1):
         if count < (_ENOUGH if size == 6 else size):
@@ -93,9 +121,8 @@ def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) ->
                 for b in range(a + 1):
                     matrix[a, b] += w[at] * terms[a] * terms[b]
         # Row 0 of the inverse turns the weighted sums into the value at 0.
-        side[:] = 0.0
-        side[0] = 1.0
-        if not _solve(matrix, side, size, solution):
+        matrix[size, 0] = 1.0
+        if not _solve(matrix, size, solution):
             continue
         height = squares = 0.0
         for at in range(count):
@@ -112,56 +139,29 @@ def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) ->
 
 
 @compiled(nogil=True)
-def _ring_distance(points: Floats, offsets: Longs, neighbours: Ints, normals: Floats, i: int) -> float:
+def _ring_distance(points: Floats, rings: OneRings, normals: Floats, i: int) -> float:
     """The mean distance of the one-ring along the surface, in which the height of i has no part."""
-    total = 0.0
-    for k in range(offsets[i], offsets[i + 1]):
-        j = neighbours[k]
+    total, around = 0.0, rings.neighbours[rings.offsets[i] : rings.offsets[i + 1]]
+    for j in around:
         x, y, z = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
         h = normals[i, 0] * x + normals[i, 1] * y + normals[i, 2] * z
         total += math.sqrt(max(0.0, x * x + y * y + z * z - h * h))
-    return total / (offsets[i + 1] - offsets[i]) if offsets[i + 1] > offsets[i] else 0.0
+    return total / len(around) if len(around) > 0 else 0.0
 
 
 @compiled(nogil=True)
-def _gather(
-    points: Floats,
-    offsets: Longs,
-    neighbours: Ints,
-    normals: Floats,
-    hidden: Bools,
-    i: int,
-    scale: float,
-    seen: Ints,
-    samples: Floats,
-) -> int:
-    """Tangential coordinates, heights and weights of the two rings around i, in units of `scale`; and their number."""
+def _project(points: Floats, normals: Floats, i: int, scale: float, around: Ints, samples: Floats) -> bool:
+    """Tangential coordinates, heights and weights of the vertices around i, in units of `scale`; False without a normal."""
     u, v, h, w = samples[0], samples[1], samples[2], samples[3]
     x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
     ax, ay, az, bx, by, bz = tangents(x, y, z)
-    if ax == ay == az == 0.0:
-        return 0
-    count = 0
-    seen[i] = i
-    for first in range(offsets[i], offsets[i + 1]):
-        g = neighbours[first]
-        for second in range(offsets[g] - 1, offsets[g + 1]):
-            j = g if second < offsets[g] else neighbours[second]
-            if seen[j] == i or count == _MOST:
-                continue
-            seen[j] = i
-            if hidden[j]:
-                continue
-            dx, dy, dz = (
-                (points[j, 0] - points[i, 0]) / scale,
-                (points[j, 1] - points[i, 1]) / scale,
-                (points[j, 2] - points[i, 2]) / scale,
-            )
-            u[count], v[count] = ax * dx + ay * dy + az * dz, bx * dx + by * dy + bz * dz
-            h[count] = x * dx + y * dy + z * dz
-            w[count] = math.exp(-(u[count] ** 2 + v[count] ** 2) / (2.0 * _WIDTH * _WIDTH))
-            count += 1
-    return count
+    for k, j in enumerate(around):
+        dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+        dx, dy, dz = dx / scale, dy / scale, dz / scale
+        u[k], v[k] = ax * dx + ay * dy + az * dz, bx * dx + by * dy + bz * dz
+        h[k] = x * dx + y * dy + z * dz
+        w[k] = math.exp(-(u[k] ** 2 + v[k] ** 2) / (2.0 * _WIDTH * _WIDTH))
+    return ax != 0.0 or ay != 0.0 or az != 0.0
 
 
 @compiled(nogil=True)
@@ -187,29 +187,23 @@ def _terms(u: float, v: float, terms: Floats) -> None:
 
 
 @compiled(nogil=True)
-def _solve(matrix: Floats, side: Floats, size: int, solution: Floats) -> bool:
-    """Solve by Cholesky's factors, in place of the lower triangle; False if the matrix is nearly singular."""
-    for a in range(size):
-        diagonal = matrix[a, a]
-        for b in range(a):
-            total = matrix[a, b]
+def _solve(matrix: Floats, size: int, solution: Floats) -> bool:
+    """Solve by Cholesky's factors, in place of the lower triangle, with the right side below; False if it is nearly singular."""
+    for a in range(size + 1):
+        for b in range(min(a, size)):
             for c in range(b):
-                total -= matrix[a, c] * matrix[b, c]
-            matrix[a, b] = total / matrix[b, b]
-        total = diagonal
-        for c in range(a):
-            total -= matrix[a, c] * matrix[a, c]
-        if not total > _LEAST_PIVOT * diagonal:
-            return False
-        matrix[a, a] = math.sqrt(total)
-    for a in range(size):
-        total = side[a]
-        for c in range(a):
-            total -= matrix[a, c] * solution[c]
-        solution[a] = total / matrix[a, a]
+                matrix[a, b] -= matrix[a, c] * matrix[b, c]
+            matrix[a, b] /= matrix[b, b]
+        if a < size:
+            diagonal = matrix[a, a]
+            for c in range(a):
+                matrix[a, a] -= matrix[a, c] * matrix[a, c]
+            if not matrix[a, a] > _LEAST_PIVOT * diagonal:
+                return False
+            matrix[a, a] = math.sqrt(matrix[a, a])
     for a in range(size - 1, -1, -1):
-        total = solution[a]
+        solution[a] = matrix[size, a]
         for c in range(a + 1, size):
-            total -= matrix[c, a] * solution[c]
-        solution[a] = total / matrix[a, a]
+            solution[a] -= matrix[c, a] * solution[c]
+        solution[a] /= matrix[a, a]
     return True

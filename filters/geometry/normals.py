@@ -117,8 +117,12 @@ def vertex_normals_by_area(points: Floats, faces: Ints) -> Floats:
         points: (n, 3) coordinates of ordinary size.
         faces: (m, 3) triangles.
     """
-    columns = cross_products(points, faces).T
-    normals = np.stack([np.bincount(faces.ravel(), np.repeat(column, 3), len(points)) for column in columns], axis=1)
+    return mean_normals_at_vertices(cross_products(points, faces), faces, len(points))
+
+
+def mean_normals_at_vertices(of_faces: Floats, faces: Ints, n_vertices: int) -> Floats:
+    """(n, 3) unit vectors, each along the sum of the (m, 3) vectors of the faces at a vertex; 0 for vertices without a face."""
+    normals = np.stack([np.bincount(faces.ravel(), np.repeat(column, 3), n_vertices) for column in of_faces.T], axis=1)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.asarray(normals / np.where(lengths > 0.0, lengths, 1.0))
 

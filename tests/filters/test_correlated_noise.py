@@ -2,47 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
-import igl
 import numpy as np
 import pymeshlab
 import pytest
-from scipy.ndimage import gaussian_filter, map_coordinates
+from denoising_cameras import SCENES, Camera, fused_map  # benchmarks/denoising_cameras.py
+from scipy.ndimage import gaussian_filter
 
 from pymeshfair.filters.denoising.automatic import automatic_choice
-from pymeshfair.filters.denoising.correlated_noise import (
-    noise_field,
-    on_lines_of_sight,
-    setting_of_shared,
-    shared_noise,
-)
-from pymeshfair.filters.denoising.noise_level import estimate_noise
+from pymeshfair.filters.denoising.correlated_noise import noise_field, on_lines_of_sight, setting_of_shared, shared_noise
+from pymeshfair.filters.denoising.noise_level import estimate_noise, ring_means
 from pymeshfair.filters.denoising.preparation import denoised
 from pymeshfair.filters.denoising.repertoire import STRONG
-from pymeshfair.filters.denoising.rounding import rounding_of
+from pymeshfair.filters.denoising.rounding import Rounding, rounding_of
+from pymeshfair.filters.denoising.scan import Scan
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
-from pymeshfair.filters.evidence import Choice, choose_by_risk, far_from_border
-from pymeshfair.filters.geometry import angles_between, face_normals, mean_edge_length, vertex_normals_by_area
+from pymeshfair.filters.evidence import Choice
+from pymeshfair.filters.geometry import face_normals, mean_edge_length, vertex_normals_by_area
 from pymeshfair.filters.mesh import normalised_mesh
-from pymeshfair.filters.topology import border_vertices
+from pymeshfair.filters.topology import border_vertices, edges
+from tests.angles import mean_angle
 from tests.meshes import grid, irregular_grid, renumbered, rotation, sample
 
 FLAT, FACES = irregular_grid(80, 80)
 UP = np.broadcast_to([0.0, 0.0, 1.0], FLAT.shape)
-SCORED = far_from_border(FACES, len(FLAT), rings=3)
+MEANS = ring_means(edges(FACES), len(FLAT))
+
+
+def _scan(points: np.ndarray, faces: np.ndarray = FACES, normals: np.ndarray = UP) -> Scan:
+    """With normals that are known."""
+    scan = Scan(points, faces, rings=3)
+    vars(scan)["normals"] = normals
+    return scan
+
+
+SCORED = _scan(FLAT).scored
 
 
 def _shared(width: int, seed: int = 1) -> np.ndarray:
     """Heights with a variance of 1, smoothed over so many means of the ring, the vertex counting a third."""
     noise = np.random.default_rng(seed).normal(size=len(FLAT))
-    pairs = np.unique(np.sort(np.concatenate([FACES[:, [0, 1]], FACES[:, [1, 2]], FACES[:, [2, 0]]]), axis=1), axis=0)
-    degrees = np.bincount(pairs.ravel())
     for _ in range(width):
-        sums = np.zeros(len(noise))
-        np.add.at(sums, pairs[:, 0], noise[pairs[:, 1]])
-        np.add.at(sums, pairs[:, 1], noise[pairs[:, 0]])
-        noise = noise / 3.0 + 2.0 / 3.0 * sums / degrees
+        noise = noise / 3.0 + 2.0 / 3.0 * (MEANS @ noise)
     return np.asarray(noise / noise[SCORED].std())
 
 
@@ -65,19 +67,10 @@ def _map(camera: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _fused(level: float) -> tuple[np.ndarray, np.ndarray]:
-    """A level set of waves in cells of 1, with noise of several widths."""
-    rng, n = np.random.default_rng(0), 64
-    z, y, x = (a.ravel() for a in np.meshgrid(np.arange(-6.0, 30.0), np.arange(n), np.arange(n), indexing="ij"))
-    error = np.zeros((n, n))
-    for width, share in ((4.0, 0.35), (2.0, 0.3), (1.0, 0.25), (0.0, 0.2)):
-        layer = gaussian_filter(rng.normal(size=(n, n)), width)
-        error += level * share * layer / layer.std()
-    values = z - 9.0 - 8.0 * np.sin(x / 9.0) * np.cos(y / 11.0) - 0.12 * x
-    values -= map_coordinates(error, [y, x], order=1, mode="nearest")
-    vertices, faces, *_ = igl.marching_cubes(values, np.column_stack([x, y, z]).astype(float), n, n, 36, 0.0)
-    a, b, c = (vertices[corner] for corner in faces.T)
-    used, numbers = np.unique(faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-3], return_inverse=True)
-    return vertices[used], np.ascontiguousarray(numbers.reshape(-1, 3), dtype=np.int32)
+    """A level set of hills in cells of 3 mm, with noise of several widths."""
+    camera = Camera("fused", level=level, focal=3.0)
+    vertices, _, faces = fused_map(SCENES["looked_at"]["hills"], camera, np.random.default_rng(0))
+    return vertices, faces
 
 
 def _found(vertices: np.ndarray, faces: np.ndarray) -> bool:
@@ -87,8 +80,7 @@ def _found(vertices: np.ndarray, faces: np.ndarray) -> bool:
 @pytest.mark.parametrize("width", [0, 2, 4])
 def test_the_width_of_the_noise_that_was_put_in_is_found(width: int) -> None:
     """Four fifths and more of the variance are of that width, and the variance is right within a quarter."""
-    points = FLAT + 0.3 * _shared(width)[:, None] * UP
-    field = noise_field(points, FACES, normals=UP, scored=SCORED, widths=(0, 2, 4), scales=(1, 2, 4))
+    field = noise_field(_scan(FLAT + 0.3 * _shared(width)[:, None] * UP), (0, 2, 4), (1, 2, 4))
     assert field.variances[(0, 2, 4).index(width)] > 0.8 * field.variances.sum()
     assert field.variances.sum() == pytest.approx(0.09, rel=0.25)
     assert field.heights[SCORED].std() == pytest.approx(0.3, rel=0.15)
@@ -96,16 +88,15 @@ def test_the_width_of_the_noise_that_was_put_in_is_found(width: int) -> None:
 
 def test_half_of_the_noise_is_shared() -> None:
     """Of equal parts of two widths about a half is shared, and the other part is the noise of a vertex of its own."""
-    points = FLAT + (0.2 * _shared(0) + 0.2 * _shared(2, seed=5))[:, None] * UP
-    field = noise_field(points, FACES, normals=UP, scored=SCORED, widths=(0, 2), scales=(1, 4))
+    field = noise_field(_scan(FLAT + (0.2 * _shared(0) + 0.2 * _shared(2, seed=5))[:, None] * UP), (0, 2), (1, 4))
     assert field.shared == pytest.approx(0.5, abs=0.15)
     assert field.own == pytest.approx(0.2, rel=0.15)
 
 
 def test_no_noise_is_nothing() -> None:
     """Neither a plane nor a mesh of which no vertex counts has any."""
-    for scored in (SCORED, np.zeros_like(SCORED)):
-        field = noise_field(FLAT, FACES, normals=UP, scored=scored, widths=(0, 2), scales=(1, 4))
+    for scan in (_scan(FLAT), Scan(FLAT, FACES, np.zeros_like(SCORED))):
+        field = noise_field(scan, (0, 2), (1, 4))
         assert (field.shared, field.own) == (0.0, 0.0)
         assert not field.heights.any()
 
@@ -114,24 +105,24 @@ def test_the_noise_is_the_same_for_a_moved_and_renumbered_mesh() -> None:
     """Random numbers are made of the geometry."""
     points = FLAT + 0.3 * _shared(2)[:, None] * UP
     moved, faces, order = renumbered((points @ rotation().T + 5.0, FACES), seed=3)
-    field = noise_field(points, FACES, normals=UP, scored=SCORED, widths=(0, 2), scales=(1, 4))
-    other = noise_field(moved, faces, normals=(UP @ rotation().T)[order], scored=SCORED[order], widths=(0, 2), scales=(1, 4))
+    field = noise_field(_scan(points), (0, 2), (1, 4))
+    other = noise_field(_scan(moved, faces, (UP @ rotation().T)[order]), (0, 2), (1, 4))
     np.testing.assert_allclose(other.variances, field.variances, rtol=1e-6)
     np.testing.assert_allclose(other.heights, field.heights[order], atol=1e-6)
 
 
-def _by_risk(points: np.ndarray, noise: np.ndarray, steps: tuple[int, ...]) -> Choice[int] | None:
-    def candidates(start: np.ndarray, held: np.ndarray) -> list[Iterator[np.ndarray]]:
-        return [(taubin_fairing(start, FACES, iterations=k) if k else start for k in steps)]
-
-    return choose_by_risk(points, FACES, candidates, [list(steps)], normals=UP, scored=SCORED, noise=noise)
+def _by_risk(points: np.ndarray, noise: np.ndarray) -> Choice[int] | None:
+    """The choice among doing nothing and two numbers of Taubin's steps."""
+    return _scan(points).choose_by_risk(
+        lambda start, _: [(taubin_fairing(start, FACES, iterations=k) if k else start for k in (0, 3, 10))], [[0, 3, 10]], noise
+    )
 
 
 def test_the_risk_is_the_error_and_the_variance_of_the_noise() -> None:
     """The expected squared error of the slopes is right within a tenth of the noise's, though neighbours share the noise."""
-    steps, true, noise = (0, 3, 10), 0.5 * np.sin(FLAT[:, 0] / 8.0), 0.3 * _shared(2)
+    true, noise = 0.5 * np.sin(FLAT[:, 0] / 8.0), 0.3 * _shared(2)
     points = FLAT + (true + noise)[:, None] * UP
-    found = _by_risk(points, 0.3 * _shared(2, seed=9), steps)
+    found = _by_risk(points, 0.3 * _shared(2, seed=9))
     assert found is not None
     pairs = FACES[SCORED[FACES].all(axis=1)][:, :2]
 
@@ -147,11 +138,10 @@ def test_the_risk_is_the_error_and_the_variance_of_the_noise() -> None:
 def test_without_noise_nothing_is_better_than_the_scan() -> None:
     """The least risk is that of doing nothing; of no vertices nothing is known."""
     points = FLAT + np.sin(FLAT[:, :1] / 2.0) * UP
-    found = _by_risk(points, np.zeros(len(points)), (0, 3, 10))
+    found = _by_risk(points, np.zeros(len(points)))
     assert found is not None
     assert found.chosen.label == 0
-    empty = np.empty((0, 3), dtype=np.int32)
-    assert choose_by_risk(FLAT, empty, lambda p, h: [], [], normals=UP, scored=SCORED, noise=FLAT[:, 2]) is None
+    assert Scan(FLAT, np.empty((0, 3), dtype=np.int32)).choose_by_risk(lambda p, h: [], []) is None
 
 
 @pytest.mark.parametrize(("camera", "expected"), [("light", True), ("flight", True), ("view", False)])
@@ -167,7 +157,7 @@ def test_maps_of_cameras_are_told_by_their_noise(camera: str, expected: bool) ->
 
 def test_fused_maps_are_told_until_they_are_smoothed() -> None:
     """Cut-off corners and shared noise tell them; after three of MeshLab's Laplacian steps, or without noise, there is none."""
-    vertices, faces = _fused(0.3)
+    vertices, faces = _fused(1.0)
     assert _found(vertices, faces)
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
@@ -186,8 +176,7 @@ def test_noise_along_one_axis_of_a_closed_surface_is_no_map() -> None:
 
 
 def _angles(vertices: np.ndarray, truth: np.ndarray, faces: np.ndarray) -> float:
-    normals = [face_normals(points, faces) for points in (vertices, truth)]
-    return float(np.degrees(angles_between(*normals)).mean())
+    return mean_angle(face_normals(vertices, faces), face_normals(truth, faces))
 
 
 @pytest.mark.slow
@@ -214,21 +203,26 @@ def test_what_may_not_move_is_no_evidence() -> None:
     assert setting_of_shared(mesh, estimate_noise(noisy, faces), border="along") == (STRONG, None)
 
 
-def _waves(step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A bumpy sheet rounded along a slanting axis, its truth and its faces."""
-    vertices, faces = grid(80, 80)
-    x, y = vertices[:, 0], vertices[:, 1]
-    truth = vertices.copy()
-    truth[:, 2] = 6.0 * np.sin(x / 13.0) * np.cos(y / 17.0)
-    axis = np.array([0.2, 0.3, 0.93])
-    axis /= np.linalg.norm(axis)
-    heights = truth @ axis
-    return truth + np.outer(step * np.round(heights / step) - heights, axis), truth, faces
+AXIS = np.array([0.2, 0.3, 0.93]) / np.linalg.norm([0.2, 0.3, 0.93])
+
+
+def _waves() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A bumpy sheet rounded along a slanting axis to steps of a half, its truth and its faces."""
+    truth, faces = grid(80, 80)
+    truth[:, 2] = 6.0 * np.sin(truth[:, 0] / 13.0) * np.cos(truth[:, 1] / 17.0)
+    heights = truth @ AXIS
+    return truth + np.outer(0.5 * np.round(heights / 0.5) - heights, AXIS), truth, faces
+
+
+def _rounding(vertices: np.ndarray, faces: np.ndarray) -> Rounding:
+    found = rounding_of(vertices, faces)
+    assert found is not None
+    return found
 
 
 def test_the_amount_of_shared_noise_is_seen() -> None:
     """Rounding to half an edge is noise of 0.5 / sqrt(12); a camera's map has as much as was put in, within a third."""
-    vertices, _, faces = _waves(0.5)
+    vertices, _, faces = _waves()
     edge = mean_edge_length(vertices, faces)
     assert shared_noise(vertices / edge, faces, estimate_noise(vertices, faces)) == pytest.approx(0.5 / edge / 12**0.5, rel=0.1)
     noisy, truth, faces = _map("flight")
@@ -239,42 +233,35 @@ def test_the_amount_of_shared_noise_is_seen() -> None:
 
 def test_the_axis_and_the_levels_of_rounding_are_found() -> None:
     """Along any axis, in any unit: the axis is right to a thousandth, all levels are multiples of the step."""
-    vertices, _, faces = _waves(0.5)
-    found = rounding_of(40.0 * vertices @ rotation().T, faces)
-    assert found is not None
-    axis = np.array([0.2, 0.3, 0.93]) @ rotation().T
-    assert abs(found.direction @ axis) / np.linalg.norm(axis) > 1.0 - 1e-6
+    vertices, _, faces = _waves()
+    found = _rounding(40.0 * vertices @ rotation().T, faces)
+    assert abs(found.direction @ (AXIS @ rotation().T)) > 1.0 - 1e-6
     steps = np.diff(found.levels) / 20.0
     assert np.abs(steps - np.round(steps)).max() < 1e-3
 
 
 def test_undoing_rounding_leaves_no_vertex_out_of_its_step_and_little_of_the_angle() -> None:
-    """Every vertex is within half a step of where it was, along the axis alone, and less than a fifth of the angle is left."""
-    vertices, truth, faces = _waves(0.5)
-    found = rounding_of(vertices, faces)
-    assert found is not None
+    """Every vertex is within half a step of where it was, along the axis alone, and less than a fifth of the angle is left.
+
+    What may not move keeps every bit.
+    """
+    vertices, truth, faces = _waves()
+    found = _rounding(vertices, faces)
     undone = found.undone(vertices, faces)
     moves = undone - vertices
     assert np.abs(moves @ found.direction).max() <= 0.25 + 1e-9
     assert np.abs(np.cross(moves, found.direction)).max() < 1e-9
     assert found.left(undone, vertices).max() < 1e-9
     assert _angles(undone, truth, faces) < 0.2 * _angles(vertices, truth, faces)
-
-
-def test_vertices_that_may_not_move_keep_their_rounding() -> None:
-    """Half of the sheet is kept, bit by bit."""
-    vertices, _, faces = _waves(0.5)
-    found = rounding_of(vertices, faces)
-    assert found is not None
     movable = vertices[:, 0] > 40.0
-    undone = found.undone(vertices, faces, movable)
-    assert np.array_equal(undone[~movable], vertices[~movable])
-    assert not np.array_equal(undone, vertices)
+    part = found.undone(vertices, faces, movable)
+    assert np.array_equal(part[~movable], vertices[~movable])
+    assert not np.array_equal(part, vertices)
 
 
 def test_a_fixed_border_keeps_its_rounding() -> None:
     """What is done to the rest leaves its bits."""
-    vertices, _, faces = _waves(0.5)
+    vertices, _, faces = _waves()
     on_border = border_vertices(faces, len(vertices))
     found = denoised(vertices, faces, rounding="undo", border="fixed")
     assert np.array_equal(found[on_border], vertices[on_border])

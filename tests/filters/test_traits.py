@@ -12,35 +12,16 @@ from pymeshfair.filters.inspection import surface_measures
 from pymeshfair.filters.traits import facing, measured_traits, sharpness, surface_noise
 from tests.meshes import Mesh, cube, grid, icosphere, rotation, subdivided, torus, tube
 
-
-def fine_cube() -> Mesh:
-    """A cube of 16 edges to a side."""
-    mesh = cube()
-    for _ in range(4):
-        mesh = subdivided(*mesh)
-    return mesh
+#: a cube of 16 edges to a side
+FINE_CUBE = subdivided(*subdivided(*subdivided(*subdivided(*cube()))))
 
 
 def can(around: int, radius: float, height: float) -> Mesh:
-    """A closed cylinder whose lids are fans of rings."""
-    vertices, faces = tube(around, 6, radius, height)
-    rims = [np.arange(around), len(vertices) - around + np.arange(around)]
-    for rim, turned in zip(rims, (True, False), strict=True):
-        middle = vertices[rim].mean(axis=0)
-        start = len(vertices)
-        half = middle + 0.5 * (vertices[rim] - middle)
-        vertices = np.concatenate([vertices, half, [middle]])
-        inner = start + np.arange(around)
-        after = np.roll(np.arange(around), -1)
-        lid = np.concatenate(
-            [
-                np.column_stack([rim, rim[after], inner]),
-                np.column_stack([rim[after], inner[after], inner]),
-                np.column_stack([inner, inner[after], np.full(around, start + around)]),
-            ]
-        )
-        faces = np.concatenate([faces, (lid[:, ::-1] if turned else lid).astype(np.int32)])
-    return vertices, faces
+    """A cylinder whose lids are rings, open in the middle."""
+    vertices, faces = tube(around, 8)
+    outline = [(0.5, 0.0), *((1.0, k / 6.0) for k in range(7)), (0.5, 1.0)]
+    vertices[:, 2] = 1.0
+    return vertices * [(r * radius, r * radius, z * height) for r, z in outline for _ in range(around)], faces
 
 
 def along_normals(mesh: Mesh, level: float, seed: int = 3) -> Mesh:
@@ -67,7 +48,7 @@ def test_facing_of_no_area_is_zero() -> None:
 
 def test_all_bending_of_a_cube_is_at_its_edges_and_none_of_a_ball() -> None:
     """Planes that meet at right angles bend nowhere else; a ball of edges of 4 degrees nowhere by 30."""
-    assert sharpness(sample_of(*fine_cube()), 0.0) == pytest.approx(1.0)
+    assert sharpness(sample_of(*FINE_CUBE), 0.0) == pytest.approx(1.0)
     assert sharpness(sample_of(*icosphere(4)), 0.0) == 0.0
     assert sharpness(sample_of(*grid()), 0.0) == 0.0
 
@@ -83,7 +64,7 @@ def test_a_cylinder_bends_at_its_rims_by_the_share_of_its_closed_form() -> None:
 @pytest.mark.parametrize("level", [0.1, 0.3])
 def test_noise_does_not_hide_edges_and_makes_none(level: float) -> None:
     """A cube under noise still bends at its edges for the most part, a ball under the same noise hardly there."""
-    vertices, faces = fine_cube()
+    vertices, faces = FINE_CUBE
     shifts = np.random.default_rng(4).normal(scale=level * mean_edge_length(vertices, faces), size=vertices.shape)
     assert sharpness(sample_of(vertices + shifts, faces), level) > 0.7
     assert sharpness(sample_of(*along_normals(icosphere(4), level)), level) < 0.2

@@ -19,7 +19,7 @@ from pymeshfair.filters.denoising import (
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.relaxation import along_normals
 from pymeshfair.filters.diffusion import taubin_fairing
-from pymeshfair.filters.geometry import face_normals, mean_edge_length
+from pymeshfair.filters.geometry import face_normals, mean_edge_length, mean_normals_at_vertices
 from pymeshfair.filters.inspection import folded_faces
 from pymeshfair.plugins.denoising import DEFAULTS, STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
 from tests.angles import mean_angle
@@ -54,6 +54,13 @@ def apply(declared: Filter, surface: Surface, **values: Any) -> Edit:
     return declared.function(cast(Layer, surface), **declared.with_defaults(values))
 
 
+def filtered(mesh: Mesh, chosen: Bools | None = None, **values: Any) -> tuple[Floats, dict[str, Any]]:
+    """The vertices after normal filtering, and the values that it reports."""
+    edit = apply(apply_coord_normal_filtering, Surface(*mesh, chosen), **values)
+    assert edit.vertices is not None
+    return edit.vertices, dict(edit.values)
+
+
 @pytest.fixture(scope="module")
 def true() -> Mesh:
     """A cube of 386 vertices."""
@@ -67,84 +74,57 @@ def true() -> Mesh:
 def rough(true: Mesh) -> Mesh:
     """The cube with noise of 0.15 of its shorter edges along the normals, which spreads no vertices along the surface."""
     vertices, faces = true
-    outward = np.zeros_like(vertices)
-    for corner in range(3):
-        np.add.at(outward, faces[:, corner], face_normals(*true))
-    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    outward = mean_normals_at_vertices(face_normals(*true), faces, len(vertices))
     return vertices + np.random.default_rng(0).normal(0.0, 0.15 / 8, (len(vertices), 1)) * outward, faces
 
 
-ZHENG: dict[str, Any] = {
-    "method": "bilateral",
-    "range_kernel": "gaussian",
-    "space_kernel": "gaussian",
-    "range_measure": "euclidean",
-    "range_sigma": 0.35,
-    "range_floor": 0.0,
-    "space_sigma": 1.0,
-    "neighborhood": "vertex",
-    "normal_iterations": 20,
-    "vertex_iterations": 10,
-    "outer_iterations": 1,
-    "vertex_update": "sun",
-    "relaxation": 0,
-}
+#: every parameter of the technique
+GIVEN: dict[str, Any] = {**DEFAULTS}
 
 
 def test_what_is_given_is_what_is_done(rough: Mesh) -> None:
     """With every parameter given the vertices are those of the technique, and the values name each parameter."""
-    edit = apply(apply_coord_normal_filtering, Surface(*rough), **ZHENG)
+    edit = apply(apply_coord_normal_filtering, Surface(*rough), **GIVEN)
     assert edit.vertices is not None
     np.testing.assert_array_equal(edit.vertices, normal_filtering(*rough))
-    assert {name: edit.values[name] for name in ZHENG} == ZHENG
+    assert {name: edit.values[name] for name in GIVEN} == GIVEN
     touched = {f.name for f in fields(edit) if getattr(edit, f.name) is not None and f.name not in ("new_layers", "notes")}
     assert touched == {"vertices", "values"}
 
 
 def test_the_values_measure_what_was_done(rough: Mesh) -> None:
     """The drift is the mean displacement in mean edges; faces that look away from those around them are counted."""
-    edit = apply(apply_coord_normal_filtering, Surface(*rough), **ZHENG)
-    assert edit.vertices is not None
-    moved = np.linalg.norm(edit.vertices - rough[0], axis=1).mean() / mean_edge_length(*rough)
-    assert edit.values["drift"] == pytest.approx(moved, rel=1e-12)
-    assert edit.values["folded_after"] == folded_faces(edit.vertices, rough[1]).sum()
-    assert edit.values["folded_before"] == folded_faces(*rough).sum()
+    vertices, values = filtered(rough, **GIVEN)
+    moved = np.linalg.norm(vertices - rough[0], axis=1).mean() / mean_edge_length(*rough)
+    assert values["drift"] == pytest.approx(moved, rel=1e-12)
+    assert values["folded_after"] == folded_faces(vertices, rough[1]).sum()
+    assert values["folded_before"] == folded_faces(*rough).sum()
 
 
-@pytest.mark.slow
-def test_by_default_everything_is_automatic(rough: Mesh, true: Mesh) -> None:
-    """Without parameters the result is that of the automatic choice, nearer to the truth, and the choice is reported."""
-    edit = apply(apply_coord_normal_filtering, Surface(*rough))
+def test_by_default_everything_is_automatic_and_the_report_repeats_it(rough: Mesh, true: Mesh) -> None:
+    """The result is that of the automatic choice, nearer to the truth; the filter with the reported parameters does the same."""
+    vertices, values = filtered(rough)
     expected, choice = denoise_automatically(*rough)
-    assert edit.vertices is not None
-    np.testing.assert_array_equal(edit.vertices, expected)
+    np.testing.assert_array_equal(vertices, expected)
     assert choice.setting.parameters is not None
-    assert {name: edit.values[name] for name in vars(choice.setting.parameters)} == vars(choice.setting.parameters)
-    assert edit.values["relaxation"] == choice.setting.relaxation
-    assert len(edit.values["tried"]) > 1
-    assert edit.values["noise"] == choice.noise.deviation
-    before, after = (mean_angle(face_normals(v, rough[1]), face_normals(*true)) for v in (rough[0], edit.vertices))
+    assert {name: values[name] for name in vars(choice.setting.parameters)} == vars(choice.setting.parameters)
+    assert values["relaxation"] == choice.setting.relaxation
+    assert len(values["tried"]) > 1
+    assert values["noise"] == choice.noise.deviation
+    before, after = (mean_angle(face_normals(v, rough[1]), face_normals(*true)) for v in (rough[0], vertices))
     assert after < 0.2 * before
-
-
-def test_the_reported_values_given_back_repeat_the_result(rough: Mesh) -> None:
-    """The filter with the reported parameters does what the automatic run did."""
-    first = apply(apply_coord_normal_filtering, Surface(*rough))
-    again = apply(apply_coord_normal_filtering, Surface(*rough), **{name: first.values[name] for name in DEFAULTS})
-    assert first.vertices is not None
-    assert again.vertices is not None
-    np.testing.assert_allclose(again.vertices, first.vertices, rtol=0, atol=1e-12)
+    again, _ = filtered(rough, **{name: values[name] for name in DEFAULTS})
+    np.testing.assert_allclose(again, vertices, rtol=0, atol=1e-12)
 
 
 def test_a_given_parameter_narrows_what_is_tried(rough: Mesh) -> None:
     """All that is tried has it, nothing at all apart; so the others are those that go best with it."""
-    edit = apply(apply_coord_normal_filtering, Surface(*rough), range_kernel="lorentzian", range_sigma=0.2)
-    tried = [trial["parameters"] for trial in edit.values["tried"] if trial["parameters"] is not None]
+    _, values = filtered(rough, range_kernel="lorentzian", range_sigma=0.2)
+    tried = [trial["parameters"] for trial in values["tried"] if trial["parameters"] is not None]
     assert {(parameters["range_kernel"], parameters["range_sigma"]) for parameters in tried} == {("lorentzian", 0.2)}
-    best = min(edit.values["tried"], key=lambda trial: trial["error"])
-    assert (edit.values["range_kernel"], edit.values["range_sigma"]) == ("lorentzian", 0.2)
-    assert edit.values["method"] in {parameters["method"] for parameters in tried}
-    assert best["error"] < edit.values["tried"][0]["error"]
+    assert (values["range_kernel"], values["range_sigma"]) == ("lorentzian", 0.2)
+    assert values["method"] in {parameters["method"] for parameters in tried}
+    assert min(trial["error"] for trial in values["tried"]) < values["tried"][0]["error"]
 
 
 def test_a_mesh_without_noise_is_left_alone() -> None:
@@ -173,14 +153,13 @@ def test_more_folded_faces_than_before_are_said_and_slivers_named() -> None:
 def test_only_selected_vertices_move(rough: Mesh) -> None:
     """With `selected` the others keep every bit."""
     chosen = rough[0][:, 2] > 0.5
-    edit = apply(apply_coord_normal_filtering, Surface(*rough, chosen), selected=True, **ZHENG)
-    assert edit.vertices is not None
-    assert ((edit.vertices != rough[0]).any(axis=1) == chosen).all()
+    vertices, _ = filtered(rough, chosen, selected=True, **GIVEN)
+    assert ((vertices != rough[0]).any(axis=1) == chosen).all()
 
 
 def test_face_normals_alone(rough: Mesh, true: Mesh) -> None:
     """The second filter returns step one: unit normals nearer to the truth, the vertices untouched; or those of some faces."""
-    settings = {name: ZHENG[name] for name in STEP_ONE}
+    settings = {name: GIVEN[name] for name in STEP_ONE}
     edit = apply(apply_normal_robust_filtering_per_face, Surface(*rough), **settings)
     assert edit.face_normals is not None
     assert edit.vertices is None
@@ -203,13 +182,11 @@ def test_with_everything_given_the_mesh_is_not_estimated(rough: Mesh, monkeypatc
         raise AssertionError("the mesh was estimated")
 
     monkeypatch.setattr("pymeshfair.plugins.denoising.automatic_choice", refuse)
-    given = {name: DEFAULTS[name] for name in DEFAULTS}
-    values = apply(apply_coord_normal_filtering, Surface(*rough), **given).values
-    assert "shape" not in values
-    fixed = apply(apply_coord_normal_filtering, Surface(*rough), choice="fixed").values
+    assert "shape" not in filtered(rough, **GIVEN)[1]
+    _, fixed = filtered(rough, choice="fixed")
     assert {name: fixed[name] for name in vars(FIXED)} == vars(FIXED)
     with pytest.raises(AssertionError, match="estimated"):
-        apply(apply_coord_normal_filtering, Surface(*rough), **{**given, "range_sigma": "auto"})
+        filtered(rough, **{**GIVEN, "range_sigma": "auto"})
     first = {name: DEFAULTS[name] for name in STEP_ONE}
     assert "shape" not in apply(apply_normal_robust_filtering_per_face, Surface(*rough), **first).values
 
@@ -220,10 +197,8 @@ def test_steps_of_taubin_come_first_and_may_keep_to_the_normals(rough: Mesh) -> 
     fair = taubin_fairing(vertices, faces, iterations=4)
     along = along_normals(vertices, fair, smooth_normals(vertices, faces))
     for direction, start in (("all", fair), ("normal", along)):
-        given = {**ZHENG, "relaxation": 4, "relaxation_direction": direction}
-        edit = apply(apply_coord_normal_filtering, Surface(*rough), **given)
-        assert edit.vertices is not None
-        np.testing.assert_allclose(edit.vertices, normal_filtering(start, faces), rtol=0, atol=1e-12)
+        moved, _ = filtered(rough, **{**GIVEN, "relaxation": 4, "relaxation_direction": direction})
+        np.testing.assert_allclose(moved, normal_filtering(start, faces), rtol=0, atol=1e-12)
     slid = np.cross(along - vertices, smooth_normals(vertices, faces))
     assert np.abs(slid).max() < 1e-12
 
@@ -232,10 +207,8 @@ def test_outliers_are_replaced_first_and_nothing_else_where_that_is_said(rough: 
     """With 0 outer iterations and no relaxation the vertices that stand out move, and the others keep every bit."""
     vertices, faces = rough[0].copy(), rough[1]
     vertices[40::60] *= 1.3
-    given = {**ZHENG, "outliers": "replace", "outer_iterations": 0}
-    edit = apply(apply_coord_normal_filtering, Surface(vertices, faces), **given)
+    moved, _ = filtered((vertices, faces), **{**GIVEN, "outliers": "replace", "outer_iterations": 0})
     expected, outlying = replace_outlying(vertices, faces)
     assert outlying[40::60].any()
-    assert edit.vertices is not None
-    np.testing.assert_array_equal(edit.vertices, expected)
-    np.testing.assert_array_equal((edit.vertices != vertices).any(axis=1), outlying)
+    np.testing.assert_array_equal(moved, expected)
+    np.testing.assert_array_equal((moved != vertices).any(axis=1), outlying)
