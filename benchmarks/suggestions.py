@@ -4,10 +4,11 @@
 
 Ten kinds of scans, each in three versions: other noise by the factor of a size, other random numbers. The ranking was made
 with the first set in view, and one rule of it with the second, of other shapes and other noise; the third was run once, when the
-ranking was done. Shapes of the second and the third are stretched by the size along z too. The measure is the root mean square
-distance of the result's vertices from the true surface, in mean edges of the truth, 0.01 at least, so that nothing done on an
-exact scan is as good as next to nothing. Every recipe that fits and is there to clean, denoise or smooth is run; doing nothing
-counts too, as does the first recipe whatever its task. The first is right if it is the best or within 5 %.
+ranking was done, and one map of it is seen since. Shapes of the second and the third are stretched by the size along z too. The
+measure is the root mean square distance of the result's vertices from the true surface, in mean edges of the truth, 0.01 at
+least, so that nothing done on an exact scan is as good as next to nothing. Every recipe that fits and is there to clean, denoise
+or smooth is run; doing nothing counts too, as does the first recipe whatever its task. The first is right if it is the best or
+within 5 %.
 """
 
 from __future__ import annotations
@@ -76,11 +77,8 @@ def sheet(rows: int, columns: int, height: Callable[[Floats, Floats], Floats]) -
 
 def hills(steps: float = 0.0) -> Mesh:
     """A sheet with hills, or with steps of some height."""
-
-    def height(x: Floats, y: Floats) -> Floats:
-        return steps * (x > 25) + steps * (y > 30) if steps else 3.0 * np.sin(x / 9.0) * np.cos(y / 8.0)
-
-    return sheet(55, 50, height)
+    high = steps or 3.0
+    return sheet(55, 50, lambda x, y: high * (1.0 * (x > 25) + (y > 30) if steps else np.sin(x / 9.0) * np.cos(y / 8.0)))
 
 
 def turned(radius: Floats, along: Floats) -> Mesh:
@@ -223,15 +221,14 @@ def noisy(level: float, share: float = 1.0) -> Noise:
 
 
 def shared(level: float, own: float = 0.0) -> Noise:
-    """Noise along the view from the origin, in mean edges, that neighbours share, and a part of it that they do not."""
+    """Noise along the view from the origin, in mean edges, that neighbours share, and some, over that, that they do not."""
 
     def displaced(v: Floats, f: Ints, r: np.random.Generator) -> Floats:
         away, corners = r.normal(size=len(v)), f.ravel()
         for _ in range(2):
             sums = np.bincount(corners, np.repeat(away[f].mean(axis=1), 3), len(v))
             away = sums / np.bincount(corners, minlength=len(v))
-        depth = np.linalg.norm(v, axis=1)
-        unit = away.std()
+        depth, unit = np.linalg.norm(v, axis=1), away.std()
         away = away + own * unit * r.normal(size=len(v))
         return np.asarray(v * (1.0 + level * mean_edge_length(v, f) * away / unit / depth)[:, None])
 
@@ -239,7 +236,7 @@ def shared(level: float, own: float = 0.0) -> Noise:
 
 
 def cloudy(level: float, one_in: int = 50) -> Noise:
-    """Noise in all directions, and one point in fifty anywhere in the bounding box."""
+    """Noise in all directions, and one point in so many anywhere in the bounding box."""
 
     def displaced(v: Floats, f: Ints, r: np.random.Generator) -> Floats:
         return np.concatenate([noisy(level)(v, f, r), r.uniform(v.min(axis=0), v.max(axis=0), (len(v) // one_in, 3))])
