@@ -77,8 +77,8 @@ def sheet(rows: int, columns: int, height: Callable[[Floats, Floats], Floats]) -
 
 def hills(steps: float = 0.0) -> Mesh:
     """A sheet with hills, or with steps of some height."""
-    high = steps or 3.0
-    return sheet(55, 50, lambda x, y: high * (1.0 * (x > 25) + (y > 30) if steps else np.sin(x / 9.0) * np.cos(y / 8.0)))
+    wave = 0.0 if steps else 3.0
+    return sheet(55, 50, lambda x, y: wave * np.sin(x / 9.0) * np.cos(y / 8.0) + steps * (x > 25) + steps * (y > 30))
 
 
 def turned(radius: Floats, along: Floats) -> Mesh:
