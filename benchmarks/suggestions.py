@@ -23,9 +23,8 @@ from pathlib import Path
 import numpy as np
 import pymeshlab
 import trimesh
-from denoising_holdouts import depth_map, in_order, remeshed
 from denoising_metrics import Floats, Ints
-from denoising_pairs import Noise, along_an_axis, along_normals, between_rows, level_set, uniform
+from denoising_pairs import Noise, along_an_axis, along_normals, between_rows, depth_map, in_order, level_set, remeshed, uniform
 
 import pymeshfair
 from pymeshfair.filters.geometry import mean_edge_length
@@ -180,7 +179,7 @@ def still_life() -> Mesh:
         ball = np.sqrt(np.maximum(0.2 - (x + 0.3) ** 2 - (y - 0.1) ** 2, 0.0))
         return np.maximum(ball, np.where((abs(x - 0.5) < 0.25) & (abs(y + 0.2) < 0.4), 0.5 + 0.5 * (x - 0.5), 0.1 * y))
 
-    _, truth, faces = depth_map(height, "view", 80)
+    truth, faces = depth_map(height, 80)
     return truth, faces[:, ::-1]
 
 
