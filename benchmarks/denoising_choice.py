@@ -27,7 +27,7 @@ from contextlib import contextmanager
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from denoising_findings import chest
@@ -124,18 +124,12 @@ def of_choice(pair: NoisyPair, found: dict[Setting, tuple[float, float]], seed: 
     return measured(setting.apply(pair.noisy, pair.faces), pair.truth, pair.faces)
 
 
-class Row(NamedTuple):
-    """A pair: the best angle, and over it those of the others, means over the seeds; see `COLUMNS`."""
+def compared(rules_out: str, seeds: int, ablated: Sequence[str], pair: NoisyPair) -> tuple[Floats, str]:
+    """The choice on a pair with as many sets of held-out vertices, without some rules, and without each of others.
 
-    name: str
-    faces: int
-    best: float
-    values: Floats
-    seconds: float
-
-
-def compared(rules_out: str, seeds: int, ablated: Sequence[str], pair: NoisyPair) -> Row:
-    """The choice on a pair with as many sets of held-out vertices, without some rules, and without each of others."""
+    Returns:
+        The angles over the best, means over the seeds, see `COLUMNS`; and the line that is printed.
+    """
     with left_out(filter(None, rules_out.split(","))):
         found = of_settings(pair)
         best, its = min(found.values())
@@ -151,7 +145,8 @@ def compared(rules_out: str, seeds: int, ablated: Sequence[str], pair: NoisyPair
                     rows[-1].append(of_choice(pair, found, seed)[0] / best)
     after = COLUMNS.index("worst")
     values = np.insert(np.nanmean(rows, axis=0), after, np.max(rows, axis=0)[after - 1])
-    return Row(pair.name, len(pair.faces), best, values, seconds)
+    shown = " ".join(f"{value:8.3f}" for value in values)
+    return values, f"{pair.name:18} {len(pair.faces):6} {best:6.2f} {shown} {seconds:5.1f}"
 
 
 def contest(only: Sequence[str], options: argparse.Namespace) -> None:
@@ -164,10 +159,9 @@ def contest(only: Sequence[str], options: argparse.Namespace) -> None:
     print("mesh                faces   best " + " ".join(f"{name:>8}" for name in (*COLUMNS, *ablated)) + "     s")
     every = []
     with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
-        for row in pool.map(partial(compared, options.without, options.seeds, ablated), pairs):
-            every.append(row.values)
-            shown = " ".join(f"{value:8.3f}" for value in row.values)
-            print(f"{row.name:18} {row.faces:6} {row.best:6.2f} {shown} {row.seconds:5.1f}", flush=True)
+        for values, line in pool.map(partial(compared, options.without, options.seeds, ablated), pairs):
+            every.append(values)
+            print(line, flush=True)
     if not every:
         raise SystemExit("no mesh has such a name")
     for name, values in (("mean", np.mean(every, axis=0)), ("worst", np.max(every, axis=0))):

@@ -122,15 +122,12 @@ def draw(path: Path, sharp: Shape, smooth: Shape, shown: dict[KernelName, tuple[
     from pymeshfair.looking.picture import Appearance
 
     names: tuple[KernelName, ...] = ("l2", "l1", "tukey", "huber", "lorentzian")
-    chests = [("noisy", sharp.noisy), *((name, shown[name][0]) for name in names)]
-    chests += [("truncated_l1, normals of vertices", by_vertices), ("truth", sharp.truth)]
-    balls = [("noisy", smooth.noisy), *((name, shown[name][1]) for name in names)]
-    balls += [("truncated_l1", shown["truncated_l1"][1]), ("truth", smooth.truth)]
     appearance = Appearance(azimuth=-33.0, elevation=25.0, up="z", width=230, height=230)
-    pictures = [
-        draw_panels([Panel(title, vertices, shape.faces) for title, vertices in row], appearance)
-        for shape, row in ((sharp, chests), (smooth, balls))
-    ]
+    last = (("truncated_l1, normals of vertices", by_vertices), ("truncated_l1", shown["truncated_l1"][1]))
+    pictures = []
+    for at, shape in enumerate((sharp, smooth)):
+        row = [("noisy", shape.noisy), *((name, shown[name][at]) for name in names), last[at], ("truth", shape.truth)]
+        pictures.append(draw_panels([Panel(title, vertices, shape.faces) for title, vertices in row], appearance))
     save_picture(path, *pictures)
 
 
@@ -140,9 +137,8 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, help="the folder for the picture")
     options = parser.parse_args()
     sharp, smooth = chest(), bumpy_ball()
-    print(
-        f"chest {len(sharp.faces):,} faces, {sharp.at_features.sum():,} of them at features; ball {len(smooth.faces):,} faces\n"
-    )
+    features = f"{sharp.at_features.sum():,} of them at features"
+    print(f"chest {len(sharp.faces):,} faces, {features}; ball {len(smooth.faces):,} faces\n")
     print("| kernel | | chest | chest, at features | sigma | ball | sigma |\n|---|---|---:|---:|---:|---:|---:|")
     box, ball = sharp.noisy, smooth.noisy
     print(f"| noisy | | {sharp.mad(box):.2f} | {sharp.mad_at_features(box):.2f} | | {smooth.mad(ball):.2f} | |")
@@ -150,11 +146,8 @@ def main() -> int:
     for group, name in ((group, name) for group, names in GROUPS.items() for name in names):
         (box, box_scale), (ball, ball_scale) = best(sharp, name), best(smooth, name)
         shown[name] = box, ball
-        print(
-            f"| {name} | {group} | {sharp.mad(box):.2f} | {sharp.mad_at_features(box):.2f} | {box_scale} "
-            f"| {smooth.mad(ball):.2f} | {ball_scale} |",
-            flush=True,
-        )
+        on_chest = f"{sharp.mad(box):.2f} | {sharp.mad_at_features(box):.2f} | {box_scale}"
+        print(f"| {name} | {group} | {on_chest} | {smooth.mad(ball):.2f} | {ball_scale} |", flush=True)
     print("\n| kernel | normals of | chest | chest, at features |\n|---|---|---:|---:|")
     by_vertices = {}
     for name in ("truncated_l1", "gaussian"):

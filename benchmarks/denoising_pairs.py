@@ -362,9 +362,7 @@ def _sheet(x: Floats, y: Floats, z: Floats) -> tuple[Floats, Ints]:
 
 def _ring(n: int, m: int) -> Ints:
     """The triangles of n closed rows of m vertices, the last row joined to the first."""
-    at = np.arange(n * m, dtype=np.int32).reshape(n, m)
-    following, beside = np.roll(at, -1, axis=0), np.roll(at, -1, axis=1)
-    return halved(at, following, np.roll(following, -1, axis=1), beside)
+    return between_rows(np.pad(np.arange(n * m).reshape(n, m), (0, 1), mode="wrap"))
 
 
 def smooth_bone() -> tuple[Floats, Ints]:
