@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from denoising_metrics import Floats, Ints, angles_to_truth, area_vectors
+from denoising_metrics import Floats, Ints, angles_to_truth
 
 from pymeshfair.filters.denoising import NormalFilterMethod, normal_filtering
-from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import face_adjacency
 
@@ -57,14 +57,10 @@ class Shape:
         random = np.random.default_rng(2026)
         amount = NOISE * mean_edge_length(truth, faces) / np.sqrt(3)
         noisy = truth + random.normal(0.0, amount, truth.shape)
-        normals = area_vectors(truth, faces)
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        pairs = np.asarray(face_adjacency(faces)[0])
+        normals, pairs = face_normals(truth, faces), np.asarray(face_adjacency(faces)[0])
         sharp = np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]]) < np.cos(np.radians(SHARP))
-        at_features = np.zeros(len(faces), dtype=np.bool_)
         corners = np.intersect1d(faces[pairs[sharp, 0]].ravel(), faces[pairs[sharp, 1]].ravel())
-        at_features[np.isin(faces, corners).any(axis=1)] = True
-        return Shape(name, truth, noisy, faces, at_features)
+        return Shape(name, truth, noisy, faces, np.isin(faces, corners).any(axis=1))
 
     def mad(self, vertices: Floats) -> float:
         """Mean angle to the true normals, degrees."""

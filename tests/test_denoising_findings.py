@@ -28,12 +28,9 @@ def on_ball(kernel: KernelName) -> float:
     return bumpy_ball(4).mad(best(bumpy_ball(4), kernel)[0])
 
 
-SLOW = pytest.mark.slow
-
-
 @pytest.mark.parametrize(
     ("better", "worse"),
-    [("l1", "l2"), *(pytest.param(kernel, "huber", marks=SLOW) for kernel in ("truncated_l1", "truncated_l2", "tukey"))],
+    [("l1", "l2"), *(pytest.param(name, "huber", marks=pytest.mark.slow) for name in ("truncated_l1", "truncated_l2", "tukey"))],
 )
 def test_kernels_that_keep_edges(better: KernelName, worse: KernelName) -> None:
     """L1 leaves less than half of L2's error at features, and kernels that are cut off of that of Huber's, which never is."""
