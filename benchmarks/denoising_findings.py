@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from denoising_metrics import Floats, Ints, angles_to_truth
+from numpy.typing import NDArray
 
 from pymeshfair.filters.denoising import NormalFilterMethod, normal_filtering
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
@@ -49,7 +50,7 @@ class Shape:
     truth: Floats
     noisy: Floats
     faces: Ints
-    at_features: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    at_features: NDArray[np.bool_]
 
     @staticmethod
     def of(name: str, truth: Floats, faces: Ints) -> Shape:
@@ -60,7 +61,7 @@ class Shape:
         normals, pairs = face_normals(truth, faces), np.asarray(face_adjacency(faces)[0])
         sharp = np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]]) < np.cos(np.radians(SHARP))
         corners = np.intersect1d(faces[pairs[sharp, 0]].ravel(), faces[pairs[sharp, 1]].ravel())
-        return Shape(name, truth, noisy, faces, np.isin(faces, corners).any(axis=1))
+        return Shape(name, truth, noisy, faces, np.asarray(np.isin(faces, corners).any(axis=1)))
 
     def mad(self, vertices: Floats) -> float:
         """Mean angle to the true normals, degrees."""
