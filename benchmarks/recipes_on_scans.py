@@ -232,7 +232,7 @@ def tables(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
         for scan in dict.fromkeys(row["scan"].removesuffix("_noisy") for row in rows)
         if scan not in ("terrestrial", "chameleon")
     ]
-    removing = removing_noise()
+    others = [name for name in recipes_of("mesh") if load_recipe(name).info.task in ("repair", "prepare", "change the shape")]
 
     def cell(scan: str, name: str, words: Callable[[dict[str, Any]], str]) -> str:
         row = found.get((scan, name))
@@ -244,13 +244,19 @@ def tables(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
         lost = row["relief told"] if row["relief told"] is not None else row.get("relief")
         return "0" if not row["moved"][1] else "?" if lost is None else f"{100.0 * lost:.0f}"
 
-    for title, end, words in (
-        (f"noise of {LEVEL}", "_noisy", lambda row: f"{row['distance'][1]:.2f}"),
-        ("as they are", "", relief),
+    def kept(row: dict[str, Any]) -> str:
+        more = row["added"] - row["removed"][1]
+        return f"{row['distance'][1]:.2f}" + (f" +{more:.0%}" if more > 0.005 else "")
+
+    for title, end, words, names in (
+        (f"noise of {LEVEL}", "_noisy", lambda row: f"{row['distance'][1]:.2f}", removing_noise()),
+        ("as they are", "", relief, removing_noise()),
+        (f"others, noise of {LEVEL}", "_noisy", kept, others),
+        ("others, as they are", "", kept, others),
     ):
         yield f"| {title} | {' | '.join(scans)} |"
         yield "|---|" + "---:|" * len(scans)
-        for name in removing:
+        for name in names:
             yield f"| `{name}` | {' | '.join(cell(scan + end, name, words) for scan in scans)} |"
         yield ""
     yield "| recipe | runs | written | moved at most, edges | removed at most, of the area |"

@@ -14,11 +14,10 @@ from .normal_filter import NormalFilter
 from .normal_passes import NormalPasses
 from .vertex_update import VertexUpdate, fit_vertices
 
-#: Where a round folds a face over, its corners and those around them go back to where they were. That may fold others: so often
-#: it is looked.
-LOOKS = 2
+# The corners of a face that a round folds over go back to where they were. That may fold others, for which it is looked so often.
+_LOOKS = 2
 #: rings of faces around a vertex that decide whether it goes back
-RINGS_OF_LOOKS = 3 * LOOKS
+RINGS_OF_LOOKS = 2 * _LOOKS
 
 
 def rounds(
@@ -67,16 +66,13 @@ def rounds(
             along_normal=adjacency.on_border if border == "along" else None,
             overwrite=table,
         )
-        for _ in range(1 + LOOKS):
+        for _ in range(1 + _LOOKS):
             measure_faces(after, adjacency.faces, table)
             found = _folded(adjacency, table)
-            new = found & ~folded
-            if not new.any():
+            corners = adjacency.faces[found & ~folded]
+            if len(corners) == 0:
                 break
-            back = np.zeros(len(now), dtype=np.bool_)
-            back[adjacency.faces[new]] = True
-            back[adjacency.faces[back[adjacency.faces].any(axis=1)]] = True
-            after[back] = now[back]
+            after[corners] = now[corners]
         now, folded = after, found
         yield now
 

@@ -12,6 +12,7 @@ import pytest
 from pymeshfair.commands.suggest import _by_evidence, _trials
 from pymeshfair.filters.denoising.automatic import automatic_choice
 from pymeshfair.recipe import shipped_recipes
+from pymeshfair.running.suitability import Trial
 from pymeshfair.scripts import parse_script
 from tests.meshes import cube, noisy, torus
 
@@ -129,6 +130,16 @@ def test_a_recipe_is_not_written_under_the_name_of_a_mesh(scan: Path) -> None:
 def test_recipes_are_not_tried_where_no_setting_was() -> None:
     """Fused maps get a strong setting without a trial: there is nothing that recipes could be compared with."""
     assert _trials(Path("fused.ply"), {"mesh": 1.0}, {"shape": "correlated"}, None, None) == {}
+
+
+def test_relief_is_no_evidence_where_neighbours_share_their_noise(scan: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Waves of that noise pass for relief: what takes them keeps its place, with the error that its own filter was judged by."""
+    tried = {name: Trial(error=0.25, before=0.28, relief=0.4) for name in ("denoise", "smooth_implicit")}
+    monkeypatch.setattr("pymeshfair.running.trials.trials", lambda *_, **__: tried)
+    values = {"shape": "correlated", "tried": [{"error": 0.3}, {"error": 0.2}]}
+    found = _trials(scan, {"mesh": 1.0, "noise": 0.2}, values, None, None)
+    assert found["denoise"] == Trial(error=0.2, before=0.3, relief=None)
+    assert found["smooth_implicit"] == Trial(error=0.3, before=0.3, relief=None)
 
 
 def test_noise_of_impulses_counts_by_what_removing_it_moves() -> None:

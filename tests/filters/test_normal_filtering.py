@@ -305,6 +305,21 @@ def test_an_order_of_space_makes_no_difference_to_the_bits(settings: dict[str, A
     assert results[0] == results[1]
 
 
+def test_no_round_folds_a_face_over() -> None:
+    """The faces that look away from the normals at their corners after a round did so before it: slivers do not turn over."""
+    vertices, faces = irregular_grid(24, 24)
+    vertices[:, 2] = -np.abs(vertices[:, 0] - vertices[:, 0].mean())
+    vertices += np.random.default_rng(1).normal(0.0, 0.2, vertices.shape)
+    before = folded_faces(vertices, faces)
+    for rounds in range(1, 9):
+        result = normal_filtering(
+            vertices, faces, range_kernel="truncated_l1", range_sigma=0.5, normal_iterations=1, outer_iterations=rounds
+        )
+        after = folded_faces(result, faces)
+        assert not (after & ~before).any()
+        before = after
+
+
 # ------------------------------------------------------------------------------------------------------- what may move, and how
 
 

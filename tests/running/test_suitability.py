@@ -41,6 +41,15 @@ def test_the_recipe_that_is_made_for_most_of_the_scan_comes_first() -> None:
     assert [s.recipe for s in ranked({"mesh": 0.0, "cloud": 1.0}, HEADS) if s.fits] == []
 
 
+def test_openings_are_not_closed_unasked() -> None:
+    """Of recipes that are as good those come last that would close a clean scan; where nothing is open they lead."""
+    heads = [head("smooths", "mesh", task="smooth"), head("closes", "mesh, noise up to 0.04 edges", task="prepare")]
+    moves_nothing = {"smooths": Trial(error=0.0, before=0.0, relief=None)}
+    for borders, order in ((12.0, ["smooths", "closes"]), (0.0, ["closes", "smooths"])):
+        traits = {"mesh": 1.0, "noise": 0.0, "border edges": borders}
+        assert [s.recipe for s in ranked(traits, heads, moves_nothing)] == order
+
+
 def test_what_was_tried_leads_by_its_error_and_what_erases_detail_comes_last() -> None:
     """The least error comes first, a recipe that moves nothing before one that is worse, and relief lost behind all."""
     traits = {"mesh": 1.0, "noise": 0.2, "sharpness": 0.9}

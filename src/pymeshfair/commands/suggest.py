@@ -142,9 +142,11 @@ def _trials(
     if not is_correlated:
         return found
     # Held-out vertices are no evidence where neighbours share their noise: the filter that knows such noise was judged otherwise.
+    # Nor is relief, as the waves of that noise pass for some.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
+    nothing, best = errors[0], min(errors)
     return {
-        name: replace(trial, before=errors[0], error=min(errors) if name in filtered else max(errors[0], trial.error))
+        name: replace(trial, before=nothing, error=best if name in filtered else max(nothing, trial.error), relief=None)
         for name, trial in found.items()
     }
 

@@ -27,9 +27,9 @@ _REPLACEABLE = (*_ALIKE, "clean")
 _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "the triangles are good as they are"}
 
 #: the order of recipes
-_Key: TypeAlias = tuple[bool, int, bool, bool, float, float, int, int]
-#: tasks that change what was scanned, or do not clean it
-_ASIDE = ("change the shape", "curves", "look")
+_Key: TypeAlias = tuple[bool, int, bool, bool, float, float, bool, int, int]
+#: tasks that change what was scanned, or do not clean it, and those that close openings, with surface that nobody measured
+_ASIDE, _CLOSING = ("change the shape", "curves", "look"), ("repair", "prepare")
 #: relief that may go: more is detail that is erased
 ERASED = 0.1
 
@@ -147,24 +147,26 @@ def ranked(
     """All shipped recipes, those first that fit, and of these first the ones that are made for most of what the scan is.
 
     Where recipes were tried those come first that leave the least error, by their risk where errors cannot be told apart, one
-    that was not tried counting as one that moves nothing, and behind all others those that erase detail. Among equals a recipe
-    is the better known to fit the more conditions it sets, those of what a scan must not be aside; then the order is that of
-    the tasks. One that says that it is judged after another comes after that, if it fits too. Recipes that do not fit come by
-    how little is in the way.
+    that was not tried counting as one that moves nothing, and behind all others those that erase detail. Among equals those come
+    last that repair or prepare a scan with openings: whether these are to be closed, the scan does not say. Then a recipe is the
+    better known to fit the more conditions it sets, those of what a scan must not be aside; then the order is that of the tasks.
+    One that says that it is judged after another comes after that, if it fits too. Recipes that do not fit come by how little is
+    in the way.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
     verdicts = {head.name: replace(judged(head.name, head.info, traits), trial=tried.get(head.name)) for head in heads}
     of_nothing = max((trial.before for trial in tried.values()), default=0.0)
     least = min((trial.error for trial in tried.values()), default=0.0)
+    is_open = traits.get("border edges", 0.0) > 0.0
 
     def key(suited: Suitability) -> _Key:
         erases = suited.trial is not None and suited.trial.erases
         error, risk = of_nothing, 0.0
         if suited.trial is not None:
             error, risk = (suited.trial.error, 0.0) if suited.trial.risk is None else (least, suited.trial.risk)
-        aside = suited.task in _ASIDE
-        return not suited.fits, len(suited.unmet), aside, erases, error, risk, -suited.made_for, _place(suited.task)
+        aside, closes = suited.task in _ASIDE, is_open and suited.task in _CLOSING
+        return not suited.fits, len(suited.unmet), aside, erases, error, risk, closes, -suited.made_for, _place(suited.task)
 
     def place(suited: Suitability) -> tuple[_Key, bool, int, str]:
         better = verdicts.get(behind[suited.recipe])
