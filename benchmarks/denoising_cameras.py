@@ -6,7 +6,7 @@ Scenes are put before simulated cameras: structured light, whose disparity is ma
 whose noise is partly smoothed; level sets fused from many maps; and two cameras with independent noise, which must not be taken
 for the others. Scenes are in two halves; constants were looked at on one. Prints what kind is found of each map and of its truth,
 and the mean angles to the true normals of nothing, of the choice, of what is chosen where shared noise is not looked for, and of
-the strong setting after 5 to 40 rounds.
+the strong setting, which has 40 rounds.
 """
 
 from __future__ import annotations
@@ -14,14 +14,13 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import NamedTuple
 
 import igl
 import numpy as np
 from denoising_choice import left_out
-from denoising_holdouts import between_rows
 from denoising_metrics import Floats, Ints, NoisyPair, measured, used_alone
+from denoising_pairs import between_rows
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial.transform import Rotation
 
@@ -88,15 +87,9 @@ def _bust(seed: int) -> Scene:
     return height
 
 
-def _cone(x: Floats, y: Floats) -> Floats:
-    r = np.hypot(x, y)
-    return np.where(r < 105, 150.0 - 1.3 * r, np.nan)
-
-
-def _pyramid(x: Floats, y: Floats) -> Floats:
-    u, v = 0.88 * x + 0.47 * y, -0.47 * x + 0.88 * y
-    r = np.maximum(abs(u), abs(v))
-    return np.where(r < 95, 130.0 - 1.2 * r, np.nan)
+def _pointed(away: Scene, height: float, slope: float, reach: float) -> Scene:
+    """It falls with the distance from its tip."""
+    return lambda x, y: np.where(away(x, y) < reach, height - slope * away(x, y), np.nan)
 
 
 def _stairs(x: Floats, y: Floats) -> Floats:
@@ -104,10 +97,6 @@ def _stairs(x: Floats, y: Floats) -> Floats:
     t = (y + 0.3 * x + 200.0) % 45.0
     z = np.where(t < 22.5, t, 45.0 - t)
     return np.where((abs(x) < 105) & (abs(y) < 100), z, np.nan)
-
-
-def _hills(x: Floats, y: Floats) -> Floats:
-    return 25.0 * np.sin(x / 28) * np.cos(y / 33) + 22.0 * np.exp(-((x - 15) ** 2 + (y + 20) ** 2) / 900)
 
 
 def _ball(x: Floats, y: Floats) -> Floats:
@@ -134,8 +123,19 @@ def _person(x: Floats, y: Floats) -> Floats:
 
 #: the half that constants may be looked at on, and the other
 SCENES: dict[str, dict[str, Scene]] = {
-    "looked_at": {"cone": _cone, "bust1": _bust(3), "stairs": _stairs, "hills": _hills},
-    "unseen": {"pyramid": _pyramid, "bust2": _bust(8), "ball": _ball, "desk": _desk, "person": _person},
+    "looked_at": {
+        "cone": _pointed(np.hypot, 150.0, 1.3, 105.0),
+        "bust1": _bust(3),
+        "stairs": _stairs,
+        "hills": lambda x, y: 25.0 * np.sin(x / 28) * np.cos(y / 33) + 22.0 * np.exp(-((x - 15) ** 2 + (y + 20) ** 2) / 900),
+    },
+    "unseen": {
+        "pyramid": _pointed(lambda x, y: np.maximum(abs(0.88 * x + 0.47 * y), abs(0.88 * y - 0.47 * x)), 130.0, 1.2, 95.0),
+        "bust2": _bust(8),
+        "ball": _ball,
+        "desk": _desk,
+        "person": _person,
+    },
 }
 
 
@@ -224,21 +224,6 @@ def fused_map(height: Scene, camera: Camera, rng: np.random.Generator) -> tuple[
     return used_alone(faces, found, true)
 
 
-#: the numbers of rounds of the strong setting that are printed
-ROUNDS = (5, 10, 20, 40)
-
-
-def angle(pair: NoisyPair, setting: Setting) -> float:
-    """The mean angle in degrees that a setting leaves."""
-    return measured(setting.apply(pair.noisy, pair.faces), pair.truth, pair.faces)[0]
-
-
-def strong(rounds: int) -> Setting:
-    """The strong setting after so many rounds."""
-    assert STRONG.parameters is not None
-    return replace(STRONG, parameters=replace(STRONG.parameters, outer_iterations=rounds))
-
-
 def main() -> int:
     """Make, denoise and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -246,7 +231,7 @@ def main() -> int:
     parser.add_argument("--only", default="", help="parts of names, with commas; all by default")
     options = parser.parse_args()
     rows, wrong = [], 0
-    print("map                    faces       kind  of truth  nothing  chosen  not looked for  after", *ROUNDS, "rounds")
+    print("map                    faces       kind  of truth  nothing  chosen  not looked for  strong")
     for pair in pairs(options.half, [part for part in options.only.split(",") if part]):
         choice = automatic_choice(pair.noisy, pair.faces)
         truth = automatic_choice(pair.truth, pair.faces).kind
@@ -254,14 +239,12 @@ def main() -> int:
         wrong += ((choice.kind == "correlated") != shared) + (truth == "correlated")
         with left_out(["shared", "rounding"]):
             other = automatic_choice(pair.noisy, pair.faces).setting
-        found = [angle(pair, setting) for setting in (Setting(), choice.setting, other, *map(strong, ROUNDS))]
+        results = (setting.apply(pair.noisy, pair.faces) for setting in (Setting(), choice.setting, other, STRONG))
+        found = [measured(result, pair.truth, pair.faces)[0] for result in results]
         if shared:
             rows.append(np.log(found))
-        print(
-            f"{pair.name:20} {len(pair.faces):7} {choice.kind:>10} {truth:>9}  {found[0]:7.2f} {found[1]:7.2f} {found[2]:7.2f}  ",
-            " ".join(f"{value:6.2f}" for value in found[3:]),
-            flush=True,
-        )
+        told = "{:9.2f} {:7.2f} {:15.2f} {:7.2f}".format(*found)
+        print(f"{pair.name:20} {len(pair.faces):7} {choice.kind:>10} {truth:>9}{told}", flush=True)
     if not rows:
         raise SystemExit(f"no map of a camera has a name with {options.only}")
     print(f"{wrong} kinds are wrong; geometric means over {len(rows)} maps:", np.exp(np.mean(rows, axis=0)).round(2))

@@ -1,16 +1,19 @@
 """How near the setting that held-out vertices choose comes to the best of all that are tried, found with the truth at hand.
 
-    python benchmarks/denoising_choice.py [--half looked_at|unseen|clean] [--scans FOLDER] [--only text,text] [--seeds N]
+    python benchmarks/denoising_choice.py [looked_at|unseen|clean|borders|sizes] [--scans FOLDER] [--only text,text] [--seeds N]
                                           [--ablations] [--without rule,rule] [--faces N] [--processes N]
 
-Prints, for every noisy mesh of `denoising_pairs`, the mean angle to the true normals of the best setting, and over it those of
-nothing, of the best number of Taubin's steps, and of the choice, in the mean and at worst; and the mean displacement of the
-vertices in mean edges.
---seeds repeats the choice with other vertices held out.
---without switches rules of the method off, see `rules`. --ablations adds columns: the choice by all rules (full), and without
-each of them. --faces meshes the shapes anew with about so many faces, so that a row takes a minute or two.
-Seconds are of the processor, of one choice.
-"clean" denoises meshes without noise and prints how far they are moved.
+looked_at, unseen: for every noisy mesh of that half of `denoising_pairs` the mean angle to the true normals of the best setting,
+and over it those of nothing, of the best number of Taubin's steps, and of the choice, in the mean and at worst; and the mean
+displacement of the vertices in mean edges. --seeds repeats the choice with other vertices held out. --ablations adds columns: the
+choice by all rules (full), and without each of them. --faces meshes the shapes anew with about so many faces, so that a row takes
+a minute or two. Seconds are of the processor, of one choice.
+clean: how far meshes without noise are moved.
+borders: of noisy shapes cut open, the mean angles at faces with a vertex on the border, at those next to them, and at all others;
+and how far border vertices are from their true places, in mean edges.
+sizes: seconds and memory of meshes of 10,000 to 1,000,000 faces. Ends with 1 if that is more than asked, where seconds count if
+both the clock and the processor passed them: on a busy machine the clock alone says too much.
+--without switches rules of the method off, see `rules`.
 """
 
 from __future__ import annotations
@@ -24,12 +27,14 @@ from contextlib import contextmanager
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from denoising_holdouts import SAMPLES, taken
-from denoising_metrics import Floats, NoisyPair, measured
-from denoising_pairs import Maker, coarser, looked_at, made, smoothed_scans, unseen
+from denoising_findings import chest
+from denoising_metrics import Floats, Ints, NoisyPair, angles_to_truth, measured, used_alone
+from denoising_pairs import SAMPLES, Maker, Shape, blobs, coarser, lens, looked_at, made, part, taken, terrain, torus, unseen
+from diffusion import make_mesh, seconds
+from peers.machine import peak, start_of_peak
 
 from pymeshfair.filters.denoising import (
     Scan,
@@ -46,12 +51,14 @@ from pymeshfair.filters.denoising.scan import NONE_HELD
 from pymeshfair.filters.evidence import cross_validation, tuned
 from pymeshfair.filters.evidence.held_out import without
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.topology import one_rings
+from pymeshfair.filters.topology import border_vertices, one_rings
 
 #: of a pair; "worst" is of the choice, over the seeds
 COLUMNS = ("nothing", "Taubin", "choice", "worst", "moved", "best's")
 #: fewer outliers than this share of the vertices change no mean angle
 FEW = 0.01
+#: faces, and the seconds and megabytes that are asked for
+SIZES, MEGABYTES = {10_000: 4.0, 100_000: 10.0, 1_000_000: 25.0}, 800.0
 
 
 def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
@@ -117,18 +124,12 @@ def of_choice(pair: NoisyPair, found: dict[Setting, tuple[float, float]], seed: 
     return measured(setting.apply(pair.noisy, pair.faces), pair.truth, pair.faces)
 
 
-class Row(NamedTuple):
-    """A pair: the best angle, and over it those of the others, means over the seeds; see `COLUMNS`."""
+def compared(rules_out: str, seeds: int, ablated: Sequence[str], pair: NoisyPair) -> tuple[Floats, str]:
+    """The choice on a pair with as many sets of held-out vertices, without some rules, and without each of others.
 
-    name: str
-    faces: int
-    best: float
-    values: Floats
-    seconds: float
-
-
-def compared(rules_out: str, seeds: int, ablated: Sequence[str], pair: NoisyPair) -> Row:
-    """The choice on a pair with as many sets of held-out vertices, without some rules, and without each of others."""
+    Returns:
+        The angles over the best, means over the seeds, see `COLUMNS`; and the line that is printed.
+    """
     with left_out(filter(None, rules_out.split(","))):
         found = of_settings(pair)
         best, its = min(found.values())
@@ -144,23 +145,23 @@ def compared(rules_out: str, seeds: int, ablated: Sequence[str], pair: NoisyPair
                     rows[-1].append(of_choice(pair, found, seed)[0] / best)
     after = COLUMNS.index("worst")
     values = np.insert(np.nanmean(rows, axis=0), after, np.max(rows, axis=0)[after - 1])
-    return Row(pair.name, len(pair.faces), best, values, seconds)
+    shown = " ".join(f"{value:8.3f}" for value in values)
+    return values, f"{pair.name:18} {len(pair.faces):6} {best:6.2f} {shown} {seconds:5.1f}"
 
 
-def contest(half: str, options: argparse.Namespace) -> None:
+def contest(only: Sequence[str], options: argparse.Namespace) -> None:
     """Print a row for every pair, and the means."""
-    shapes = {"looked_at": looked_at, "unseen": unseen}[half](options.scans)
+    shapes = {"looked_at": looked_at, "unseen": unseen}[options.what](options.scans)
     if options.faces:
         shapes = tuple(shape._replace(make=partial(coarser, shape.make, options.faces)) for shape in shapes)
-    pairs = made(shapes, [text for text in options.only.split(",") if text])
+    pairs = made(shapes, only)
     ablated = list(rules()) if options.ablations else []
     print("mesh                faces   best " + " ".join(f"{name:>8}" for name in (*COLUMNS, *ablated)) + "     s")
     every = []
     with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
-        for row in pool.map(partial(compared, options.without, options.seeds, ablated), pairs):
-            every.append(row.values)
-            shown = " ".join(f"{value:8.3f}" for value in row.values)
-            print(f"{row.name:18} {row.faces:6} {row.best:6.2f} {shown} {row.seconds:5.1f}", flush=True)
+        for values, line in pool.map(partial(compared, options.without, options.seeds, ablated), pairs):
+            every.append(values)
+            print(line, flush=True)
     if not every:
         raise SystemExit("no mesh has such a name")
     for name, values in (("mean", np.mean(every, axis=0)), ("worst", np.max(every, axis=0))):
@@ -168,12 +169,11 @@ def contest(half: str, options: argparse.Namespace) -> None:
 
 
 def clean_meshes(scans: Path | None) -> None:
-    """Print how far meshes without noise are moved: samples, the shapes of both halves, and scans smoothed."""
+    """Print how far meshes without noise are moved: samples, and the shapes of both halves."""
     print("mesh                        faces  moved, mean edges")
     samples = [(path.stem, path) for path in sorted(SAMPLES.rglob("*")) if path.suffix in (".obj", ".ply")]
     meshes: list[tuple[str, Maker]] = [(f"sample {name}", partial(taken, path)) for name, path in samples]
     meshes += [(shape.name, shape.make) for shape in (*looked_at(scans), *unseen(scans))]
-    meshes += smoothed_scans(scans)
     for name, make in meshes:
         vertices, faces = make()
         result, choice = denoise_automatically(vertices, faces)
@@ -181,10 +181,65 @@ def clean_meshes(scans: Path | None) -> None:
         print(f"{name:26} {len(faces):6} {moved:7.4f} {choice.kind}", flush=True)
 
 
+def cut(make: Maker, normal: tuple[float, float, float], share: float) -> tuple[Floats, Ints]:
+    """The faces of a shape on one side of a plane, which is so large a share of the size from the middle."""
+    vertices, faces = make()
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    heights = (vertices[faces].mean(axis=1) - (low + high) / 2.0) @ (np.array(normal) / np.linalg.norm(normal))
+    points, faces = used_alone(faces[heights < share * (high - low).max()], vertices)
+    return points, faces
+
+
+#: shapes cut open by planes of these normals, so far from the middle
+CUTS: dict[str, tuple[Maker, tuple[float, float, float], float]] = {
+    "terrain": (terrain, (0.0, 0.0, 1.0), 1.0),
+    "lens": (lens, (0.3, 1.0, 0.2), 0.15),
+    "bunny": (partial(taken, SAMPLES / "bunny10k_textured.obj"), (1.0, 0.2, 0.1), 0.12),
+    "cow": (partial(taken, SAMPLES / "cow.obj", edge=1.0), (0.1, 0.2, 1.0), 0.0),
+    "bracket": (partial(part, True), (1.0, 0.3, 0.2), 0.2),
+    "torus": (torus, (1.0, 0.3, 0.5), 0.2),
+    "blobs": (blobs, (0.2, 1.0, 0.3), 0.1),
+}
+
+
+def borders(only: Sequence[str]) -> None:
+    """Print the errors at the border, next to it and inside, and the displacement of border vertices."""
+    print("mesh           border   next inside  displacement")
+    for pair in made([Shape(name, "n1 n3 a2 i8", partial(cut, *values)) for name, values in CUTS.items()], only):
+        faces, on_border = pair.faces, border_vertices(pair.faces, len(pair.truth))
+        at_border = on_border[faces].any(axis=1)
+        near = np.isin(faces, faces[at_border]).any(axis=1)
+        result, _ = denoise_automatically(pair.noisy, faces)
+        parts = (faces[which] for which in (at_border, near & ~at_border, ~near))
+        angles = [angles_to_truth(result, pair.truth, of)[0].mean() for of in parts]
+        moved = np.linalg.norm((result - pair.truth)[on_border], axis=1).mean() / mean_edge_length(pair.truth, faces)
+        print(f"{pair.name:12} {angles[0]:8.2f} {angles[1]:6.2f} {angles[2]:6.2f}  {moved:12.3f}", flush=True)
+
+
+def cost(vertices: Floats, faces: Ints) -> tuple[float, float, float]:
+    """Seconds by the clock and of the processor of one `denoise` that compiles nothing, and the peak of the process in MB."""
+    small = chest(8)
+    denoise_automatically(small.noisy, small.faces)
+    start_of_peak()
+    return *seconds(lambda: denoise_automatically(vertices, faces)), peak()
+
+
+def sizes() -> int:
+    """Print the cost of each size, in a process of its own; 1 if it is more than asked."""
+    passed = False
+    for count, most in SIZES.items():
+        with get_context("spawn").Pool(1) as pool:
+            clock, processor, memory = pool.apply(cost, make_mesh(count // 2, "loop"))
+        passed |= min(clock, processor) > most or memory > MEGABYTES
+        told = f"{clock:6.1f} s, {processor:6.1f} s of the processor, {memory:5.0f} MB"
+        print(f"{count:9,} faces: {told}; asked {most:.0f} s, {MEGABYTES:.0f} MB", flush=True)
+    return int(passed)
+
+
 def main() -> int:
     """Run and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--half", choices=("looked_at", "unseen", "clean"), default="looked_at")
+    parser.add_argument("what", nargs="?", choices=("looked_at", "unseen", "clean", "borders", "sizes"), default="looked_at")
     parser.add_argument("--scans", type=Path, help="a folder with angel.obj, rabbit.obj and iron.ply")
     parser.add_argument("--only", default="", help="parts of names, with commas; all by default")
     parser.add_argument("--seeds", type=int, default=1)
@@ -193,11 +248,14 @@ def main() -> int:
     parser.add_argument("--ablations", action="store_true", help="more columns: the choice without each rule")
     parser.add_argument("--processes", type=int, default=1, help="so many pairs at once")
     options = parser.parse_args()
-    if options.half != "clean":
-        contest(options.half, options)
+    only = [text for text in options.only.split(",") if text]
+    if options.what == "sizes":
+        return sizes()
+    if options.what in ("looked_at", "unseen"):
+        contest(only, options)
         return 0
     with left_out(filter(None, options.without.split(","))):
-        clean_meshes(options.scans)
+        borders(only) if options.what == "borders" else clean_meshes(options.scans)
     return 0
 
 

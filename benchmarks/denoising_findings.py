@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from denoising_metrics import Floats, Ints, angles_to_truth, area_vectors
+from denoising_metrics import Floats, Ints, angles_to_truth
+from numpy.typing import NDArray
 
 from pymeshfair.filters.denoising import NormalFilterMethod, normal_filtering
-from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import face_adjacency
 
@@ -49,7 +50,7 @@ class Shape:
     truth: Floats
     noisy: Floats
     faces: Ints
-    at_features: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    at_features: NDArray[np.bool_]
 
     @staticmethod
     def of(name: str, truth: Floats, faces: Ints) -> Shape:
@@ -57,14 +58,10 @@ class Shape:
         random = np.random.default_rng(2026)
         amount = NOISE * mean_edge_length(truth, faces) / np.sqrt(3)
         noisy = truth + random.normal(0.0, amount, truth.shape)
-        normals = area_vectors(truth, faces)
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        pairs = np.asarray(face_adjacency(faces)[0])
+        normals, pairs = face_normals(truth, faces), np.asarray(face_adjacency(faces)[0])
         sharp = np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]]) < np.cos(np.radians(SHARP))
-        at_features = np.zeros(len(faces), dtype=np.bool_)
         corners = np.intersect1d(faces[pairs[sharp, 0]].ravel(), faces[pairs[sharp, 1]].ravel())
-        at_features[np.isin(faces, corners).any(axis=1)] = True
-        return Shape(name, truth, noisy, faces, at_features)
+        return Shape(name, truth, noisy, faces, np.asarray(np.isin(faces, corners).any(axis=1)))
 
     def mad(self, vertices: Floats) -> float:
         """Mean angle to the true normals, degrees."""
@@ -122,15 +119,12 @@ def draw(path: Path, sharp: Shape, smooth: Shape, shown: dict[KernelName, tuple[
     from pymeshfair.looking.picture import Appearance
 
     names: tuple[KernelName, ...] = ("l2", "l1", "tukey", "huber", "lorentzian")
-    chests = [("noisy", sharp.noisy), *((name, shown[name][0]) for name in names)]
-    chests += [("truncated_l1, normals of vertices", by_vertices), ("truth", sharp.truth)]
-    balls = [("noisy", smooth.noisy), *((name, shown[name][1]) for name in names)]
-    balls += [("truncated_l1", shown["truncated_l1"][1]), ("truth", smooth.truth)]
     appearance = Appearance(azimuth=-33.0, elevation=25.0, up="z", width=230, height=230)
-    pictures = [
-        draw_panels([Panel(title, vertices, shape.faces) for title, vertices in row], appearance)
-        for shape, row in ((sharp, chests), (smooth, balls))
-    ]
+    last = (("truncated_l1, normals of vertices", by_vertices), ("truncated_l1", shown["truncated_l1"][1]))
+    pictures = []
+    for at, shape in enumerate((sharp, smooth)):
+        row = [("noisy", shape.noisy), *((name, shown[name][at]) for name in names), last[at], ("truth", shape.truth)]
+        pictures.append(draw_panels([Panel(title, vertices, shape.faces) for title, vertices in row], appearance))
     save_picture(path, *pictures)
 
 
@@ -140,9 +134,8 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, help="the folder for the picture")
     options = parser.parse_args()
     sharp, smooth = chest(), bumpy_ball()
-    print(
-        f"chest {len(sharp.faces):,} faces, {sharp.at_features.sum():,} of them at features; ball {len(smooth.faces):,} faces\n"
-    )
+    features = f"{sharp.at_features.sum():,} of them at features"
+    print(f"chest {len(sharp.faces):,} faces, {features}; ball {len(smooth.faces):,} faces\n")
     print("| kernel | | chest | chest, at features | sigma | ball | sigma |\n|---|---|---:|---:|---:|---:|---:|")
     box, ball = sharp.noisy, smooth.noisy
     print(f"| noisy | | {sharp.mad(box):.2f} | {sharp.mad_at_features(box):.2f} | | {smooth.mad(ball):.2f} | |")
@@ -150,11 +143,8 @@ def main() -> int:
     for group, name in ((group, name) for group, names in GROUPS.items() for name in names):
         (box, box_scale), (ball, ball_scale) = best(sharp, name), best(smooth, name)
         shown[name] = box, ball
-        print(
-            f"| {name} | {group} | {sharp.mad(box):.2f} | {sharp.mad_at_features(box):.2f} | {box_scale} "
-            f"| {smooth.mad(ball):.2f} | {ball_scale} |",
-            flush=True,
-        )
+        on_chest = f"{sharp.mad(box):.2f} | {sharp.mad_at_features(box):.2f} | {box_scale}"
+        print(f"| {name} | {group} | {on_chest} | {smooth.mad(ball):.2f} | {ball_scale} |", flush=True)
     print("\n| kernel | normals of | chest | chest, at features |\n|---|---|---:|---:|")
     by_vertices = {}
     for name in ("truncated_l1", "gaussian"):

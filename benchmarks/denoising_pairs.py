@@ -1,6 +1,6 @@
 """Noisy meshes whose truth is known, of shapes that everyone has, in two halves that share no shape.
 
-`LOOKED_AT` may be looked at while constants are chosen. `UNSEEN` is for the last run alone: what is tuned on it tells nothing any
+`looked_at` may be looked at while constants are chosen. `unseen` is for the last run alone: what is tuned on it tells nothing any
 more. Shapes are pymeshlab's samples, generated parts and surfaces, and scans smoothed to be a truth if their folder is given.
 """
 
@@ -10,30 +10,20 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import igl
 import numpy as np
 import pymeshlab
 import trimesh
-from denoising_holdouts import (
-    SAMPLES,
-    between_rows,
-    chest_mesh,
-    dodecahedron,
-    halved,
-    in_order,
-    lens,
-    part,
-    remeshed,
-    taken,
-    torus,
-)
-from denoising_metrics import Floats, Ints, NoisyPair
+from denoising_findings import chest
+from denoising_metrics import Floats, Ints, NoisyPair, used_alone
+from numpy.typing import NDArray
 
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.geometry import mean_edge_length
 
+SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
 #: the noise of a mesh: vertices, faces and random numbers to the displaced vertices
 Noise = Callable[[Floats, Ints, np.random.Generator], Floats]
 #: makes vertices and faces
@@ -50,21 +40,12 @@ class Shape(NamedTuple):
 
 def along_normals(level: float, share: float = 1.0) -> Noise:
     """A share of the vertices is off along the normals, by a normally distributed height of `level` mean edges."""
-
-    def displaced(v: Floats, f: Ints, r: np.random.Generator) -> Floats:
-        return _raised(v, f, r.normal(size=len(v)) * level * (r.random(len(v)) < share))
-
-    return displaced
+    return lambda v, f, r: _raised(v, f, r.normal(size=len(v)) * level * (r.random(len(v)) < share))
 
 
 def all_directions(level: float, share: float = 1.0) -> Noise:
     """A share of the vertices is off along every axis, by a normally distributed length of `level` mean edges."""
-
-    def displaced(v: Floats, f: Ints, r: np.random.Generator) -> Floats:
-        moves = r.normal(size=v.shape) * level * mean_edge_length(v, f)
-        return v + moves * (r.random(len(v)) < share)[:, None]
-
-    return displaced
+    return lambda v, f, r: v + r.normal(size=v.shape) * level * mean_edge_length(v, f) * (r.random((len(v), 1)) < share)
 
 
 def uniform(reach: float) -> Noise:
@@ -74,11 +55,7 @@ def uniform(reach: float) -> Noise:
 
 def uneven(levels: Callable[[Floats], Floats]) -> Noise:
     """Along the normals, of so many mean edges as `levels` says of places scaled to a box from 0 to 1."""
-
-    def displaced(v: Floats, f: Ints, r: np.random.Generator) -> Floats:
-        return _raised(v, f, r.normal(size=len(v)) * levels((v - v.min(axis=0)) / np.ptp(v, axis=0)))
-
-    return displaced
+    return lambda v, f, r: _raised(v, f, r.normal(size=len(v)) * levels((v - v.min(axis=0)) / np.ptp(v, axis=0)))
 
 
 def _raised(v: Floats, f: Ints, heights: Floats) -> Floats:
@@ -120,16 +97,106 @@ NOISES: dict[str, Noise] = {
 }
 
 
+def read_mesh(path: Path) -> tuple[Floats, Ints]:
+    """Vertices and faces of any file that MeshLab reads."""
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(path))
+    mesh = meshes.current_mesh()
+    return np.ascontiguousarray(mesh.vertex_matrix()), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
+
+
+def taken(path: Path, *, faces: int = 0, edge: float = 0.0, smooth: int = 0) -> tuple[Floats, Ints]:
+    """A file, with fewer faces, or meshed anew with edges of a percentage of its size, and smoothed."""
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(path))
+    meshes.meshing_merge_close_vertices()
+    meshes.meshing_repair_non_manifold_edges()
+    if smooth:
+        meshes.apply_coord_taubin_smoothing(stepsmoothnum=smooth)
+    if 0 < faces < meshes.current_mesh().face_number():
+        meshes.meshing_decimation_quadric_edge_collapse(targetfacenum=faces, preservenormal=True)
+    return remeshed(meshes, edge)
+
+
+def remeshed(meshes: pymeshlab.MeshSet, edge: float = 1.0) -> tuple[Floats, Ints]:
+    """Vertices and faces, with edges of the given percentage of the diagonal; creases of 30 degrees stay."""
+    if edge > 0.0:
+        meshes.meshing_isotropic_explicit_remeshing(iterations=10, targetlen=pymeshlab.PercentageValue(edge), featuredeg=30)
+    meshes.meshing_remove_unreferenced_vertices()
+    mesh = meshes.current_mesh()
+    return mesh.vertex_matrix().copy(), mesh.face_matrix().astype(np.int32)
+
+
+def in_order(meshes: pymeshlab.MeshSet) -> pymeshlab.MeshSet:
+    """The current mesh alone, its vertices and faces sorted: MeshLab's booleans list them in another order from run to run.
+
+    Coordinates are rounded to nine digits, since their last ones differ too; what is meshed anew would be another mesh.
+    """
+    mesh = meshes.current_mesh()
+    vertices, number = np.unique(np.round(mesh.vertex_matrix(), 9) + 0.0, axis=0, return_inverse=True)
+    faces = np.array([np.roll(corners, -corners.argmin()) for corners in number.ravel()[mesh.face_matrix()]])
+    ordered = pymeshlab.MeshSet()
+    ordered.add_mesh(pymeshlab.Mesh(vertices, faces[np.lexsort(faces.T[::-1])]))
+    return ordered
+
+
+def mesh_set(*meshes: tuple[Floats, Ints]) -> pymeshlab.MeshSet:
+    """A set of MeshLab's with these meshes."""
+    made = pymeshlab.MeshSet()
+    for vertices, faces in meshes:
+        made.add_mesh(pymeshlab.Mesh(vertices, faces))
+    return made
+
+
+def created(solid: trimesh.Trimesh) -> tuple[Floats, Ints]:
+    """Vertices and faces of one of trimesh's solids."""
+    return np.asarray(solid.vertices), np.asarray(solid.faces, dtype=np.int32)
+
+
+def part(even: bool) -> tuple[Floats, Ints]:
+    """A box with a peg and a hole, meshed evenly, or with triangles of many sizes."""
+    peg, hole = (trimesh.creation.cylinder(radius=r, height=1.4, sections=64) for r in (0.25, 0.3))
+    peg.apply_translation((-0.5, 0.0, 0.4))
+    hole.apply_translation((0.4, 0.0, 0.0))
+    meshes = mesh_set(*map(created, (trimesh.creation.box((2.0, 1.2, 0.6)), peg, hole)))
+    meshes.generate_boolean_union(first_mesh=0, second_mesh=1)
+    meshes.generate_boolean_difference(first_mesh=3, second_mesh=2)
+    meshes = in_order(meshes)
+    vertices, faces = remeshed(meshes, 1.6 if even else 0.9)
+    if even:
+        return vertices, faces
+    meshes.meshing_decimation_quadric_edge_collapse(targetfacenum=12000, optimalplacement=True, planarquadric=True)
+    return remeshed(meshes, 0.0)
+
+
+def lens() -> tuple[Floats, Ints]:
+    """A ball with two flat ends: round and flat parts that meet at sharp edges."""
+    ball, box = trimesh.creation.icosphere(subdivisions=5), trimesh.creation.box((1.2, 3.0, 3.0))
+    meshes = mesh_set(created(ball), created(box))
+    meshes.generate_boolean_intersection(first_mesh=0, second_mesh=1)
+    return remeshed(in_order(meshes), 1.5)
+
+
+def dodecahedron() -> tuple[Floats, Ints]:
+    """Twelve planes."""
+    meshes = pymeshlab.MeshSet()
+    meshes.create_dodecahedron()
+    return remeshed(meshes, 1.5)
+
+
+def torus() -> tuple[Floats, Ints]:
+    """Round everywhere, its faces in rows."""
+    meshes = pymeshlab.MeshSet()
+    meshes.create_torus(hradius=3, vradius=1, hsubdiv=120, vsubdiv=60)
+    return remeshed(meshes, 0.0)
+
+
 def gear() -> tuple[Floats, Ints]:
     """A wheel of fourteen teeth with a bore."""
     turn = np.linspace(0.0, 2.0 * np.pi, 14, endpoint=False)
-    around, radius = [], []
-    for angle in turn:
-        for part_of_tooth, r in ((0.0, 0.8), (0.14, 0.8), (0.2, 1.0), (0.3, 1.0), (0.36, 0.8)):
-            around.append(angle + part_of_tooth * 2.0 * np.pi / 14 / 0.45)
-            radius.append(r)
-    outline = np.column_stack([np.cos(around), np.sin(around)]) * np.array(radius)[:, None]
-    meshes = pymeshlab.MeshSet()
+    tooth = np.array([(0.0, 0.8), (0.14, 0.8), (0.2, 1.0), (0.3, 1.0), (0.36, 0.8)])
+    around = (turn[:, None] + tooth[:, 0] * 2.0 * np.pi / 14 / 0.45).ravel()
+    outline = np.column_stack([np.cos(around), np.sin(around)]) * np.tile(tooth[:, 1], 14)[:, None]
     count = len(outline)
     top, bottom = (np.column_stack([outline, np.full(count, z)]) for z in (0.2, -0.2))
     points = np.concatenate([top, bottom, [[0, 0, 0.2], [0, 0, -0.2]]])
@@ -138,8 +205,7 @@ def gear() -> tuple[Floats, Ints]:
         n = (k + 1) % count
         faces += [[k, n, 2 * count], [count + n, count + k, 2 * count + 1], [n, k, count + k], [n, count + k, count + n]]
     bore = trimesh.creation.cylinder(radius=0.35, height=1.0, sections=64)
-    meshes.add_mesh(pymeshlab.Mesh(points, np.array(faces)))
-    meshes.add_mesh(pymeshlab.Mesh(bore.vertices, bore.faces))
+    meshes = mesh_set((points, np.array(faces)), created(bore))
     meshes.generate_boolean_difference(first_mesh=0, second_mesh=1)
     return remeshed(meshes, 1.3)
 
@@ -149,8 +215,7 @@ def level_set(value: Callable[[Floats, Floats, Floats], Floats], n: int, edge: f
     axis = np.linspace(-1.0, 1.0, n)
     z, y, x = (a.ravel() for a in np.meshgrid(axis, axis, axis, indexing="ij"))
     vertices, faces, *_ = igl.marching_cubes(value(x, y, z), np.column_stack([x, y, z]), n, n, n, 0.0)
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes = mesh_set((vertices, faces))
     meshes.meshing_isotropic_explicit_remeshing(iterations=8, targetlen=pymeshlab.PercentageValue(edge), featuredeg=180)
     return remeshed(meshes, 0.0)
 
@@ -177,16 +242,14 @@ def blobs() -> tuple[Floats, Ints]:
 
 def terrain() -> tuple[Floats, Ints]:
     """Rough at all scales, on an irregular net of points with a border."""
-    rng = np.random.default_rng(9)
-    n = 75
-    x, y = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n))
-    x, y = (a + rng.uniform(-0.3, 0.3, size=a.shape) / n for a in (x, y))
+    rng, n = np.random.default_rng(9), 75
+    x, y = (a + rng.uniform(-0.3, 0.3, size=a.shape) / n for a in _plan(n))
     z = np.zeros_like(x)
     for octave in range(1, 5):
         for _ in range(4):
             direction, phase = rng.normal(size=2), rng.uniform(0, 6.28)
             z += 0.12 * 0.45**octave * np.sin(2**octave * 3.0 * (direction[0] * x + direction[1] * y) + phase)
-    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), _sheet(n)
+    return _sheet(x, y, z)
 
 
 def knot() -> tuple[Floats, Ints]:
@@ -207,14 +270,13 @@ def knot() -> tuple[Floats, Ints]:
 
 def house() -> tuple[Floats, Ints]:
     """A block of oblique planes, some of them nearly flush, cut from a box by planes."""
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(*_box((2.0, 1.0, 1.0), np.eye(4))))
+    meshes = mesh_set(created(trimesh.creation.box((2.0, 1.0, 1.0))))
     rng = np.random.default_rng(21)
     for _ in range(6):
         move = trimesh.transformations.random_rotation_matrix(rng.random(3))
         move[:3, 3] = rng.normal(size=3)
         move[:3, 3] *= 1.25 / np.linalg.norm(move[:3, 3]) * np.array([1.4, 1.0, 1.0])
-        meshes.add_mesh(pymeshlab.Mesh(*_box((1.1, 1.1, 1.1), move)))
+        meshes.add_mesh(pymeshlab.Mesh(*created(trimesh.creation.box((1.1, 1.1, 1.1), transform=move))))
         meshes.generate_boolean_difference(first_mesh=meshes.mesh_number() - 2, second_mesh=meshes.mesh_number() - 1)
     return remeshed(in_order(meshes), 1.5)
 
@@ -237,9 +299,9 @@ def turned() -> tuple[Floats, Ints]:
 def plate() -> tuple[Floats, Ints]:
     """A curved sheet of one and a half edges' thickness."""
     n = 60
-    x, y = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n))
-    top = np.column_stack([x.ravel(), y.ravel(), (0.1 * np.sin(6.0 * x) * np.sin(5.0 * y)).ravel()])
-    at, sheet = np.arange(n * n, dtype=np.int32).reshape(n, n), _sheet(n)
+    x, y = _plan(n)
+    top, sheet = _sheet(x, y, 0.1 * np.sin(6.0 * x) * np.sin(5.0 * y))
+    at = np.arange(n * n, dtype=np.int32).reshape(n, n)
     rim = np.concatenate([at[0, :], at[1:, -1], at[-1, -2::-1], at[-2:0:-1, 0]])
     following, below = np.roll(rim, -1), n * n
     sides = [np.column_stack([rim, rim + below, following]), np.column_stack([following, rim + below, following + below])]
@@ -249,33 +311,65 @@ def plate() -> tuple[Floats, Ints]:
 
 def emblems() -> tuple[Floats, Ints]:
     """Squares, discs and rhombs with sloped sides on gentle waves, on an even grid with a border."""
-    n = 85
-    x, y = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n))
+    x, y = _plan(85)
     z = 0.05 * np.sin(3.0 * x) * np.cos(2.0 * y)
     for i in range(3):
         for j in range(3):
             across, along = np.abs(x - 0.2 - 0.3 * i), np.abs(y - 0.2 - 0.3 * j)
             away = (np.maximum(across, along), np.hypot(across, along), across + along)[(i + j) % 3]
             z += np.clip((0.1 - away) * 4.0, 0.0, 0.05)
-    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), _sheet(n)
+    return _sheet(x, y, z)
 
 
-def _sheet(n: int) -> Ints:
-    """The triangles of n rows of n vertices."""
-    at = np.arange(n * n, dtype=np.int32).reshape(n, n)
-    return halved(at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1])
+def depth_map(height: Callable[[Floats, Floats], Floats], n: int) -> tuple[Floats, Ints]:
+    """A perspective depth map of n^2 points without noise; jumps of depth are cut out."""
+    distance, reach = 3.0, 1.25 / 3.0
+    slope = np.linspace(-reach, reach, n)
+    x, y = np.meshgrid(slope, slope)
+    depth = np.full_like(x, distance)
+    for _ in range(50):
+        depth = 0.5 * depth + 0.5 * (distance - height(x * depth, y * depth))
+    pixel = 2 * reach / n * distance
+    faces = between_rows(np.arange(n * n).reshape(n, n))
+    faces = faces[np.ptp(depth.ravel()[faces], axis=1) < 4 * pixel]
+    vertices, faces = used_alone(faces, np.column_stack([(x * depth).ravel(), (y * depth).ravel(), -depth.ravel()]))
+    return vertices, faces
+
+
+def between_rows(numbers: NDArray[np.integer[Any]]) -> Ints:
+    """The triangles between the rows of vertices that an array of their numbers has."""
+    at = numbers.astype(np.int32)
+    return halved(at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:])
+
+
+def halved(a: Ints, b: Ints, c: Ints, d: Ints) -> Ints:
+    """(2 k, 3) triangles of k quadrilaterals, given by their corners in order."""
+    halves = [np.column_stack([p.ravel() for p in corners]) for corners in ((a, b, c), (a, c, d))]
+    return np.concatenate(halves).astype(np.int32)
+
+
+def _plan(n: int) -> list[Floats]:
+    """The x and y of n rows of n points in the unit square."""
+    return list(np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n)))
+
+
+def _sheet(x: Floats, y: Floats, z: Floats) -> tuple[Floats, Ints]:
+    """The surface through n rows of n points."""
+    at = np.arange(x.size, dtype=np.int32).reshape(x.shape)
+    points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+    return points, halved(at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1])
 
 
 def _ring(n: int, m: int) -> Ints:
     """The triangles of n closed rows of m vertices, the last row joined to the first."""
-    at = np.arange(n * m, dtype=np.int32).reshape(n, m)
-    following, beside = np.roll(at, -1, axis=0), np.roll(at, -1, axis=1)
-    return halved(at, following, np.roll(following, -1, axis=1), beside)
+    return between_rows(np.pad(np.arange(n * m).reshape(n, m), (0, 1), mode="wrap"))
 
 
-def _box(size: tuple[float, float, float], move: Floats) -> tuple[Floats, Ints]:
-    box = trimesh.creation.box(size, transform=move)
-    return np.asarray(box.vertices), np.asarray(box.faces, dtype=np.int32)
+def smooth_bone() -> tuple[Floats, Ints]:
+    """The bone, meshed anew, after ten of Taubin's steps."""
+    meshes = mesh_set(taken(SAMPLES / "bone.ply", edge=1.1))
+    meshes.apply_coord_taubin_smoothing(stepsmoothnum=10)
+    return remeshed(meshes, 0.0)
 
 
 def looked_at(scans: Path | None) -> tuple[Shape, ...]:
@@ -300,11 +394,9 @@ def unseen(scans: Path | None) -> tuple[Shape, ...]:
     """The half that only the last run sees."""
     shapes = (
         Shape("bone", "n0.5 n2 n5 a2 i5", lambda: taken(SAMPLES / "bone.ply", edge=1.1)),
-        Shape(
-            "bone_smooth", "n0.5 n2 n5 a2 i5 h3 x2 q6", lambda: _with_steps(*taken(SAMPLES / "bone.ply", edge=1.1), "taubin", 10)
-        ),
+        Shape("bone_smooth", "n0.5 n2 n5 a2 i5 h3 x2 q6", smooth_bone),
         Shape("airplane", "n1 n2 n3 i10 s4 h3 x2 q3", lambda: taken(SAMPLES / "airplane.obj", edge=0.9)),
-        Shape("chest", "n0.5 n1 n3 a3 i8 s8 g4 x2", chest_mesh),
+        Shape("chest", "n0.5 n1 n3 a3 i8 s8 g4 x2", lambda: (chest(30).truth, chest(30).faces)),
         Shape("dodecahedron", "n0.3 n2 n5 a3 i5 h3 q6", dodecahedron),
         Shape("gear", "n0.5 n1 n2 n3 n6 a2 i5 u4 h3 g4 x2", gear),
         Shape("gyroid", "n0.3 n1 n3 a1 a3 i10 s2 g4 x2", gyroid),
@@ -323,36 +415,12 @@ def _scans(folder: Path | None, wanted: Sequence[tuple[str, int, str]]) -> tuple
     )
 
 
-def smoothed_scans(folder: Path | None) -> Iterator[tuple[str, Maker]]:
-    """The scans of a folder, whole and with at most 20,000 faces, after some steps of MeshLab's smoothing."""
-    if folder is None:
-        return
-    for file in ("rabbit.obj", "angel.obj", "iron.ply"):
-        for faces in (0, 20_000):
-            of = "" if faces == 0 else " decimated"
-            for name, counts in (("laplacian", (1, 3, 10)), ("taubin", (5, 10, 30))):
-                for count in counts:
-                    yield f"{Path(file).stem}{of} {name} {count}", partial(_smoothed, folder / file, faces, name, count)
-
-
-def _smoothed(path: Path, faces: int, name: str, count: int) -> tuple[Floats, Ints]:
-    return _with_steps(*taken(path, faces=faces), name, count)
-
-
-def _with_steps(vertices: Floats, faces: Ints, name: str, count: int) -> tuple[Floats, Ints]:
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    meshes.apply_filter(f"apply_coord_{name}_smoothing", stepsmoothnum=count)
-    return remeshed(meshes, 0.0)
-
-
 def coarser(make: Maker, faces: int) -> tuple[Floats, Ints]:
     """A shape meshed anew with about so many faces; as it is if it has hardly more."""
     vertices, triangles = make()
     if len(triangles) <= 1.3 * faces:
         return vertices, triangles
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, triangles))
+    meshes = mesh_set((vertices, triangles))
     edge = mean_edge_length(vertices, triangles) * np.sqrt(len(triangles) / faces)
     meshes.meshing_isotropic_explicit_remeshing(iterations=8, targetlen=pymeshlab.PureValue(edge), featuredeg=30)
     return remeshed(meshes, 0.0)
@@ -367,6 +435,3 @@ def made(shapes: Sequence[Shape], only: Sequence[str] = ()) -> Iterator[NoisyPai
             for name in names:
                 noisy = NOISES[name](truth, faces, np.random.default_rng(7))
                 yield NoisyPair(f"{shape.name}_{name}", noisy, truth, faces)
-
-
-__all__ = ["NOISES", "NoisyPair", "Shape", "between_rows", "coarser", "looked_at", "made", "smoothed_scans", "unseen"]

@@ -19,9 +19,8 @@ from pathlib import Path
 import numpy as np
 import pymeshlab
 import trimesh
-from denoising_holdouts import SAMPLES, depth_map, taken, torus
 from denoising_metrics import Floats, Ints
-from denoising_pairs import between_rows, emblems, gear, gyroid, knot, level_set, plate
+from denoising_pairs import SAMPLES, between_rows, depth_map, emblems, gear, gyroid, knot, level_set, plate, taken, torus
 
 import pymeshfair
 from pymeshfair.filters.geometry import mean_edge_length
@@ -93,7 +92,7 @@ SHAPES: dict[str, Callable[[], Mesh]] = {
     "open: gyroid": gyroid,
     "open: cut knot": lambda: cut(knot(), lambda m: m[:, 0] < 2.0),
     "open: sheet of emblems": emblems,
-    "open: range map": lambda: depth_map(lambda x, y: 0.3 * np.sin(4 * x) * np.cos(3 * y), "view", 60)[1:3],
+    "open: range map": lambda: depth_map(lambda x, y: 0.3 * np.sin(4 * x) * np.cos(3 * y), 60),
     "open: Moebius strip": lambda: tube(1.0),
     "open: band of a whole turn": lambda: tube(2.0),
     "open: bunny": lambda: scan("bunny10k_textured.obj", 0.1),

@@ -26,8 +26,8 @@ from pathlib import Path
 
 import numpy as np
 import pymeshlab
-from denoising_metrics import Floats, Ints, errors
-from denoising_pairs import NoisyPair, looked_at, made, unseen
+from denoising_metrics import Floats, Ints, NoisyPair, errors
+from denoising_pairs import looked_at, made, unseen
 from recipe_waves import waves_of_sizes, wrong
 
 from pymeshfair import MeshSet, Recipe

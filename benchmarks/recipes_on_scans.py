@@ -28,9 +28,8 @@ from typing import Any
 import igl
 import numpy as np
 import pymeshlab
-from denoising_holdouts import SAMPLES
 from denoising_metrics import Floats, Ints
-from denoising_pairs import along_normals, gear
+from denoising_pairs import SAMPLES, along_normals, gear
 
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_write import write_ply

@@ -25,9 +25,8 @@ from pathlib import Path
 import numpy as np
 import pymeshlab
 import trimesh
-from denoising_holdouts import depth_map, in_order, remeshed
 from denoising_metrics import Floats, Ints
-from denoising_pairs import Noise, along_an_axis, along_normals, between_rows, level_set, uniform
+from denoising_pairs import Noise, along_an_axis, along_normals, between_rows, depth_map, in_order, level_set, remeshed, uniform
 
 import pymeshfair
 from pymeshfair.filters.geometry import mean_edge_length
@@ -175,7 +174,7 @@ def land() -> Mesh:
 
 def seen(height: Callable[[Floats, Floats], Floats], pixels: int) -> Mesh:
     """Heights as a camera sees them, cut where the depth jumps."""
-    _, truth, faces = depth_map(height, "view", pixels)
+    truth, faces = depth_map(height, pixels)
     return truth, faces[:, ::-1]
 
 

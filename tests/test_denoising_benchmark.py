@@ -8,31 +8,23 @@ from pathlib import Path
 import denoising
 import denoising_choice
 import numpy as np
-import pymeshlab
 import pytest
 from denoising_findings import chest
-from denoising_methods import Method
+from denoising_methods import OUR_TRIALS, Method
 from denoising_metrics import errors
-from denoising_trials import OUR_TRIALS
+from denoising_pairs import mesh_set
 
 from pymeshfair.filters.denoising import Setting, automatic_choice, normal_filtering
 from pymeshfair.filters.diffusion import taubin_fairing
-
-
-def save(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
-    """A mesh in the format that the name says."""
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    meshes.save_current_mesh(str(path))
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """One pair, in two formats, with a stray vertex."""
     shape = chest(4)
-    stray = np.full((1, 3), 5.0)
-    save(tmp_path / "box_noisy.ply", np.concatenate([stray, shape.noisy]), shape.faces + np.int32(1))
-    save(tmp_path / "box_truth.off", np.concatenate([stray, shape.truth]), shape.faces + np.int32(1))
+    for name, vertices in (("box_noisy.ply", shape.noisy), ("box_truth.off", shape.truth)):
+        stray = np.concatenate([np.full((1, 3), 5.0), vertices])
+        mesh_set((stray, shape.faces + np.int32(1))).save_current_mesh(str(tmp_path / name))
     return tmp_path
 
 
@@ -47,7 +39,7 @@ def test_tables_and_pictures_of_any_folder(folder: Path, monkeypatch: pytest.Mon
     output = folder / "out"
     assert run(monkeypatch, folder, "--methods", "sharp,MeshLab Taubin", "--gallery", "-o", output) == 0
     results = {r["method"]: r for r in json.loads((output / "denoising.json").read_text())}
-    assert set(results) == {"noisy", "ours, sharp", "MeshLab Taubin", "MeshLab Taubin, tuned", "MeshLab Taubin, then interleaved"}
+    assert set(results) == {"noisy", "ours, sharp", "MeshLab Taubin", "MeshLab Taubin, tuned"}
     assert results["ours, sharp"]["errors"]["mad"] < results["noisy"]["errors"]["mad"]
     assert results["MeshLab Taubin, tuned"]["errors"]["mad"] <= results["MeshLab Taubin"]["errors"]["mad"]
     text = (output / "denoising.md").read_text()
@@ -56,34 +48,32 @@ def test_tables_and_pictures_of_any_folder(folder: Path, monkeypatch: pytest.Mon
     assert (output / "box.png").stat().st_size > 1000
 
 
-def test_what_is_missing_is_named(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_missing_is_named(folder: Path) -> None:
     """An unknown pair, a lone noisy mesh and faces in another order end with words."""
-    with pytest.raises(SystemExit, match="no ball_noisy file; there are box"):
-        run(monkeypatch, folder, "--pairs", "ball", "--methods", "sharp")
+
+    def refused(why: str, *names: str) -> None:
+        with pytest.raises(SystemExit, match=why):
+            list(denoising.read_pairs(folder, names))
+
+    refused("no ball_noisy file; there are box", "ball")
     shape = chest(4)
-    save(folder / "box_truth.off", shape.truth, shape.faces[::-1])
-    with pytest.raises(SystemExit, match="the faces of the noisy mesh are not those of the truth"):
-        run(monkeypatch, folder, "--methods", "sharp")
+    mesh_set((shape.truth, shape.faces[::-1])).save_current_mesh(str(folder / "box_truth.off"))
+    refused("the faces of the noisy mesh are not those of the truth")
     (folder / "box_truth.off").unlink()
-    with pytest.raises(SystemExit, match="no box_truth file"):
-        run(monkeypatch, folder, "--methods", "sharp")
+    refused("no box_truth file")
 
 
-def test_a_tuned_method_reports_the_best_of_its_trials(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With --tuned the least MAD of the method's own settings and of all its trials is kept, and the settings that gave it."""
-    trials = ({"iterations": 2}, {"iterations": 20})
-    method = Method("low pass", taubin_fairing, {"iterations": 1}, trials)
-    monkeypatch.setattr(denoising, "METHODS", (method,))
-    output = folder / "out"
-    assert run(monkeypatch, folder, "--tuned", "-o", output) == 0
-    (result,) = (r for r in json.loads((output / "denoising.json").read_text()) if r["method"] == "low pass")
+def test_a_tuned_method_reports_the_best_of_its_trials(folder: Path) -> None:
+    """The least MAD of the method's own settings and of all its trials is kept, and the settings that gave it."""
+    method = Method("low pass", taubin_fairing, {"iterations": 1}, ({"iterations": 2}, {"iterations": 20}))
     (pair,) = denoising.read_pairs(folder, [])
-    mads = [
-        (errors(taubin_fairing(pair.noisy, pair.faces, **settings), pair.truth, pair.faces).mad, settings)
-        for settings in (method.settings, *trials)
-    ]
-    assert (result["errors"]["mad"], result["settings"]) == min(mads, key=lambda found: found[0])
-    assert result["trials"] == 3
+    result, _ = denoising.measure(method, pair, tuned=True)
+    found = {
+        settings["iterations"]: errors(taubin_fairing(pair.noisy, pair.faces, **settings), pair.truth, pair.faces).mad
+        for settings in (method.settings, *method.trials)
+    }
+    assert result.errors.mad == min(found.values()) == found[result.settings["iterations"]]
+    assert result.trials == 3
 
 
 def test_every_trial_is_one_that_the_filter_takes() -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 import numpy as np
 import pymeshlab
+from numpy.typing import NDArray
 
 from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
 from pymeshfair.filters.diffusion.explicit import explicit_surface
@@ -49,31 +51,39 @@ def from_mesh_to_mesh(subject: Subject) -> Work:
     return work
 
 
+def vtk_arrays() -> Any:
+    """VTK's module of numpy's arrays."""
+    return importlib.import_module("vtkmodules.util.numpy_support")
+
+
+def vtk_mesh(vertices: Floats, faces: NDArray[np.int32]) -> Any:
+    """A mesh of VTK's, in double precision."""
+    import vtk
+
+    points, cells, data = vtk.vtkPoints(), vtk.vtkCellArray(), vtk.vtkPolyData()
+    points.SetData(vtk_arrays().numpy_to_vtk(vertices, deep=1))
+    cells.SetData(3, vtk_arrays().numpy_to_vtkIdTypeArray(np.ascontiguousarray(faces, dtype=np.int64).ravel(), deep=1))
+    data.SetPoints(points)
+    data.SetPolys(cells)
+    return data
+
+
 def vtk_sinc(backend: str) -> Preparation:
     """VTK's windowed sinc filter of 20 iterations, which is its Taubin smoothing."""
 
     def prepare(subject: Subject) -> Work:
         import vtk
-        from vtkmodules.util import numpy_support
-
-        arrays: Any = numpy_support
 
         vtk.vtkSMPTools.SetBackend(backend)
-        points, cells, data = vtk.vtkPoints(), vtk.vtkCellArray(), vtk.vtkPolyData()
-        points.SetData(arrays.numpy_to_vtk(subject.vertices, deep=1))
-        corners = np.ascontiguousarray(subject.faces, dtype=np.int64).ravel()
-        cells.SetData(3, arrays.numpy_to_vtkIdTypeArray(corners, deep=1))
-        data.SetPoints(points)
-        data.SetPolys(cells)
         smooth = vtk.vtkWindowedSincPolyDataFilter()
-        smooth.SetInputData(data)
+        smooth.SetInputData(vtk_mesh(subject.vertices, subject.faces))
         smooth.SetNumberOfIterations(20)
         smooth.BoundarySmoothingOn()
         smooth.FeatureEdgeSmoothingOff()
 
         def work() -> Any:
             smooth.Update()
-            return arrays.vtk_to_numpy(smooth.GetOutput().GetPoints().GetData())
+            return vtk_arrays().vtk_to_numpy(smooth.GetOutput().GetPoints().GetData())
 
         return work
 

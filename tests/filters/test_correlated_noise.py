@@ -7,7 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pymeshlab
 import pytest
-from denoising_cameras import SCENES, Camera, fused_map  # benchmarks/denoising_cameras.py
+from denoising_cameras import SCENES, Camera, fused_map
+from denoising_metrics import measured
+from denoising_pairs import along_an_axis, rounded, terrain
 from scipy.ndimage import gaussian_filter
 
 from pymeshfair.filters.denoising.automatic import automatic_choice
@@ -19,11 +21,10 @@ from pymeshfair.filters.denoising.rounding import Rounding, rounding_of
 from pymeshfair.filters.denoising.scan import Scan
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
 from pymeshfair.filters.evidence import Choice
-from pymeshfair.filters.geometry import face_normals, mean_edge_length, vertex_normals_by_area
+from pymeshfair.filters.geometry import mean_edge_length, vertex_normals_by_area
 from pymeshfair.filters.mesh import normalised_mesh
 from pymeshfair.filters.topology import border_vertices, edges
-from tests.angles import mean_angle
-from tests.meshes import grid, irregular_grid, renumbered, rotation, sample
+from tests.meshes import Mesh, grid, icosphere, irregular_grid, noisy, renumbered, rotation, sample, tube
 
 FLAT, FACES = irregular_grid(80, 80)
 UP = np.broadcast_to([0.0, 0.0, 1.0], FLAT.shape)
@@ -55,15 +56,9 @@ def _map(camera: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     x, y = vertices[:, 0], vertices[:, 1]
     blurred = gaussian_filter(rng.normal(size=(91, 91)), 1.2).ravel()
     blurred /= blurred.std()
-    truth, noisy = vertices.copy(), vertices.copy()
-    truth[:, 2] = 4.0 * np.sin(x / 14.0) * np.cos(y / 17.0)
-    if camera == "light":
-        noisy[:, 2] = 1.5 * np.round(truth[:, 2] / 1.5 + 0.5 * blurred)
-    elif camera == "flight":
-        noisy[:, 2] = truth[:, 2] + 0.3 * blurred + 0.1 * rng.normal(size=len(x))
-    else:
-        noisy[:, 2] = truth[:, 2] + 0.3 * rng.normal(size=len(x))
-    return noisy, truth, faces
+    z, own = 4.0 * np.sin(x / 14.0) * np.cos(y / 17.0), rng.normal(size=len(x))
+    found = {"light": 1.5 * np.round(z / 1.5 + 0.5 * blurred), "flight": z + 0.3 * blurred + 0.1 * own, "view": z + 0.3 * own}
+    return np.column_stack([x, y, found[camera]]), np.column_stack([x, y, z]), faces
 
 
 def _fused(level: float) -> tuple[np.ndarray, np.ndarray]:
@@ -137,8 +132,7 @@ def test_the_risk_is_the_error_and_the_variance_of_the_noise() -> None:
 
 def test_without_noise_nothing_is_better_than_the_scan() -> None:
     """The least risk is that of doing nothing; of no vertices nothing is known."""
-    points = FLAT + np.sin(FLAT[:, :1] / 2.0) * UP
-    found = _by_risk(points, np.zeros(len(points)))
+    found = _by_risk(FLAT + np.sin(FLAT[:, :1] / 2.0) * UP, np.zeros(len(FLAT)))
     assert found is not None
     assert found.chosen.label == 0
     assert Scan(FLAT, np.empty((0, 3), dtype=np.int32)).choose_by_risk(lambda p, h: [], []) is None
@@ -166,17 +160,24 @@ def test_fused_maps_are_told_until_they_are_smoothed() -> None:
     assert not _found(*_fused(0.0))
 
 
-def test_noise_along_one_axis_of_a_closed_surface_is_no_map() -> None:
-    """The vertices of a bone are off along lines, but no camera sees it from all sides."""
+def _bone() -> Mesh:
+    """A closed surface with noise along one axis."""
     vertices, faces = sample("bone.ply")
-    along = np.array([0.0, 0.0, 0.2 * mean_edge_length(vertices, faces)])
-    noisy = vertices + np.random.default_rng(0).normal(size=(len(vertices), 1)) * along
-    assert on_lines_of_sight(noisy, faces)
-    assert not _found(noisy, faces)
+    heights = 0.2 * mean_edge_length(vertices, faces) * np.random.default_rng(0).normal(size=len(vertices))
+    assert on_lines_of_sight(vertices + np.outer(heights, [0.0, 0.0, 1.0]), faces)
+    return vertices + np.outer(heights, [0.0, 0.0, 1.0]), faces
 
 
-def _angles(vertices: np.ndarray, truth: np.ndarray, faces: np.ndarray) -> float:
-    return mean_angle(face_normals(vertices, faces), face_normals(truth, faces))
+def _land() -> Mesh:
+    """Waves of all sizes with independent noise."""
+    vertices, faces = terrain()
+    return along_an_axis(0.2)(vertices, faces, np.random.default_rng(1)), faces
+
+
+@pytest.mark.parametrize("make", [_bone, _land, lambda: noisy(icosphere(4), 0.01)])
+def test_rough_land_and_closed_shapes_are_no_maps(make: Callable[[], Mesh]) -> None:
+    """The vertices of a bone are off along lines, but no camera sees it from all sides; land shares no noise."""
+    assert not _found(*make())
 
 
 @pytest.mark.slow
@@ -193,7 +194,7 @@ def test_what_is_chosen_leaves_little_of_the_noise_of_a_camera(camera: str, rati
     assert setting.rounding == ("undo" if camera == "light" else "keep")
     assert told[-1] == 1.0
     result = setting.apply(noisy, faces, border="along", movable=None)
-    assert _angles(result, truth, faces) < ratio * _angles(noisy, truth, faces)
+    assert measured(result, truth, faces)[0] < ratio * measured(noisy, truth, faces)[0]
 
 
 def test_what_may_not_move_is_no_evidence() -> None:
@@ -203,15 +204,12 @@ def test_what_may_not_move_is_no_evidence() -> None:
     assert setting_of_shared(mesh, estimate_noise(noisy, faces), border="along") == (STRONG, None)
 
 
-AXIS = np.array([0.2, 0.3, 0.93]) / np.linalg.norm([0.2, 0.3, 0.93])
-
-
 def _waves() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A bumpy sheet rounded along a slanting axis to steps of a half, its truth and its faces."""
+    """A bumpy sheet rounded along a slanting axis to steps of half an edge, its truth and its faces; its mean edge is 1."""
     truth, faces = grid(80, 80)
     truth[:, 2] = 6.0 * np.sin(truth[:, 0] / 13.0) * np.cos(truth[:, 1] / 17.0)
-    heights = truth @ AXIS
-    return truth + np.outer(0.5 * np.round(heights / 0.5) - heights, AXIS), truth, faces
+    truth /= mean_edge_length(truth, faces)
+    return rounded(0.5)(truth, faces, np.random.default_rng(0)), truth, faces
 
 
 def _rounding(vertices: np.ndarray, faces: np.ndarray) -> Rounding:
@@ -223,8 +221,7 @@ def _rounding(vertices: np.ndarray, faces: np.ndarray) -> Rounding:
 def test_the_amount_of_shared_noise_is_seen() -> None:
     """Rounding to half an edge is noise of 0.5 / sqrt(12); a camera's map has as much as was put in, within a third."""
     vertices, _, faces = _waves()
-    edge = mean_edge_length(vertices, faces)
-    assert shared_noise(vertices / edge, faces, estimate_noise(vertices, faces)) == pytest.approx(0.5 / edge / 12**0.5, rel=0.1)
+    assert shared_noise(vertices, faces, estimate_noise(vertices, faces)) == pytest.approx(0.5 / 12**0.5, rel=0.1)
     noisy, truth, faces = _map("flight")
     added = np.einsum("ij,ij->i", noisy - truth, vertex_normals_by_area(truth, faces)).std()
     edge = mean_edge_length(noisy, faces)
@@ -233,9 +230,10 @@ def test_the_amount_of_shared_noise_is_seen() -> None:
 
 def test_the_axis_and_the_levels_of_rounding_are_found() -> None:
     """Along any axis, in any unit: the axis is right to a thousandth, all levels are multiples of the step."""
-    vertices, _, faces = _waves()
+    vertices, truth, faces = _waves()
     found = _rounding(40.0 * vertices @ rotation().T, faces)
-    assert abs(found.direction @ (AXIS @ rotation().T)) > 1.0 - 1e-6
+    axis = (vertices - truth)[0] @ rotation().T
+    assert abs(found.direction @ axis) > (1.0 - 1e-6) * np.linalg.norm(axis)
     steps = np.diff(found.levels) / 20.0
     assert np.abs(steps - np.round(steps)).max() < 1e-3
 
@@ -252,8 +250,8 @@ def test_undoing_rounding_leaves_no_vertex_out_of_its_step_and_little_of_the_ang
     assert np.abs(moves @ found.direction).max() <= 0.25 + 1e-9
     assert np.abs(np.cross(moves, found.direction)).max() < 1e-9
     assert found.left(undone, vertices).max() < 1e-9
-    assert _angles(undone, truth, faces) < 0.2 * _angles(vertices, truth, faces)
-    movable = vertices[:, 0] > 40.0
+    assert measured(undone, truth, faces)[0] < 0.2 * measured(vertices, truth, faces)[0]
+    movable = vertices[:, 0] > np.median(vertices[:, 0])
     part = found.undone(vertices, faces, movable)
     assert np.array_equal(part[~movable], vertices[~movable])
     assert not np.array_equal(part, vertices)
@@ -268,19 +266,13 @@ def test_a_fixed_border_keeps_its_rounding() -> None:
     assert not np.array_equal(found, vertices)
 
 
-def _stairs() -> tuple[np.ndarray, np.ndarray]:
+def _stairs() -> Mesh:
     vertices, faces = grid(60, 60)
     vertices[:, 2] = np.floor(vertices[:, 0] / 5.0)
     return vertices, faces
 
 
-def _tube() -> tuple[np.ndarray, np.ndarray]:
-    vertices, faces = grid(40, 90)
-    angles = vertices[:, 0] * 2.0 * np.pi / 41.0
-    return np.column_stack([7.0 * np.cos(angles), 7.0 * np.sin(angles), vertices[:, 1]]), faces
-
-
-@pytest.mark.parametrize("make", [_stairs, _tube, lambda: (FLAT, FACES), lambda: sample("bone.ply")])
-def test_levels_of_designed_and_of_clean_shapes_are_no_rounding(make: Callable[[], tuple[np.ndarray, np.ndarray]]) -> None:
+@pytest.mark.parametrize("make", [_stairs, lambda: tube(41, 90, 7.0, 90.0), lambda: (FLAT, FACES), lambda: sample("bone.ply")])
+def test_levels_of_designed_and_of_clean_shapes_are_no_rounding(make: Callable[[], Mesh]) -> None:
     """Treads of stairs, rings of a tube, a plane and a figure are as they were made."""
     assert rounding_of(*make()) is None

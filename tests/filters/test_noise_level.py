@@ -4,24 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from denoising_pairs import along_normals
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.denoising.correlated_noise import shared_noise
-from pymeshfair.filters.denoising.noise_level import agreement, estimate_noise, smooth_normals
+from pymeshfair.filters.denoising.noise_level import agreement, estimate_noise
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.topology import edges
-from tests.meshes import (
-    cube,
-    grid,
-    icosphere,
-    irregular_grid,
-    noisy,
-    renumbered,
-    rotation,
-    single_triangle,
-    subdivided,
-    torus,
-)
+from tests.meshes import cube, grid, icosphere, noisy, renumbered, rotation, single_triangle, subdivided, torus
 
 SHAPES = {
     "sphere": icosphere(4),
@@ -31,11 +20,7 @@ SHAPES = {
 
 
 def _along_normals(name: str, level: float, share: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    vertices, faces = SHAPES[name]
-    rng = np.random.default_rng(7)
-    moved = rng.random(len(vertices)) < share
-    heights = rng.normal(size=len(vertices)) * level * mean_edge_length(vertices, faces) * moved
-    return vertices + heights[:, None] * smooth_normals(vertices, faces), faces
+    return along_normals(level, share)(*SHAPES[name], np.random.default_rng(7)), SHAPES[name][1]
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -109,16 +94,3 @@ def test_where_it_is_calm_a_surface_agrees_and_the_noise_of_a_cube_does_not() ->
     assert everywhere > 0.1 > calm
     vertices, faces = noisy(icosphere(4), 0.01)
     assert agreement(vertices / np.linalg.norm(vertices, axis=1, keepdims=True), faces)[1] > 0.13
-
-
-def test_rough_land_and_a_closed_shape_are_no_depth_cameras() -> None:
-    """Waves of all sizes with independent noise, and a ball, share none."""
-    rng = np.random.default_rng(1)
-    land, faces = irregular_grid(70, 70)
-    x, y = land[:, 0], land[:, 1]
-    waves = [
-        8.0 * 0.45**k * np.sin(0.06 * 2**k * (a * x + b * y) + c) for k in range(1, 5) for a, b, c in rng.normal(size=(4, 3))
-    ]
-    land = np.column_stack([x, y, np.sum(waves, axis=0) + 0.2 * rng.normal(size=len(land))])
-    for points, triangles in ((land, faces), _along_normals("sphere", 0.2)):
-        assert shared_noise(points, triangles, estimate_noise(points, triangles)) == 0.0

@@ -64,10 +64,7 @@ def filtered(mesh: Mesh, chosen: Bools | None = None, **values: Any) -> tuple[Fl
 @pytest.fixture(scope="module")
 def true() -> Mesh:
     """A cube of 386 vertices."""
-    mesh = cube()
-    for _ in range(3):
-        mesh = subdivided(*mesh)
-    return mesh
+    return subdivided(*subdivided(*subdivided(*cube())))
 
 
 @pytest.fixture(scope="module")
@@ -78,27 +75,21 @@ def rough(true: Mesh) -> Mesh:
     return vertices + np.random.default_rng(0).normal(0.0, 0.15 / 8, (len(vertices), 1)) * outward, faces
 
 
-#: every parameter of the technique
-GIVEN: dict[str, Any] = {**DEFAULTS}
-
-
 def test_what_is_given_is_what_is_done(rough: Mesh) -> None:
-    """With every parameter given the vertices are those of the technique, and the values name each parameter."""
-    edit = apply(apply_coord_normal_filtering, Surface(*rough), **GIVEN)
+    """With every parameter given the vertices are those of the technique; the values name each parameter and what it did.
+
+    The drift is the mean displacement in mean edges; faces that look away from those around them are counted.
+    """
+    edit = apply(apply_coord_normal_filtering, Surface(*rough), **DEFAULTS)
     assert edit.vertices is not None
     np.testing.assert_array_equal(edit.vertices, normal_filtering(*rough))
-    assert {name: edit.values[name] for name in GIVEN} == GIVEN
+    assert {name: edit.values[name] for name in DEFAULTS} == DEFAULTS
+    moved = np.linalg.norm(edit.vertices - rough[0], axis=1).mean() / mean_edge_length(*rough)
+    assert edit.values["drift"] == pytest.approx(moved, rel=1e-12)
+    folded = [int(folded_faces(vertices, rough[1]).sum()) for vertices in (rough[0], edit.vertices)]
+    assert [edit.values["folded_before"], edit.values["folded_after"]] == folded
     touched = {f.name for f in fields(edit) if getattr(edit, f.name) is not None and f.name not in ("new_layers", "notes")}
     assert touched == {"vertices", "values"}
-
-
-def test_the_values_measure_what_was_done(rough: Mesh) -> None:
-    """The drift is the mean displacement in mean edges; faces that look away from those around them are counted."""
-    vertices, values = filtered(rough, **GIVEN)
-    moved = np.linalg.norm(vertices - rough[0], axis=1).mean() / mean_edge_length(*rough)
-    assert values["drift"] == pytest.approx(moved, rel=1e-12)
-    assert values["folded_after"] == folded_faces(vertices, rough[1]).sum()
-    assert values["folded_before"] == folded_faces(*rough).sum()
 
 
 def test_by_default_everything_is_automatic_and_the_report_repeats_it(rough: Mesh, true: Mesh) -> None:
@@ -153,13 +144,13 @@ def test_more_folded_faces_than_before_are_said_and_slivers_named() -> None:
 def test_only_selected_vertices_move(rough: Mesh) -> None:
     """With `selected` the others keep every bit."""
     chosen = rough[0][:, 2] > 0.5
-    vertices, _ = filtered(rough, chosen, selected=True, **GIVEN)
+    vertices, _ = filtered(rough, chosen, selected=True, **DEFAULTS)
     assert ((vertices != rough[0]).any(axis=1) == chosen).all()
 
 
 def test_face_normals_alone(rough: Mesh, true: Mesh) -> None:
     """The second filter returns step one: unit normals nearer to the truth, the vertices untouched; or those of some faces."""
-    settings = {name: GIVEN[name] for name in STEP_ONE}
+    settings = {name: DEFAULTS[name] for name in STEP_ONE}
     edit = apply(apply_normal_robust_filtering_per_face, Surface(*rough), **settings)
     assert edit.face_normals is not None
     assert edit.vertices is None
@@ -182,11 +173,11 @@ def test_with_everything_given_the_mesh_is_not_estimated(rough: Mesh, monkeypatc
         raise AssertionError("the mesh was estimated")
 
     monkeypatch.setattr("pymeshfair.plugins.denoising.automatic_choice", refuse)
-    assert "shape" not in filtered(rough, **GIVEN)[1]
+    assert "shape" not in filtered(rough, **DEFAULTS)[1]
     _, fixed = filtered(rough, choice="fixed")
     assert {name: fixed[name] for name in vars(FIXED)} == vars(FIXED)
     with pytest.raises(AssertionError, match="estimated"):
-        filtered(rough, **{**GIVEN, "range_sigma": "auto"})
+        filtered(rough, **{**DEFAULTS, "range_sigma": "auto"})
     first = {name: DEFAULTS[name] for name in STEP_ONE}
     assert "shape" not in apply(apply_normal_robust_filtering_per_face, Surface(*rough), **first).values
 
@@ -197,7 +188,7 @@ def test_steps_of_taubin_come_first_and_may_keep_to_the_normals(rough: Mesh) -> 
     fair = taubin_fairing(vertices, faces, iterations=4)
     along = along_normals(vertices, fair, smooth_normals(vertices, faces))
     for direction, start in (("all", fair), ("normal", along)):
-        moved, _ = filtered(rough, **{**GIVEN, "relaxation": 4, "relaxation_direction": direction})
+        moved, _ = filtered(rough, **{**DEFAULTS, "relaxation": 4, "relaxation_direction": direction})
         np.testing.assert_allclose(moved, normal_filtering(start, faces), rtol=0, atol=1e-12)
     slid = np.cross(along - vertices, smooth_normals(vertices, faces))
     assert np.abs(slid).max() < 1e-12
@@ -207,7 +198,7 @@ def test_outliers_are_replaced_first_and_nothing_else_where_that_is_said(rough: 
     """With 0 outer iterations and no relaxation the vertices that stand out move, and the others keep every bit."""
     vertices, faces = rough[0].copy(), rough[1]
     vertices[40::60] *= 1.3
-    moved, _ = filtered((vertices, faces), **{**GIVEN, "outliers": "replace", "outer_iterations": 0})
+    moved, _ = filtered((vertices, faces), **{**DEFAULTS, "outliers": "replace", "outer_iterations": 0})
     expected, outlying = replace_outlying(vertices, faces)
     assert outlying[40::60].any()
     np.testing.assert_array_equal(moved, expected)
