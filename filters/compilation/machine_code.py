@@ -4,8 +4,6 @@ Numba's code calls small functions in C, of numba's own extension modules; these
 with them by llvmlite. `compiler` makes the code; a test compares both ways of loading it.
 """
 
-from __future__ import annotations
-
 import builtins
 import ctypes
 import importlib.machinery

@@ -4,8 +4,6 @@ Guides are, for every face, the mean normal of the most even patch around that c
 instead of faces is there for comparison: at a crease vertex normals are means across it [yadav2021].
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -187,7 +185,7 @@ class NormalPasses(NamedTuple):
     distance: float | None = None
 
     @staticmethod
-    def over(points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> NormalPasses:
+    def over(points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> "NormalPasses":
         """The passes over a mesh of (n, 3) points, in the order of `adjacency`."""
         if settings.method == "vertex_normals":
             rings = RINGS_OF_NEIGHBORHOOD[settings.neighborhood]

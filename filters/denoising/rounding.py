@@ -4,8 +4,6 @@ Everywhere here `points` are (n, 3) coordinates, `faces` (m, 3) triangles, and `
 None for all.
 """
 
-from __future__ import annotations
-
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A scan on which filters are tried: which of its vertices are evidence, whether they say that it is noisy, and what suits it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -65,7 +63,7 @@ class Scan:
     rings: int = 2
 
     @staticmethod
-    def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> Scan:
+    def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> "Scan":
         """Of a mesh, see `sample_of`, with these attributes; `FilterInputError` if it is none or `movable` does not fit."""
         mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
         return Scan.sampled(mesh.points, mesh.cells, mesh.movable, **attributes)[0]
@@ -73,7 +71,7 @@ class Scan:
     @staticmethod
     def sampled(
         points: Floats, faces: Ints, movable: Bools | None = None, *, of: dict[str, int] | None = None, **attributes: Any
-    ) -> tuple[Scan, Ints]:
+    ) -> "tuple[Scan, Ints]":
         """Of (n, 3) points of ordinary size, with these attributes, and which of these points it has. `of` is for `sample_of`."""
         sample = sample_of(points, faces, **(of or {}))
         moves = None if movable is None else movable[sample.origin]

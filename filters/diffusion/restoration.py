@@ -1,7 +1,5 @@
 """Volume and dimensions that smoothing has taken from a shape, measured and restored."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

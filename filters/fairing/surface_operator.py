@@ -1,7 +1,5 @@
 """The Laplace-Beltrami operator with a mass above 0 at every vertex, as energies need it."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -26,7 +24,7 @@ class SurfaceOperator(NamedTuple):
         mass: the diagonal of M, (n,), above 0.
     """
 
-    dirichlet: sparse.csr_matrix
+    dirichlet: "sparse.csr_matrix"
     mass: Floats
 
 

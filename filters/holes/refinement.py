@@ -1,7 +1,5 @@
 """Refinement, the second step of hole filling [liepa2003]: triangles split to the density of the rim, Delaunay flips."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

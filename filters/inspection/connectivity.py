@@ -1,7 +1,5 @@
 """Measures of faces and edges that do not depend on coordinates."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Samples of a surface: places on its faces, by area, at least one on each."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

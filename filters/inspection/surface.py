@@ -3,8 +3,6 @@
 The triangles are in a balanced tree, and the place found is the exact nearest one.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -53,7 +51,7 @@ class TriangleTree(NamedTuple):
     rounding: float
 
     @classmethod
-    def of(cls, points: Floats, faces: Ints) -> TriangleTree:
+    def of(cls, points: Floats, faces: Ints) -> "TriangleTree":
         """The tree of (n, 3) points, which should be near the origin, and (m, 3) triangles, m at least 1."""
         leaves = -(-len(faces) // _LEAF)
         rows = np.empty((len(faces), 4))
@@ -273,7 +271,7 @@ class Surface:
     vertex_count: int
 
     @classmethod
-    def of(cls, vertices: ArrayLike, faces: ArrayLike) -> Surface:
+    def of(cls, vertices: ArrayLike, faces: ArrayLike) -> "Surface":
         """The surface of (n, 3) vertices and (m, 3) triangles; without any the cloud of the vertices.
 
         Raises:
@@ -363,7 +361,7 @@ class Surface:
         return TriangleTree.of(self.mesh.points, self.mesh.cells)
 
     @cached_property
-    def _points(self) -> spatial.cKDTree:
+    def _points(self) -> "spatial.cKDTree":
         return spatial.cKDTree(self.mesh.points)
 
     @cached_property

@@ -7,8 +7,6 @@ tree adapts to any density. Node 1 is the root, the children of node i are 2 i a
 children the two halves of that range, and every leaf but the last is full.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """LoOP, the local outlier probability of each point of a cloud [kriegel2009]."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator
 

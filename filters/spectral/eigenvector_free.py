@@ -1,7 +1,5 @@
 """Spectral filters without eigenvectors, by a polynomial or a rational function of the operator."""
 
-from __future__ import annotations
-
 import math
 from contextlib import suppress
 from dataclasses import dataclass
@@ -50,7 +48,7 @@ class Filtered(NamedTuple):
 
     values: Floats
     error_bound: float
-    route: Route
+    route: "Route"
 
 
 def filter_without_eigenvectors(
@@ -246,7 +244,7 @@ def rational_series(response: Response, *, tolerance: float) -> tuple[ChebyshevS
 
 
 def rational_filter(
-    dirichlet: sparse.csr_matrix,
+    dirichlet: "sparse.csr_matrix",
     mass: Floats,
     values: Floats,
     series: ChebyshevSeries,
@@ -304,7 +302,7 @@ def rational_filter(
 class _System:
     """Solves A x = sigma M b for A = S + sigma M, by factors up to `LARGEST_FACTORS` rows, else by multigrid."""
 
-    def __init__(self, dirichlet: sparse.csr_matrix, mass: Floats, pole: float, solves: int, progress: Progress) -> None:
+    def __init__(self, dirichlet: "sparse.csr_matrix", mass: Floats, pole: float, solves: int, progress: Progress) -> None:
         self._mass, self._pole = mass, pole
         self._matrix = sparse.csr_matrix(dirichlet + pole * sparse.diags_array(mass))
         self._factors: Cholesky | None = None
