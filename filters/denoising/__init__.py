@@ -15,7 +15,7 @@ from .clouds import (
 from .correlated_noise import shared_noise
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .impulses import OUTLIERS, Outliers, replace_outlying
-from .noise_level import NoiseEstimate, estimate_noise, noise_floor, surface_noise
+from .noise_level import NoiseEstimate, estimate_noise, noise_floor
 from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMethod
 from .normal_filtering import filter_face_normals, normal_filtering
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
@@ -82,6 +82,5 @@ __all__ = [
     "share_along",
     "shared_noise",
     "smoothed_directions",
-    "surface_noise",
     "unit_normals",
 ]

@@ -45,7 +45,7 @@ def setting_of_rounded(
     steps. Vertices that may not move are no evidence.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
-    scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, of=_WIDE, rings=_RINGS)
+    scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE, rings=_RINGS)
     tried = SettingsTried(scan, border=border, of=CORRELATED, rounding="undo")
     here, rounded = undone[origin], mesh.points[origin]
     unit = mean_edge_length(here, scan.faces)
@@ -78,7 +78,7 @@ def setting_of_shared(
     field, on_lines = _field_of_shared(mesh.points, mesh.cells, noise)
     if field is None or not on_lines:
         return None if field is None else (STRONG, None)
-    scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, of=_WIDE, rings=_RINGS, progress=progress)
+    scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, **_WIDE, rings=_RINGS, progress=progress)
     tried = SettingsTried(scan, border=border, of=CORRELATED)
     found = scan.choose_by_risk(tried, tried.labels, noise_field(scan, *_KNOW).heights)
     return (STRONG, None) if found is None else (found.chosen.label, found)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..diffusion.taubin import taubin_fairing
-from ..evidence import Sample, far_from_border, local_means, predicted_heights, tuned
+from ..evidence import far_from_border, local_means, predicted_heights, tuned
 from ..geometry import NORMAL, face_normals, mean_edge_length, mean_normals_at_vertices, measure_faces
 from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, Whole, check_mesh, normalised_mesh
@@ -237,26 +237,3 @@ def is_designed(points: Floats, faces: Ints) -> bool:
     first, second = face_normals(points, faces)[pairs.T]
     flat = (np.linalg.norm(np.cross(first, second), axis=1) < _EXACT) & (np.einsum("ij,ij->i", first, second) > 0.0)
     return len(np.unique(pairs[flat])) >= 0.99 * len(faces)
-
-
-def surface_noise(sample: Sample, noise: NoiseEstimate | None = None) -> float:
-    """The standard deviation of the noise along the normals in mean edges, as recipes name it: the smaller of two estimates.
-
-    `estimate_noise` takes fine details for noise everywhere; `noise_floor` sees noise alone where the surface is calm, and 1.3
-    times that is even noise. So fur and hair do not count as noise where the face is smooth.
-
-    Args:
-        sample: of `sample_of`.
-        noise: of `estimate_noise` on it, if the caller has it; that saves time.
-
-    Returns:
-        0 of planes as they were designed, and of a mesh without inner vertices.
-    """
-    if not len(sample.faces) or is_designed(sample.points, sample.faces):
-        return 0.0
-    level = (noise or estimate_noise(sample.points, sample.faces)).level
-    scored = far_from_border(sample.faces, len(sample.points))
-    if not np.any(scored):
-        return level
-    normals = smooth_normals(sample.points, sample.faces)
-    return min(level, tuned.EVEN * noise_floor(sample.points, sample.faces, normals=normals, scored=scored))

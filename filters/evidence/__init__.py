@@ -12,13 +12,11 @@ from .held_out import (
     random_signs,
 )
 from .outlying import flattening, outlying_vertices, put_where_expected, roughness, sizes_beside, standing_out
-from .patches import Sample, sample_of
 from .quadric_prediction import height_of_quadric, height_residuals, predicted_heights, tangents
 
 __all__ = [
     "Candidates",
     "Choice",
-    "Sample",
     "Scores",
     "Trial",
     "cross_validate",
@@ -38,7 +36,6 @@ __all__ = [
     "put_where_expected",
     "random_signs",
     "roughness",
-    "sample_of",
     "scores_of",
     "sizes_beside",
     "standing_out",

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.evidence import sample_of
+from pymeshfair.filters.denoising import Scan
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection import surface_measures
-from pymeshfair.filters.traits import facing, measured_traits, sharpness, surface_noise
+from pymeshfair.filters.traits import facing, measured_traits, sharpness
 from tests.meshes import Mesh, cube, grid, icosphere, rotation, subdivided, torus, tube
 
 #: a cube of 16 edges to a side
@@ -48,15 +48,15 @@ def test_facing_of_no_area_is_zero() -> None:
 
 def test_all_bending_of_a_cube_is_at_its_edges_and_none_of_a_ball() -> None:
     """Planes that meet at right angles bend nowhere else; a ball of edges of 4 degrees nowhere by 30."""
-    assert sharpness(sample_of(*FINE_CUBE), 0.0) == pytest.approx(1.0)
-    assert sharpness(sample_of(*icosphere(4)), 0.0) == 0.0
-    assert sharpness(sample_of(*grid()), 0.0) == 0.0
+    assert sharpness(Scan.of(*FINE_CUBE), 0.0) == pytest.approx(1.0)
+    assert sharpness(Scan.of(*icosphere(4)), 0.0) == 0.0
+    assert sharpness(Scan.of(*grid()), 0.0) == 0.0
 
 
 def test_a_cylinder_bends_at_its_rims_by_the_share_of_its_closed_form() -> None:
     """Two rims of pi / 2 along 2 pi r, and 2 pi around the height h: the share is pi r / (pi r + h)."""
     radius, height = 1.0, 2.0
-    found = sharpness(sample_of(*can(48, radius, height)), 0.0)
+    found = sharpness(Scan.sampled(*can(48, radius, height))[0], 0.0)
     # The mean over the neighbours turns the two triangles of a square at a rim, which have others around them, a little apart.
     assert found == pytest.approx(np.pi * radius / (np.pi * radius + height), rel=0.05)
 
@@ -66,14 +66,14 @@ def test_noise_does_not_hide_edges_and_makes_none(level: float) -> None:
     """A cube under noise still bends at its edges for the most part, a ball under the same noise hardly there."""
     vertices, faces = FINE_CUBE
     shifts = np.random.default_rng(4).normal(scale=level * mean_edge_length(vertices, faces), size=vertices.shape)
-    assert sharpness(sample_of(vertices + shifts, faces), level) > 0.7
-    assert sharpness(sample_of(*along_normals(icosphere(4), level)), level) < 0.2
+    assert sharpness(Scan.of(vertices + shifts, faces), level) > 0.7
+    assert sharpness(Scan.of(*along_normals(icosphere(4), level)), level) < 0.2
 
 
 @pytest.mark.parametrize("level", [0.1, 0.3])
 def test_noise_of_a_ball_is_what_was_added(level: float) -> None:
     """Even noise along the normals is found to a fifth, of the calm part and of the whole alike."""
-    assert surface_noise(sample_of(*along_normals(icosphere(4), level))) == pytest.approx(level, rel=0.2)
+    assert Scan.of(*along_normals(icosphere(4), level)).surface_noise == pytest.approx(level, rel=0.2)
 
 
 def test_noise_on_half_of_a_surface_is_that_of_the_calm_half() -> None:
@@ -81,7 +81,7 @@ def test_noise_on_half_of_a_surface_is_that_of_the_calm_half() -> None:
     ball = icosphere(4)
     rough, calm = along_normals(ball, 0.3)[0], along_normals(ball, 0.03)[0]
     mixed = np.where(ball[0][:, 2:] > 0.0, rough, calm)
-    assert surface_noise(sample_of(mixed, ball[1])) == pytest.approx(0.03, rel=0.3)
+    assert Scan.of(mixed, ball[1]).surface_noise == pytest.approx(0.03, rel=0.3)
 
 
 def test_planes_as_they_were_designed_have_no_noise() -> None:
