@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..evidence import Choice, Scores, measured, roughness, tuned
+from ..evidence import Choice, Scores, measured, tuned
 from ..execution import Progress, ignore_progress
-from ..geometry import edge_lengths, mean_edge_length, seen_from_one_side
+from ..geometry import edge_lengths, mean_edge_length, roughness, seen_from_one_side
 from ..libraries import optimize, sparse
 from ..mesh import Bools, Floats, Ints, NormalisedMesh
 from ..topology import BorderPolicy, edges

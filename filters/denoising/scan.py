@@ -19,11 +19,10 @@ from ..evidence import (
     initial_positions,
     measured,
     random_signs,
-    roughness,
     tuned,
 )
 from ..execution import Progress, ignore_progress, part_of
-from ..geometry import edge_lengths, mean_edge_length
+from ..geometry import edge_lengths, mean_edge_length, roughness
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints, Longs, check_mesh, normalised_mesh
 from ..topology import VertexFaces, edges, referenced_vertices, vertex_faces

@@ -10,9 +10,16 @@ from .held_out import (
     marked,
     means_of_others,
     random_signs,
+    with_neighbours,
 )
-from .outlying import flattening, outlying_vertices, put_where_expected, roughness, sizes_beside, standing_out
-from .quadric_prediction import height_of_quadric, height_residuals, predicted_heights, tangents
+from .quadric_prediction import (
+    height_of_quadric,
+    height_residuals,
+    medians_around,
+    predicted_heights,
+    put_where_expected,
+    tangents,
+)
 
 __all__ = [
     "Candidates",
@@ -21,7 +28,6 @@ __all__ = [
     "Trial",
     "cross_validate",
     "far_from_border",
-    "flattening",
     "height_of_quadric",
     "height_residuals",
     "held_out_vertices",
@@ -31,14 +37,12 @@ __all__ = [
     "marked",
     "means_of_others",
     "measured",
-    "outlying_vertices",
+    "medians_around",
     "predicted_heights",
     "put_where_expected",
     "random_signs",
-    "roughness",
     "scores_of",
-    "sizes_beside",
-    "standing_out",
     "tangents",
     "tuned",
+    "with_neighbours",
 ]

@@ -12,8 +12,7 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import one_rings
 from . import tuned
 from .held_out import means_of_others, without
-from .outlying import put_where_expected
-from .quadric_prediction import predicted_heights
+from .quadric_prediction import predicted_heights, put_where_expected
 
 Label = TypeVar("Label")
 Measure = TypeVar("Measure")

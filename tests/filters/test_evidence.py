@@ -9,21 +9,18 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.denoising import Scan, noise_floor
+from pymeshfair.filters.denoising.impulses import flattening, outlying_vertices, sizes_beside
 from pymeshfair.filters.evidence import (
     Choice,
     far_from_border,
-    flattening,
     held_out_vertices,
-    outlying_vertices,
     predicted_heights,
     random_signs,
-    roughness,
     scores_of,
-    sizes_beside,
     tuned,
 )
 from pymeshfair.filters.evidence.held_out import without
-from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.geometry import mean_edge_length, roughness
 from pymeshfair.filters.topology import OneRings, border_vertices, edges, one_rings
 from tests.meshes import Floats, Ints, cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, torus
 

@@ -56,7 +56,7 @@ def test_all_bending_of_a_cube_is_at_its_edges_and_none_of_a_ball() -> None:
 def test_a_cylinder_bends_at_its_rims_by_the_share_of_its_closed_form() -> None:
     """Two rims of pi / 2 along 2 pi r, and 2 pi around the height h: the share is pi r / (pi r + h)."""
     radius, height = 1.0, 2.0
-    found = sharpness(Scan.sampled(*can(48, radius, height))[0], 0.0)
+    found = sharpness(Scan.of(*can(48, radius, height)), 0.0)
     # The mean over the neighbours turns the two triangles of a square at a rim, which have others around them, a little apart.
     assert found == pytest.approx(np.pi * radius / (np.pi * radius + height), rel=0.05)
 
