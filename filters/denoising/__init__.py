@@ -2,7 +2,7 @@
 
 from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
-from .candidates import SettingsTried
+from .candidates import FIXED, REPERTOIRE, AutomaticParameters, Repertoire, Setting, SettingsTried, settings
 from .clouds import (
     CloudKernels,
     bilateral_projection,
@@ -22,7 +22,6 @@ from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKe
 from .parts import distances_of_part, needs_distance, rings_of_round, round_of_part
 from .preparation import denoised
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, RelaxedPart, direction_for, rings_of_relaxation, share_along
-from .repertoire import FIXED, REPERTOIRE, AutomaticParameters, Repertoire, Setting, settings
 from .rounding import ROUNDING_POLICIES, RoundingPolicy
 from .scan import Scan
 from .vertex_update import VERTEX_UPDATES, VertexUpdate

@@ -15,11 +15,10 @@ from ..execution import Progress, ignore_progress, part_of, rising
 from ..geometry import face_normals
 from ..mesh import Floats, NormalisedMesh, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
-from .candidates import SettingsTried
+from .candidates import REPERTOIRE, Repertoire, Setting, SettingsTried
 from .correlated_noise import setting_of_rounded, setting_of_shared
 from .impulses import replace_outlying, sizes_beside
 from .noise_level import NoiseEstimate, estimate_noise, is_designed
-from .repertoire import REPERTOIRE, Repertoire, Setting
 from .rounding import rounding_of
 from .scan import NONE_HELD, Scan
 

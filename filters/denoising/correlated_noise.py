@@ -16,9 +16,8 @@ from ..geometry import edge_lengths, mean_edge_length, roughness, seen_from_one_
 from ..libraries import optimize, sparse
 from ..mesh import Bools, Floats, Ints, NormalisedMesh
 from ..topology import BorderPolicy, edges
-from .candidates import SettingsTried
+from .candidates import CORRELATED, STRONG, Setting, SettingsTried
 from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, ring_means
-from .repertoire import CORRELATED, STRONG, Setting
 from .rounding import Rounding, rounding_of
 from .scan import NONE_HELD, Scan
 
