@@ -173,17 +173,11 @@ def _families(points: Floats, normals: Floats | None, kernels: CloudKernels) -> 
 
 @dataclass(frozen=True, eq=False)
 class CloudSample:
-    """A cloud to try filters on, its spacing 1: the median over all points of the mean distance to the six nearest.
+    """A cloud to try filters on, its spacing 1: the median over all points of the mean distance to the six nearest."""
 
-    Attributes:
-        points: (k, 3) coordinates.
-        inner: (k,) the points that are evidence; their surroundings are whole.
-        normals: (k, 3) unit normals of a smoothed copy, of any sign.
-    """
-
-    points: Floats
-    inner: Bools
-    normals: Floats
+    points: Floats  # (k, 3) coordinates
+    inner: Bools  # (k,) the points that are evidence; their surroundings are whole
+    normals: Floats  # (k, 3) unit normals of a smoothed copy, of any sign
 
     @cached_property
     def pairs(self) -> Ints:

@@ -123,15 +123,10 @@ def _field_of_shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple
 
 
 class NoiseField(NamedTuple):
-    """Noise as a sum of independent parts, the first of the vertices alone, the others smoothed, see `noise_field`.
+    """Noise as a sum of independent parts, the first of the vertices alone, the others smoothed, see `noise_field`."""
 
-    Attributes:
-        variances: (k,) those of the parts, in squared units of the points.
-        heights: (n,) one such noise along the normals.
-    """
-
-    variances: Floats
-    heights: Floats
+    variances: Floats  # (k,) those of the parts, in squared units of the points
+    heights: Floats  # (n,) one such noise along the normals
 
     @property
     def shared(self) -> float:

@@ -26,15 +26,10 @@ _WITHOUT_LIMIT = 1 << 30
 
 
 class FaceNeighbourhoods(NamedTuple):
-    """The faces around every face i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once, without i, nearer rings first.
+    """The faces around every face i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once, without i, nearer rings first."""
 
-    Attributes:
-        offsets: (m + 1,) int64.
-        neighbours: int32.
-    """
-
-    offsets: Longs
-    neighbours: Ints
+    offsets: Longs  # (m + 1,) int64
+    neighbours: Ints  # int32
 
 
 def face_neighbourhoods(

@@ -84,21 +84,13 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
 
 
 class FourthOrder(NamedTuple):
-    """Differences of fourth order on a mesh: with U the mean over the one-ring and B = (1 - U)^2 those of p are (B p)_i / |B_i|.
+    """Differences of fourth order: with U the mean over the one-ring and B = (1 - U)^2 those of p are (B p)_i / |B_i|."""
 
-    Attributes:
-        pairs: (e, 2) the edges.
-        inner: (n,) the vertices that have neighbours, none of them on a border, where one-rings are half rings.
-        means: (n, n) the matrix U.
-        square: (n, n) the matrix B.
-        norms: (n,) the Euclidean norms |B_i| of its rows.
-    """
-
-    pairs: Ints
-    inner: Bools
-    means: sparse.csr_matrix
-    square: sparse.csr_matrix
-    norms: Floats
+    pairs: Ints  # (e, 2) the edges
+    inner: Bools  # (n,) the vertices that have neighbours, none of them on a border, where one-rings are half rings
+    means: sparse.csr_matrix  # (n, n) the matrix U
+    square: sparse.csr_matrix  # (n, n) the matrix B
+    norms: Floats  # (n,) the Euclidean norms |B_i| of its rows
 
     @staticmethod
     def of(faces: Ints, n: int) -> FourthOrder:

@@ -164,25 +164,15 @@ def _unit(vectors: Floats, otherwise: Floats) -> Floats:
 
 
 class NormalPasses(NamedTuple):
-    """A filter, and the neighbourhoods that it looks at.
+    """A filter, and the neighbourhoods that it looks at."""
 
-    Attributes:
-        settings: the filter.
-        adjacency: the connectivity of the mesh.
-        edge: the neighbours whose mean distance is the unit of `space_sigma`.
-        patches: those over which "averaged" and "guided" take their means.
-        averaged: those that the weighted mean goes over.
-        cut_off: the faces whose averaged neighbours a border cuts off; see `follow_trend`.
-        distance: that mean distance, if this is a part of a mesh; None to measure it.
-    """
-
-    settings: NormalFilter
-    adjacency: Adjacency
-    edge: FaceNeighbourhoods
-    patches: FaceNeighbourhoods
-    averaged: FaceNeighbourhoods
-    cut_off: Ints
-    distance: float | None = None
+    settings: NormalFilter  # the filter
+    adjacency: Adjacency  # the connectivity of the mesh
+    edge: FaceNeighbourhoods  # the neighbours whose mean distance is the unit of `space_sigma`
+    patches: FaceNeighbourhoods  # those over which "averaged" and "guided" take their means
+    averaged: FaceNeighbourhoods  # those that the weighted mean goes over
+    cut_off: Ints  # the faces whose averaged neighbours a border cuts off; see `follow_trend`
+    distance: float | None = None  # that mean distance, if this is a part of a mesh; None to measure it
 
     @staticmethod
     def over(points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> "NormalPasses":

@@ -35,20 +35,13 @@ class TriangleTree(NamedTuple):
     """The triangles in the order of the tree, halved at the median of the widest side of the box of their middles.
 
     Node 1 is the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves, its children the two halves.
-
-    Attributes:
-        triangles: (m, 9) the first corner, and from there to the second and to the third.
-        indices: (m,) the face of each.
-        boxes: (nodes, 6) the lowest and the highest coordinates of each node's triangles.
-        leaves: how many there are.
-        rounding: the square of a length below which coordinates tell nothing apart.
     """
 
-    triangles: Floats
-    indices: Ints
-    boxes: Floats
-    leaves: int
-    rounding: float
+    triangles: Floats  # (m, 9) the first corner, and from there to the second and to the third
+    indices: Ints  # (m,) the face of each
+    boxes: Floats  # (nodes, 6) the lowest and the highest coordinates of each node's triangles
+    leaves: int  # how many there are
+    rounding: float  # the square of a length below which coordinates tell nothing apart
 
     @classmethod
     def of(cls, points: Floats, faces: Ints) -> "TriangleTree":
