@@ -241,9 +241,7 @@ class CloudSample:
 def cloud_patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
     """All of a cloud of up to 10,000 points, or else 40 patches of 250, far apart: its points, their origin, and the inner ones.
 
-    Args:
-        points: (n, 3) coordinates.
-        numbers: (n,) random numbers; patches lie around the points with the least.
+    Patches of (n, 3) points lie around those with the least of (n,) random numbers.
     """
     if len(points) <= _WHOLE:
         return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)

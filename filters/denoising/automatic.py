@@ -113,11 +113,7 @@ def _independent(
 
 
 def _impulses(scan: Scan) -> tuple[Scan | None, bool]:
-    """The scan with its outliers replaced, None where it has no impulse noise; and whether its noise is uneven instead.
-
-    Impulses strike anywhere, so that vertices beside them are as far off as elsewhere. Uneven noise stands out where it is loud,
-    and all vertices there are off.
-    """
+    """The scan with its outliers replaced, None where it has no impulse noise; and whether its noise is uneven instead."""
     replaced, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
     if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # half a mesh may be calm
         return None, False

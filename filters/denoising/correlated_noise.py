@@ -61,8 +61,7 @@ def setting_of_rounded(
     best = int(products.argmin())
     if measures(other.apply(rounded, scan.faces, border=border, movable=scan.movable))[1] <= products[best]:
         return None
-    scores = Scores(out, products - products[best], np.zeros(len(out)), best)
-    return scores.choice([label for family in tried.labels for label in family])
+    return Scores(out, products - products[best], np.zeros(len(out)), best).choice(tried.labels)
 
 
 def setting_of_shared(

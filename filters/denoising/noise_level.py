@@ -204,11 +204,11 @@ def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored
         points: (n, 3) coordinates with a mean edge of 1.
         faces_or_edges: (m, 3) triangles, or (e, 2) edges, each once.
         normals: (n, 3) unit normals of a smoothed copy.
-        scored: (n,) the vertices that count.
+        scored: (n,) the vertices that count; exact planes do not, unless they are half of the mesh.
 
     Returns:
-        The level in the unit of the points; a fifth to a third below the standard deviation of even noise, since it is that of
-        the calmest part. Exact planes do not count unless they are half of the mesh. 0 if no vertex counts.
+        In the unit of the points; a fifth to a third below the standard deviation of even noise, since it is that of the calmest
+        part. 0 if no vertex counts.
     """
     which = np.flatnonzero(scored).astype(np.int32)
     if not len(which):

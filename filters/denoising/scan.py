@@ -241,7 +241,7 @@ class Scan:
         uncertainty = np.sqrt(((sums - sums[best] - excess[:, None] * shares) ** 2).sum(axis=1))
         chosen = int(np.where(excess <= uncertainty, flatness, np.inf).argmin())
         scores = Scores(np.sqrt(np.maximum(means, 0.0)), excess, uncertainty, best)
-        return scores.choice([label for family in labels for label in family], chosen)
+        return scores.choice(labels, chosen)
 
 
 def _regions(points: Floats, which: Ints) -> Ints:

@@ -1,4 +1,8 @@
-"""Where a vertex would be if its surroundings were all that is known: the quadric through them."""
+"""Where a vertex would be if its surroundings were all that is known: the quadric through them.
+
+Everywhere here `points` are (n, 3) coordinates of ordinary size, `rings` their one-rings, `normals` (n, 3) unit normals, and
+`which` the numbers of k vertices; (n,) vertices that are `hidden` or `ignored` count nowhere.
+"""
 
 import math
 
@@ -28,13 +32,6 @@ def predicted_heights(
     Around vertex i with the unit normal n, the height n . (p_j - p_i) of the vertices j in two rings is fitted over the
     tangential coordinates by a polynomial of second degree, least squares weighted by exp(-r^2 / 2 s^2), s = 1.3 mean distances
     of the one-ring. The prediction is its value at 0. The vertex's own height has no part in it; its place along the surface has.
-
-    Args:
-        points: (n, 3) coordinates of ordinary size.
-        rings: the one-rings.
-        normals: (n, 3) unit normals.
-        which: (k,) the vertices.
-        hidden: (n,) vertices that count nowhere; None for none but the vertex itself.
 
     Returns:
         heights: (k,) in the unit of the points; 0 where no vertex is around.
