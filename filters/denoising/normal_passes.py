@@ -153,11 +153,6 @@ def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
     return rows
 
 
-def corner_means(vertex_normals: Floats, faces: Ints, face_normals: Floats) -> Floats:
-    """(m, 3) for every face the unit mean of the normals of its vertices, or its own normal where they cancel out."""
-    return _unit(vertex_normals[faces].sum(axis=1), face_normals)
-
-
 def _unit(vectors: Floats, otherwise: Floats) -> Floats:
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(lengths > 0.0, vectors / np.where(lengths > 0.0, lengths, 1.0), otherwise)
@@ -200,7 +195,8 @@ class NormalPasses(NamedTuple):
         if self.settings.method != "vertex_normals":
             return self._passed(table, progress)
         normals = self._passed(measure_vertices(points, self.adjacency.faces, table), progress)
-        return corner_means(normals, self.adjacency.faces, table[:, NORMAL])
+        # A face whose vertices' normals cancel out keeps its own.
+        return _unit(normals[self.adjacency.faces].sum(axis=1), table[:, NORMAL])
 
     def _passed(self, table: Floats, progress: Progress) -> Floats:
         """The normals of the table of faces or vertices after all passes, which overwrite it: a copy is large."""
