@@ -180,7 +180,7 @@ def settings(
 
 
 class SettingsTried:
-    """All `settings`, its `labels`, on points with the faces of a scan, what they share done once; see `Scan.choose`."""
+    """All `settings`, its `labels`, a row a family, on points with the faces of a scan, what they share done once."""
 
     def __init__(
         self,

@@ -45,16 +45,27 @@ _MULTIPLE = 1013.0
 
 @dataclass(frozen=True)
 class Scan:
-    """A mesh with a mean edge of 1, or patches of a large one."""
+    """A mesh with a mean edge of 1, or patches of a large one.
 
-    points: Floats  # (n, 3) coordinates around 0
-    faces: Ints  # (m, 3) triangles
-    movable: Bools | None = None  # (n,) which vertices may move, None for all; the others are not evidence
-    seed: int = 0  # other vertices are held out for another number
-    progress: Progress = ignore_progress  # called while filters are tried; may raise to stop
-    replaced: Bools | None = None  # (n,) outliers that were replaced and are not evidence, None for none
-    whole: bool = True  # whether it is all of the mesh
-    rings: int = 2  # so many complete rings are around the vertices that are evidence
+    Attributes:
+        points: (n, 3) coordinates around 0.
+        faces: (m, 3) triangles.
+        movable: (n,) which vertices may move, None for all. The others are not evidence.
+        seed: other vertices are held out for another number.
+        progress: called while filters are tried; may raise to stop.
+        replaced: (n,) outliers that were replaced and are not evidence, None for none.
+        whole: whether it is all of the mesh.
+        rings: so many complete rings are around the vertices that are evidence.
+    """
+
+    points: Floats
+    faces: Ints
+    movable: Bools | None = None
+    seed: int = 0
+    progress: Progress = ignore_progress
+    replaced: Bools | None = None
+    whole: bool = True
+    rings: int = 2
 
     @staticmethod
     def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> "Scan":
