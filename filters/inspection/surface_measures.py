@@ -126,7 +126,7 @@ def measures_and_connectivity(
     if topology is None or not topology.is_of(n_vertices, triangles, segments):
         topology = connectivity(n_vertices, triangles, segments)
 
-    lengths = edge_lengths(points, topology.pairs)
+    mean_edge = _mean(edge_lengths(points, topology.pairs))
     normals, doubled, quality = face_measures(points, topology.proper)
     area, degenerate, shape = float(doubled.sum()) / 2, n_faces - int((doubled > 0).sum()), float(quality.sum())
     del doubled, quality  # lowers the peak memory for scans of millions of vertices
@@ -150,7 +150,7 @@ def measures_and_connectivity(
         diagonal=diagonal,
         area=area * unit * unit,
         volume=_volume(points, topology.proper, normals) * unit * unit * unit if closed and oriented else None,
-        mean_edge=float(lengths.mean()) * unit if len(lengths) else None,
+        mean_edge=None if mean_edge is None else mean_edge * unit,
         roughness=roughness,
         triangle_quality=shape / n_faces if n_faces else None,
         mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * unit
@@ -176,6 +176,10 @@ def _volume(points: Floats, faces: Ints, normals: Floats) -> float:
         part = slice(start, start + _BLOCK)
         np.einsum("ij,ij->i", points[faces[part, 0]], normals[part], out=products[part])
     return float(products.sum()) / 6
+
+
+def _mean(lengths: Floats) -> float | None:
+    return float(lengths.mean()) if len(lengths) else None
 
 
 def _roughness(angles: Floats) -> float | None:
