@@ -25,7 +25,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial.transform import Rotation
 
 from pymeshfair.filters.denoising import Setting, automatic_choice
-from pymeshfair.filters.denoising.repertoire import STRONG
+from pymeshfair.filters.denoising.candidates import STRONG
 
 #: heights in mm above the background, at places in mm; not a number where there is nothing to see
 Scene = Callable[[Floats, Floats], Floats]

@@ -5,8 +5,6 @@ Checks of numbers return a plain `int` or `float`, also for a NumPy scalar. A wh
 a note, if any.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from numbers import Integral, Real

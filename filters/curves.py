@@ -363,35 +363,21 @@ class _Network(NamedTuple):
 
 
 class _Shares(NamedTuple):
-    """The shares of the current of each vertex in `Chains.order`, when the vertex is eliminated.
+    """The shares of the current of each vertex in `Chains.order`, when the vertex is eliminated."""
 
-    Attributes:
-        to_next: the share that goes to the next vertex.
-        to_first: to the first vertex of a ring.
-        to_ground: to the ground.
-        resistance: one over the sum of the three conductances.
-    """
-
-    to_next: Floats
-    to_first: Floats
-    to_ground: Floats
-    resistance: Floats
+    to_next: Floats  # the share that goes to the next vertex
+    to_first: Floats  # to the first vertex of a ring
+    to_ground: Floats  # to the ground
+    resistance: Floats  # one over the sum of the three conductances
 
 
 class Chains(NamedTuple):
-    """The free vertices in the order in which they are eliminated, chain after chain.
+    """The free vertices in the order in which they are eliminated, chain after chain."""
 
-    Attributes:
-        order: (f,) int32; those of chain c are ``order[starts[c]:starts[c + 1]]``, each the neighbour of the next.
-        starts: (c + 1,) int64.
-        closed: (c,) bool, whether the last vertex of a chain is the neighbour of its first.
-        floating: (c,) bool, whether no vertex of a chain has a fixed neighbour.
-    """
-
-    order: Ints
-    starts: Longs
-    closed: Bools
-    floating: Bools
+    order: Ints  # (f,) int32; those of chain c are ``order[starts[c]:starts[c + 1]]``, each the neighbour of the next
+    starts: Longs  # (c + 1,) int64
+    closed: Bools  # (c,) bool, whether the last vertex of a chain is the neighbour of its first
+    floating: Bools  # (c,) bool, whether no vertex of a chain has a fixed neighbour
 
 
 def trace_chains(rings: OneRings, free: Bools) -> Chains:

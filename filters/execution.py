@@ -4,8 +4,6 @@ Every parallel kernel writes each result from one iteration alone, so the result
 Very small meshes are faster on one.
 """
 
-from __future__ import annotations
-
 import os
 import threading
 from collections import deque

@@ -1,7 +1,5 @@
 """Libraries, each imported when it is first used: together they take half a second, and no filter uses them all."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Iterator
 from contextlib import contextmanager

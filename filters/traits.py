@@ -7,14 +7,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .checks import check_choice
-from .denoising import estimate_noise, filter_face_normals, shared_noise, surface_noise
+from .denoising import Scan, filter_face_normals, shared_noise
 from .diffusion import taubin_fairing
-from .evidence import Sample, sample_of
 from .geometry import angles_between, edge_lengths, seen_from_one_side
 from .mesh import check_mesh, normalised_mesh
 from .topology import edges, face_adjacency
 
-#: "noise": of `shared_noise`, or else of `surface_noise`, in mean edges. "sharpness" and "facing": of the functions. "camera
+#: "noise": of `shared_noise`, or else `Scan.surface_noise`, in mean edges. "sharpness" and "facing": of the functions. "camera
 #: noise": 1 if neighbours share their noise, as those of a depth camera's map do, else 0. "longest edge": in mean edges.
 Trait: TypeAlias = Literal["noise", "sharpness", "facing", "camera noise", "longest edge"]
 TRAITS: tuple[Trait, ...] = get_args(Trait)
@@ -50,13 +49,12 @@ def measured_traits(
     if not names & {"noise", "sharpness", "camera noise"}:
         return found
     mesh = normalised_mesh(points, triangles)
-    sample = sample_of(mesh.points, mesh.cells, None if mean_edge is None else mean_edge * mesh.scale)
-    estimate = estimate_noise(sample.points, sample.faces)
-    shared = shared_noise(sample.points, sample.faces, estimate)
-    noise = shared or surface_noise(sample, estimate)
+    scan, _ = Scan.sampled(mesh.points, mesh.cells, edge=None if mean_edge is None else mean_edge * mesh.scale)
+    shared = shared_noise(scan.points, scan.faces, scan.noise)
+    noise = shared or scan.surface_noise
     measured = {"camera noise": float(shared > 0.0), "noise": noise}
     if "sharpness" in names:
-        measured["sharpness"] = sharpness(sample, noise)
+        measured["sharpness"] = sharpness(scan, noise)
     return found | {name: value for name, value in measured.items() if name in names}
 
 
@@ -74,7 +72,7 @@ def facing(vertices: ArrayLike, faces: ArrayLike) -> float:
     return seen_from_one_side(mesh.points, mesh.cells)
 
 
-def sharpness(sample: Sample, noise: float) -> float:
+def sharpness(scan: Scan, noise: float) -> float:
     """The share of sum t l that lies at edges of t >= 30 degrees, noise aside.
 
     t is the angle between the filtered normals of the two faces of an edge, l the length of the edge. Noise of 0.1 edges is taken
@@ -82,14 +80,14 @@ def sharpness(sample: Sample, noise: float) -> float:
     less than 40 degrees. More steps round the edges of a dodecahedron, of 63 degrees.
 
     Args:
-        sample: of `sample_of`.
+        scan: a mesh, or patches of a large one.
         noise: what is to be taken off first.
 
     Returns:
         1 of a cube, 0 of a finely meshed sphere, pi r / (pi r + h) of a finely meshed cylinder. Machine parts have 0.7 to 0.95
         under noise of up to 0.5 edges, figures, bodies and land up to 0.66. 0 of a plane.
     """
-    points, faces = sample.points, sample.faces
+    points, faces = scan.points, scan.faces
     pairs, shared = face_adjacency(faces)
     if not len(pairs):
         return 0.0
@@ -112,4 +110,4 @@ def sharpness(sample: Sample, noise: float) -> float:
     return float(bending[angles >= np.radians(30.0)].sum()) / total if total > 1e-6 * len(bending) else 0.0
 
 
-__all__ = ["TRAITS", "Trait", "facing", "measured_traits", "sharpness", "surface_noise"]
+__all__ = ["TRAITS", "Trait", "facing", "measured_traits", "sharpness"]

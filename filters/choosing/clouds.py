@@ -173,17 +173,11 @@ def _families(points: Floats, normals: Floats | None, kernels: CloudKernels) -> 
 
 @dataclass(frozen=True, eq=False)
 class CloudSample:
-    """A cloud to try filters on, its spacing 1: the median over all points of the mean distance to the six nearest.
+    """A cloud to try filters on, its spacing 1: the median over all points of the mean distance to the six nearest."""
 
-    Attributes:
-        points: (k, 3) coordinates.
-        inner: (k,) the points that are evidence; their surroundings are whole.
-        normals: (k, 3) unit normals of a smoothed copy, of any sign.
-    """
-
-    points: Floats
-    inner: Bools
-    normals: Floats
+    points: Floats  # (k, 3) coordinates
+    inner: Bools  # (k,) the points that are evidence; their surroundings are whole
+    normals: Floats  # (k, 3) unit normals of a smoothed copy, of any sign
 
     @cached_property
     def pairs(self) -> Ints:
@@ -247,9 +241,7 @@ class CloudSample:
 def cloud_patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
     """All of a cloud of up to 10,000 points, or else 40 patches of 250, far apart: its points, their origin, and the inner ones.
 
-    Args:
-        points: (n, 3) coordinates.
-        numbers: (n,) random numbers; patches lie around the points with the least.
+    Patches of (n, 3) points lie around those with the least of (n,) random numbers.
     """
     if len(points) <= _WHOLE:
         return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)

@@ -1,7 +1,5 @@
 """``python -m pymeshfair.filters.compilation``: compiles all that is listed into the store; for the installation."""
 
-from __future__ import annotations
-
 import sys
 
 from .ahead import compile_ahead, listed_signatures

@@ -4,8 +4,6 @@ Which kernels, and for which types of arguments, says the list in ``signatures.j
 filters with their defaults use. ``tools/generate.py kernels`` writes it from what they did use.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
 import os

@@ -4,8 +4,6 @@ The name of the stored file contains a hash of the function's code and of all fu
 cache checks only the file that holds the function, and misses changes of functions and constants imported from other files.
 """
 
-from __future__ import annotations
-
 import hashlib
 import sys
 import time

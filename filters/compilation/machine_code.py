@@ -4,8 +4,6 @@ Numba's code calls small functions in C, of numba's own extension modules; these
 with them by llvmlite. `compiler` makes the code; a test compares both ways of loading it.
 """
 
-from __future__ import annotations
-
 import builtins
 import ctypes
 import importlib.machinery
@@ -30,19 +28,12 @@ _LOCK = threading.RLock()
 
 
 class MachineCode(NamedTuple):
-    """One function for one signature.
+    """One function for one signature."""
 
-    Attributes:
-        object: an object file, as compilers write it.
-        function: the symbol of the function that takes Python's arguments.
-        environment: the symbol of the variable that points to its constants.
-        constants: which are objects of Python.
-    """
-
-    object: bytes
-    function: str
-    environment: str
-    constants: tuple[Any, ...]
+    object: bytes  # an object file, as compilers write it
+    function: str  # the symbol of the function that takes Python's arguments
+    environment: str  # the symbol of the variable that points to its constants
+    constants: tuple[Any, ...]  # which are objects of Python
 
 
 @cache

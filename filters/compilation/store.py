@@ -4,8 +4,6 @@ A file is named after everything that its content follows from, so that none is 
 numba or of Python, and another level of processor look for other files.
 """
 
-from __future__ import annotations
-
 import os
 import pickle
 import sys

@@ -1,7 +1,5 @@
 """The threads of parallel kernels: OpenMP's, through numba's module, or numba's own where there is no OpenMP."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import threading

@@ -2,7 +2,7 @@
 
 from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
-from .candidates import SettingsTried
+from .candidates import FIXED, REPERTOIRE, AutomaticParameters, Repertoire, Setting, SettingsTried, settings
 from .clouds import (
     CloudKernels,
     bilateral_projection,
@@ -15,14 +15,13 @@ from .clouds import (
 from .correlated_noise import shared_noise
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .impulses import OUTLIERS, Outliers, replace_outlying
-from .noise_level import NoiseEstimate, estimate_noise, noise_floor, surface_noise
+from .noise_level import NoiseEstimate, estimate_noise, noise_floor
 from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMethod
 from .normal_filtering import filter_face_normals, normal_filtering
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
 from .parts import distances_of_part, needs_distance, rings_of_round, round_of_part
 from .preparation import denoised
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, RelaxedPart, direction_for, rings_of_relaxation, share_along
-from .repertoire import FIXED, REPERTOIRE, AutomaticParameters, Repertoire, Setting, settings
 from .rounding import ROUNDING_POLICIES, RoundingPolicy
 from .scan import Scan
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
@@ -82,6 +81,5 @@ __all__ = [
     "share_along",
     "shared_noise",
     "smoothed_directions",
-    "surface_noise",
     "unit_normals",
 ]

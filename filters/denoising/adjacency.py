@@ -16,24 +16,16 @@ _SIZE = 6
 
 @dataclass(frozen=True)
 class Adjacency:
-    """The adjacency of a mesh, to be shared by all that filter meshes with the same faces.
+    """The adjacency of a mesh, to be shared by all that filter meshes with the same faces."""
 
-    Attributes:
-        places: None, or (k,) a permutation: point i here is point ``places[i]`` of the normalised mesh, so that neighbours lie
-            near each other in memory. No result depends on it.
-        faces: (m, 3) the triangles, by the numbers of the points here.
-        at_vertices: the faces at every point, by the same numbers, in the order of the faces of the mesh.
-        on_border: (n,) the points on a border.
-        ends: whether the surface ends at the border; not if this is cut out of a larger one.
-        face_places: None, or (m,) a permutation: triangle f here is triangle ``face_places[f]`` of the mesh.
-    """
-
+    # None, or (k,) a permutation: point i here is point ``places[i]`` of the normalised mesh, so that neighbours lie near each
+    # other in memory. No result depends on it.
     places: Ints | None
-    faces: Ints
-    at_vertices: VertexFaces
-    on_border: Bools
-    ends: bool = True
-    face_places: Ints | None = None
+    faces: Ints  # (m, 3) the triangles, by the numbers of the points here
+    at_vertices: VertexFaces  # the faces at every point, by the same numbers, in the order of the faces of the mesh
+    on_border: Bools  # (n,) the points on a border
+    ends: bool = True  # whether the surface ends at the border; not if this is cut out of a larger one
+    face_places: Ints | None = None  # None, or (m,) a permutation: triangle f here is triangle ``face_places[f]`` of the mesh
     _kept: dict[Neighborhood, FaceNeighbourhoods] = field(default_factory=dict, repr=False)
 
     @staticmethod

@@ -10,16 +10,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..evidence import Choice, measured, sizes_beside, tuned
+from ..evidence import Choice, measured, tuned
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..geometry import face_normals
 from ..mesh import Floats, NormalisedMesh, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
-from .candidates import SettingsTried
+from .candidates import REPERTOIRE, Repertoire, Setting, SettingsTried
 from .correlated_noise import setting_of_rounded, setting_of_shared
-from .impulses import replace_outlying
+from .impulses import replace_outlying, sizes_beside
 from .noise_level import NoiseEstimate, estimate_noise, is_designed
-from .repertoire import REPERTOIRE, Repertoire, Setting
 from .rounding import rounding_of
 from .scan import NONE_HELD, Scan
 
@@ -114,11 +113,7 @@ def _independent(
 
 
 def _impulses(scan: Scan) -> tuple[Scan | None, bool]:
-    """The scan with its outliers replaced, None where it has no impulse noise; and whether its noise is uneven instead.
-
-    Impulses strike anywhere, so that vertices beside them are as far off as elsewhere. Uneven noise stands out where it is loud,
-    and all vertices there are off.
-    """
+    """The scan with its outliers replaced, None where it has no impulse noise; and whether its noise is uneven instead."""
     replaced, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
     if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # half a mesh may be calm
         return None, False

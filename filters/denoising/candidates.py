@@ -1,30 +1,186 @@
-"""The settings of a repertoire run side by side, so that what they predict can be compared."""
+"""What denoising without parameters chooses from: steps of Taubin's, and rounds of normal filtering after some of them.
+
+The settings run side by side, so that what they predict can be compared.
+"""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 from itertools import islice, pairwise
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ..diffusion.taubin import taubin_fairing
 from ..evidence import put_where_expected
 from ..mesh import Bools, Floats, Ints, normalised_mesh
+from ..robust import KernelName
 from ..topology import BorderPolicy, border_vertices
 from .adjacency import Adjacency
-from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD
+from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, Neighborhood
 from .impulses import Outliers
-from .relaxation import along_normals, direction_for, outline_kept
-from .repertoire import REPERTOIRE, Chain, Repertoire, settings
+from .normal_filter import NormalFilter, NormalFilterMethod
+from .normal_filters import RangeMeasure, SpaceKernel
+from .preparation import denoised
+from .relaxation import RelaxationDirection, along_normals, direction_for, outline_kept
 from .rounding import RoundingPolicy
 from .rounds import rounds
 from .scan import Scan
+from .vertex_update import VertexUpdate
+
+
+@dataclass(frozen=True)
+class AutomaticParameters:
+    """What `normal_filtering` is to be called with, by its names."""
+
+    method: NormalFilterMethod
+    range_kernel: KernelName
+    range_sigma: float
+    range_floor: float
+    space_sigma: float
+    neighborhood: Neighborhood
+    vertex_iterations: int
+    outer_iterations: int
+    normal_iterations: int = 1
+    space_kernel: SpaceKernel = "gaussian"
+    range_measure: RangeMeasure = "euclidean"
+    vertex_update: VertexUpdate = "sun"
+
+    def normal_filter(self) -> NormalFilter:
+        """The filter of the normals in a round."""
+        return NormalFilter(**{f.name: getattr(self, f.name) for f in fields(NormalFilter) if hasattr(self, f.name)})
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Rounding undone, Taubin's steps, see `relaxed`, normal filtering, outliers taken away; none of them is nothing at all."""
+
+    relaxation: int = 0
+    relaxation_direction: RelaxationDirection = "all"
+    parameters: AutomaticParameters | None = None
+    outliers: Outliers = "keep"
+    rounding: RoundingPolicy = "keep"
+
+    def apply(self, vertices: Floats, faces: Ints, **how: Any) -> Floats:
+        """(n, 3) the vertices of the mesh after it, see `denoised`, whose other arguments follow."""
+        values = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "parameters"}
+        filtering = None if self.parameters is None else vars(self.parameters)
+        return denoised(vertices, faces, **values, filtering=filtering, **how)
+
+
+#: normal filtering, and the outer iterations at which it may stop
+Chain: TypeAlias = tuple[AutomaticParameters, tuple[int, ...]]
+
+
+class Repertoire(NamedTuple):
+    """What is chosen from.
+
+    Attributes:
+        taubin: pairs of Taubin's steps alone; the first is 0, which is to do nothing.
+        relaxations: pairs of such steps before the chains.
+        chains: normal filtering.
+        relaxation_direction: where the steps go; None if the noise says that.
+        outliers: what becomes of them; None if that is chosen too.
+    """
+
+    taubin: tuple[int, ...]
+    relaxations: tuple[int, ...]
+    chains: tuple[Chain, ...]
+    relaxation_direction: RelaxationDirection | None = None
+    outliers: Outliers | None = None
+
+    def narrowed(
+        self,
+        *,
+        relaxation: int | None = None,
+        relaxation_direction: RelaxationDirection | None = None,
+        outliers: Outliers | None = None,
+        **filtering: Any,
+    ) -> "Repertoire":
+        """The settings with what is given, by the names of `Setting` and `AutomaticParameters`, in all of them.
+
+        Parameters of normal filtering leave nothing and the chains, no outer iterations at all leave Taubin's steps.
+        """
+        chains: dict[AutomaticParameters, set[int]] = {}
+        for parameters, stops in self.chains:
+            said = replace(parameters, **filtering)
+            chains.setdefault(replace(said, outer_iterations=0), set()).update(
+                [said.outer_iterations] if "outer_iterations" in filtering else stops
+            )
+        if filtering.get("outer_iterations") == 0:
+            filtering, chains = {}, {}
+        taubin = self.taubin if relaxation is None else (0, relaxation)
+        return Repertoire(
+            (0,) if filtering else tuple(sorted(set(taubin))),
+            self.relaxations if relaxation is None else (relaxation,),
+            tuple((parameters, tuple(sorted(stops))) for parameters, stops in chains.items()),
+            relaxation_direction or self.relaxation_direction,
+            outliers or self.outliers,
+        )
+
+
+#: All of it. Noise in all directions moves vertices along the surface too, and filters of normals leave that as it is; Taubin's
+#: steps even it out. Kernels that cut off keep edges, the wider the more noise; Huber's over few neighbours suits figures.
+REPERTOIRE = Repertoire(
+    taubin=(0, 1, 2, 3, 5, 8, 12, 18, 28),
+    relaxations=(0, 3, 7, 15),
+    chains=(
+        (AutomaticParameters("bilateral", "truncated_l1", 1.0, 0.03, 2.5, "two_ring", 10, 0), (2, 5, 10, 20)),
+        (AutomaticParameters("bilateral", "truncated_l1", 0.5, 0.03, 2.5, "two_ring", 10, 0), (5, 10, 20)),
+        (AutomaticParameters("averaged", "truncated_l2", 0.15, 0.0, 2.5, "two_ring", 10, 0), (2, 4, 8, 14)),
+        (AutomaticParameters("averaged", "truncated_l2", 0.25, 0.0, 2.5, "two_ring", 10, 0), (4, 10, 20)),
+        (AutomaticParameters("averaged", "huber", 0.1, 0.0, 1.5, "vertex", 4, 0), (1, 2, 3, 4, 5, 6, 8, 11)),
+        (AutomaticParameters("bilateral", "huber", 0.1, 0.0, 1.5, "vertex", 5, 0), (1, 2, 3, 4, 5, 6, 8, 11, 16)),
+    ),
+)
+
+#: For noise that neighbours share: wider, for more rounds; `STRONG` is what suits most maps of structured light.
+_WIDE = AutomaticParameters("averaged", "gaussian", 0.4, 0.0, 2.5, "two_ring", 20, 0)
+STRONG = Setting(parameters=replace(_WIDE, outer_iterations=40))
+CORRELATED = Repertoire(
+    taubin=(0, 1, 2, 3, 5, 8, 12, 18, 28),
+    relaxations=(0, 7),
+    chains=(
+        (_WIDE, (1, 2, 3, 5, 7, 10, 14, 20, 28, 40)),
+        (AutomaticParameters("bilateral", "truncated_l1", 0.5, 0.03, 2.5, "two_ring", 10, 0), (2, 5, 10, 20)),
+        (AutomaticParameters("averaged", "truncated_l2", 0.25, 0.0, 2.5, "two_ring", 10, 0), (2, 4, 10, 20)),
+        (AutomaticParameters("averaged", "huber", 0.1, 0.0, 1.5, "vertex", 4, 0), (1, 2, 3, 4, 6, 8, 11, 16)),
+    ),
+)
+
+#: What suits most meshes somewhat, for those who do not want to wait.
+FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring", 5, 30)
+
+
+def settings(
+    direction: RelaxationDirection,
+    outliers: Outliers = "keep",
+    *,
+    alone: bool = True,
+    of: Repertoire = REPERTOIRE,
+    rounding: RoundingPolicy = "keep",
+) -> tuple[tuple[Setting, ...], ...]:
+    """The settings, a row a family: Taubin's steps, and each chain after each number of them, in that direction.
+
+    Where outliers are replaced and may move `alone`, more rows move nothing but them: to where they are expected, and each chain
+    after that.
+    """
+
+    def family(relaxation: int, chain: Chain, outliers: Outliers) -> tuple[Setting, ...]:
+        parameters, stops = chain
+        its = (replace(parameters, outer_iterations=stop) for stop in stops)
+        return tuple(Setting(relaxation, direction, each, outliers, rounding) for each in its)
+
+    families = [
+        tuple(Setting(relaxation, outliers=outliers, rounding=rounding) for relaxation in of.taubin),
+        *(family(relaxation, chain, outliers) for relaxation in of.relaxations for chain in of.chains),
+    ]
+    if outliers == "replace" and alone:
+        families += [(Setting(outliers="only"),), *(family(0, chain, "only") for chain in of.chains)]
+    return tuple(families)
 
 
 class SettingsTried:
-    """All `settings` on points with the faces of a scan, what they have in common done once; see `Scan.choose`.
-
-    Attributes:
-        labels: the settings, a row a family.
-    """
+    """All `settings`, its `labels`, a row a family, on points with the faces of a scan, what they share done once."""
 
     def __init__(
         self,

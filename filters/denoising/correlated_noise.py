@@ -10,15 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..evidence import Choice, Scores, measured, roughness, tuned
+from ..evidence import Choice, Scores, measured, tuned
 from ..execution import Progress, ignore_progress
-from ..geometry import edge_lengths, mean_edge_length, seen_from_one_side
+from ..geometry import edge_lengths, mean_edge_length, roughness, seen_from_one_side
 from ..libraries import optimize, sparse
 from ..mesh import Bools, Floats, Ints, NormalisedMesh
 from ..topology import BorderPolicy, edges
-from .candidates import SettingsTried
+from .candidates import CORRELATED, STRONG, Setting, SettingsTried
 from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, ring_means
-from .repertoire import CORRELATED, STRONG, Setting
 from .rounding import Rounding, rounding_of
 from .scan import NONE_HELD, Scan
 
@@ -45,7 +44,7 @@ def setting_of_rounded(
     steps. Vertices that may not move are no evidence.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
-    scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, of=_WIDE, rings=_RINGS)
+    scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE, rings=_RINGS)
     tried = SettingsTried(scan, border=border, of=CORRELATED, rounding="undo")
     here, rounded = undone[origin], mesh.points[origin]
     unit = mean_edge_length(here, scan.faces)
@@ -62,8 +61,7 @@ def setting_of_rounded(
     best = int(products.argmin())
     if measures(other.apply(rounded, scan.faces, border=border, movable=scan.movable))[1] <= products[best]:
         return None
-    scores = Scores(out, products - products[best], np.zeros(len(out)), best)
-    return scores.choice([label for family in tried.labels for label in family])
+    return Scores(out, products - products[best], np.zeros(len(out)), best).choice(tried.labels)
 
 
 def setting_of_shared(
@@ -78,7 +76,7 @@ def setting_of_shared(
     field, on_lines = _field_of_shared(mesh.points, mesh.cells, noise)
     if field is None or not on_lines:
         return None if field is None else (STRONG, None)
-    scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, of=_WIDE, rings=_RINGS, progress=progress)
+    scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, **_WIDE, rings=_RINGS, progress=progress)
     tried = SettingsTried(scan, border=border, of=CORRELATED)
     found = scan.choose_by_risk(tried, tried.labels, noise_field(scan, *_KNOW).heights)
     return (STRONG, None) if found is None else (found.chosen.label, found)
@@ -124,15 +122,10 @@ def _field_of_shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple
 
 
 class NoiseField(NamedTuple):
-    """Noise as a sum of independent parts, the first of the vertices alone, the others smoothed, see `noise_field`.
+    """Noise as a sum of independent parts, the first of the vertices alone, the others smoothed, see `noise_field`."""
 
-    Attributes:
-        variances: (k,) those of the parts, in squared units of the points.
-        heights: (n,) one such noise along the normals.
-    """
-
-    variances: Floats
-    heights: Floats
+    variances: Floats  # (k,) those of the parts, in squared units of the points
+    heights: Floats  # (n,) one such noise along the normals
 
     @property
     def shared(self) -> float:

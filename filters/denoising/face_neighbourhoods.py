@@ -12,11 +12,10 @@ from ..geometry import CENTRE
 from ..mesh import Floats, Ints, Longs
 from ..topology import VertexFaces
 from .compressed_rows import compressed_rows
-from .geodesic_radius import within_geodesic_radius
 
 #: "edge": the faces that share an edge with it. "vertex": those that share a vertex. "two_ring" and "three_ring": two and three
 #: steps between faces that share a vertex. "radius": those whose centres lie within a distance, reached by steps between such
-#: faces alone. "geodesic": those within a distance along the surface, see `within_geodesic_radius`.
+#: faces alone. "geodesic": those within a distance along the surface, see `_within_geodesic_radius`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 NEIGHBORHOODS: tuple[Neighborhood, ...] = get_args(Neighborhood)
 
@@ -26,15 +25,10 @@ _WITHOUT_LIMIT = 1 << 30
 
 
 class FaceNeighbourhoods(NamedTuple):
-    """The faces around every face i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once, without i, nearer rings first.
+    """The faces around every face i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once, without i, nearer rings first."""
 
-    Attributes:
-        offsets: (m + 1,) int64.
-        neighbours: int32.
-    """
-
-    offsets: Longs
-    neighbours: Ints
+    offsets: Longs  # (m + 1,) int64
+    neighbours: Ints  # int32
 
 
 def face_neighbourhoods(
@@ -58,7 +52,7 @@ def face_neighbourhoods(
             raise FilterInputError(f"radius {radius} is not above 0")
         if kind == "geodesic":
             near = _touching(faces, at_vertices, whole_edges=False)
-            return FaceNeighbourhoods(*within_geodesic_radius(*near, np.ascontiguousarray(centres), radius))
+            return _within_geodesic_radius(near, np.ascontiguousarray(centres), radius)
         return _gather(faces, at_vertices, _WITHOUT_LIMIT, np.ascontiguousarray(centres), radius * radius)
     if kind in ("edge", "vertex"):
         return _touching(faces, at_vertices, whole_edges=kind == "edge")
@@ -214,3 +208,73 @@ def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floa
         for k in range(offsets[i], offsets[i + 1]):
             total += np.sqrt(_squared_distance(centres, i, neighbours[k]))
         sums[i] = total
+
+
+def _within_geodesic_radius(near: FaceNeighbourhoods, centres: Floats, radius: float) -> FaceNeighbourhoods:
+    """The faces j around every face i with d(i, j) <= radius, d the length of the shortest path of steps from centre to centre.
+
+    A step goes straight to the centre of a face that shares a vertex. On a plane of equal triangles such paths are up to 3.6 %
+    longer than straight lines, 2.2 % in the mean. Across a crease a step is shorter than the path on the surface, at a right
+    angle by up to 29 %, at the rim of a thin wall by more. Two sheets that lie close together without being connected nearby are
+    as far apart as the path along the surface is long. Faces are listed in the order of the search; `near` are those that share a
+    vertex.
+    """
+
+    def visit(parts: int, offsets: Longs, neighbours: Ints) -> None:
+        _visit_within(*near, centres, radius, parts, offsets, neighbours)
+
+    return FaceNeighbourhoods(*compressed_rows(len(centres), visit))
+
+
+@compiled(parallel=True)
+def _visit_within(
+    near_offsets: Longs, near: Ints, centres: Floats, radius: float, parts: int, offsets: Longs, neighbours: Ints
+) -> None:
+    """`compressed_rows` asks for it."""
+    for part in prange(parts):
+        first, last = part * centres.shape[0] // parts, (part + 1) * centres.shape[0] // parts
+        _visit_some_within(near_offsets, near, centres, radius, first, last, offsets, neighbours)
+
+
+@compiled
+def _visit_some_within(
+    near_offsets: Longs, near: Ints, centres: Floats, radius: float, first: int, last: int, offsets: Longs, neighbours: Ints
+) -> None:
+    """`_visit_within` for the faces from `first` to before `last`.
+
+    A face whose path has become shorter passes this on to its neighbours, until none has. With few faces this is faster than a
+    queue ordered by length, and the lengths are the same.
+    """
+    seen = np.full(centres.shape[0], -1, dtype=np.int32)
+    place = np.empty(centres.shape[0], dtype=np.int32)
+    met, length, shortened = np.empty(64, dtype=np.int32), np.empty(64), np.empty(64, dtype=np.bool_)
+    for i in range(first, last):
+        seen[i], place[i] = i, 0
+        met[0], length[0], shortened[0] = i, 0.0, True
+        found, again = 1, True
+        while again:
+            again = False
+            at = 0
+            while at < found:
+                if shortened[at]:
+                    shortened[at] = False
+                    g = met[at]
+                    for k in range(near_offsets[g], near_offsets[g + 1]):
+                        h = near[k]
+                        x, y, z = centres[h, 0] - centres[g, 0], centres[h, 1] - centres[g, 1], centres[h, 2] - centres[g, 2]
+                        way = length[at] + np.sqrt(x * x + y * y + z * z)
+                        if way > radius or (seen[h] == i and way >= length[place[h]]):
+                            continue
+                        if seen[h] != i:
+                            if found == met.shape[0]:
+                                met, length = np.concatenate((met, met)), np.concatenate((length, length))
+                                shortened = np.concatenate((shortened, shortened))
+                            seen[h], place[h], met[found] = i, found, h
+                            found += 1
+                        length[place[h]], shortened[place[h]] = way, True
+                        again = True
+                at += 1
+        if neighbours.shape[0]:
+            neighbours[offsets[i] : offsets[i + 1]] = met[1:found]
+        else:
+            offsets[i + 1] = found - 1

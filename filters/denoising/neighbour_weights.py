@@ -66,25 +66,15 @@ _MORE = 256
 
 
 class Weighting(NamedTuple):
-    """How neighbours are weighted, as the kernels are told; see `weighted_normals`.
+    """How neighbours are weighted, as the kernels are told; see `weighted_normals`."""
 
-    Attributes:
-        range_code: of the kernel of the deviation; below 0 for a constant.
-        range_scale: its scale.
-        measure: how the deviation is measured: 0 the difference, 1 the angle, 2 the squared difference.
-        floor: smaller deviations count as this one.
-        space_code: of the kernel of the distance; below 0 for a constant.
-        space_scale: its scale.
-        itself: whether face i is one of its own neighbours.
-    """
-
-    range_code: int
-    range_scale: float
-    measure: int
-    floor: float
-    space_code: int
-    space_scale: float
-    itself: bool
+    range_code: int  # of the kernel of the deviation; below 0 for a constant
+    range_scale: float  # its scale
+    measure: int  # how the deviation is measured: 0 the difference, 1 the angle, 2 the squared difference
+    floor: float  # smaller deviations count as this one
+    space_code: int  # of the kernel of the distance; below 0 for a constant
+    space_scale: float  # its scale
+    itself: bool  # whether face i is one of its own neighbours
 
 
 def room_for(offsets: Longs, itself: bool) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..diffusion.taubin import taubin_fairing
-from ..evidence import Sample, far_from_border, local_means, predicted_heights, tuned
+from ..evidence import far_from_border, local_means, predicted_heights, tuned
 from ..geometry import NORMAL, face_normals, mean_edge_length, mean_normals_at_vertices, measure_faces
 from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, Whole, check_mesh, normalised_mesh
@@ -84,21 +84,13 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
 
 
 class FourthOrder(NamedTuple):
-    """Differences of fourth order on a mesh: with U the mean over the one-ring and B = (1 - U)^2 those of p are (B p)_i / |B_i|.
+    """Differences of fourth order: with U the mean over the one-ring and B = (1 - U)^2 those of p are (B p)_i / |B_i|."""
 
-    Attributes:
-        pairs: (e, 2) the edges.
-        inner: (n,) the vertices that have neighbours, none of them on a border, where one-rings are half rings.
-        means: (n, n) the matrix U.
-        square: (n, n) the matrix B.
-        norms: (n,) the Euclidean norms |B_i| of its rows.
-    """
-
-    pairs: Ints
-    inner: Bools
-    means: sparse.csr_matrix
-    square: sparse.csr_matrix
-    norms: Floats
+    pairs: Ints  # (e, 2) the edges
+    inner: Bools  # (n,) the vertices that have neighbours, none of them on a border, where one-rings are half rings
+    means: sparse.csr_matrix  # (n, n) the matrix U
+    square: sparse.csr_matrix  # (n, n) the matrix B
+    norms: Floats  # (n,) the Euclidean norms |B_i| of its rows
 
     @staticmethod
     def of(faces: Ints, n: int) -> FourthOrder:
@@ -212,11 +204,11 @@ def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored
         points: (n, 3) coordinates with a mean edge of 1.
         faces_or_edges: (m, 3) triangles, or (e, 2) edges, each once.
         normals: (n, 3) unit normals of a smoothed copy.
-        scored: (n,) the vertices that count.
+        scored: (n,) the vertices that count; exact planes do not, unless they are half of the mesh.
 
     Returns:
-        The level in the unit of the points; a fifth to a third below the standard deviation of even noise, since it is that of
-        the calmest part. Exact planes do not count unless they are half of the mesh. 0 if no vertex counts.
+        In the unit of the points; a fifth to a third below the standard deviation of even noise, since it is that of the calmest
+        part. 0 if no vertex counts.
     """
     which = np.flatnonzero(scored).astype(np.int32)
     if not len(which):
@@ -237,26 +229,3 @@ def is_designed(points: Floats, faces: Ints) -> bool:
     first, second = face_normals(points, faces)[pairs.T]
     flat = (np.linalg.norm(np.cross(first, second), axis=1) < _EXACT) & (np.einsum("ij,ij->i", first, second) > 0.0)
     return len(np.unique(pairs[flat])) >= 0.99 * len(faces)
-
-
-def surface_noise(sample: Sample, noise: NoiseEstimate | None = None) -> float:
-    """The standard deviation of the noise along the normals in mean edges, as recipes name it: the smaller of two estimates.
-
-    `estimate_noise` takes fine details for noise everywhere; `noise_floor` sees noise alone where the surface is calm, and 1.3
-    times that is even noise. So fur and hair do not count as noise where the face is smooth.
-
-    Args:
-        sample: of `sample_of`.
-        noise: of `estimate_noise` on it, if the caller has it; that saves time.
-
-    Returns:
-        0 of planes as they were designed, and of a mesh without inner vertices.
-    """
-    if not len(sample.faces) or is_designed(sample.points, sample.faces):
-        return 0.0
-    level = (noise or estimate_noise(sample.points, sample.faces)).level
-    scored = far_from_border(sample.faces, len(sample.points))
-    if not np.any(scored):
-        return level
-    normals = smooth_normals(sample.points, sample.faces)
-    return min(level, tuned.EVEN * noise_floor(sample.points, sample.faces, normals=normals, scored=scored))

@@ -1,7 +1,5 @@
 """Denoising in two steps: the face normals are filtered, then the vertices are fitted to them."""
 
-from __future__ import annotations
-
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -34,7 +32,7 @@ def normal_filtering(
     border: BorderPolicy = "along",
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
-    **normal_filter: Unpack[NormalFilterKeywords],
+    **normal_filter: "Unpack[NormalFilterKeywords]",
 ) -> Floats:
     """Filter the face normals, fit the vertices to them, and again, `outer_iterations` times.
 
@@ -95,7 +93,7 @@ def filter_face_normals(
     faces: ArrayLike,
     *,
     progress: Progress = ignore_progress,
-    **normal_filter: Unpack[NormalFilterKeywords],
+    **normal_filter: "Unpack[NormalFilterKeywords]",
 ) -> Floats:
     """(m, 3) the filtered unit normals of the faces, the vertices left alone.
 

@@ -4,8 +4,6 @@ Guides are, for every face, the mean normal of the most even patch around that c
 instead of faces is there for comparison: at a crease vertex normals are means across it [yadav2021].
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -155,39 +153,24 @@ def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
     return rows
 
 
-def corner_means(vertex_normals: Floats, faces: Ints, face_normals: Floats) -> Floats:
-    """(m, 3) for every face the unit mean of the normals of its vertices, or its own normal where they cancel out."""
-    return _unit(vertex_normals[faces].sum(axis=1), face_normals)
-
-
 def _unit(vectors: Floats, otherwise: Floats) -> Floats:
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(lengths > 0.0, vectors / np.where(lengths > 0.0, lengths, 1.0), otherwise)
 
 
 class NormalPasses(NamedTuple):
-    """A filter, and the neighbourhoods that it looks at.
+    """A filter, and the neighbourhoods that it looks at."""
 
-    Attributes:
-        settings: the filter.
-        adjacency: the connectivity of the mesh.
-        edge: the neighbours whose mean distance is the unit of `space_sigma`.
-        patches: those over which "averaged" and "guided" take their means.
-        averaged: those that the weighted mean goes over.
-        cut_off: the faces whose averaged neighbours a border cuts off; see `follow_trend`.
-        distance: that mean distance, if this is a part of a mesh; None to measure it.
-    """
-
-    settings: NormalFilter
-    adjacency: Adjacency
-    edge: FaceNeighbourhoods
-    patches: FaceNeighbourhoods
-    averaged: FaceNeighbourhoods
-    cut_off: Ints
-    distance: float | None = None
+    settings: NormalFilter  # the filter
+    adjacency: Adjacency  # the connectivity of the mesh
+    edge: FaceNeighbourhoods  # the neighbours whose mean distance is the unit of `space_sigma`
+    patches: FaceNeighbourhoods  # those over which "averaged" and "guided" take their means
+    averaged: FaceNeighbourhoods  # those that the weighted mean goes over
+    cut_off: Ints  # the faces whose averaged neighbours a border cuts off; see `follow_trend`
+    distance: float | None = None  # that mean distance, if this is a part of a mesh; None to measure it
 
     @staticmethod
-    def over(points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> NormalPasses:
+    def over(points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> "NormalPasses":
         """The passes over a mesh of (n, 3) points, in the order of `adjacency`."""
         if settings.method == "vertex_normals":
             rings = RINGS_OF_NEIGHBORHOOD[settings.neighborhood]
@@ -212,7 +195,8 @@ class NormalPasses(NamedTuple):
         if self.settings.method != "vertex_normals":
             return self._passed(table, progress)
         normals = self._passed(measure_vertices(points, self.adjacency.faces, table), progress)
-        return corner_means(normals, self.adjacency.faces, table[:, NORMAL])
+        # A face whose vertices' normals cancel out keeps its own.
+        return _unit(normals[self.adjacency.faces].sum(axis=1), table[:, NORMAL])
 
     def _passed(self, table: Floats, progress: Progress) -> Floats:
         """The normals of the table of faces or vertices after all passes, which overwrite it: a copy is large."""

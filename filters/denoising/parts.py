@@ -1,7 +1,5 @@
 """Normal filtering of a mesh in parts: one round at a time, each vertex with as many rings of faces around it as it looks at."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

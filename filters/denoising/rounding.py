@@ -4,8 +4,6 @@ Everywhere here `points` are (n, 3) coordinates, `faces` (m, 3) triangles, and `
 None for all.
 """
 
-from __future__ import annotations
-
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
@@ -29,15 +27,10 @@ _ITERATIONS = 100
 
 
 class Rounding(NamedTuple):
-    """Rounding along an axis.
+    """Rounding along an axis."""
 
-    Attributes:
-        direction: (3,) its unit vector.
-        levels: (k,) the coordinates along it that vertices have, ascending.
-    """
-
-    direction: Floats
-    levels: Floats
+    direction: Floats  # (3,) its unit vector
+    levels: Floats  # (k,) the coordinates along it that vertices have, ascending
 
     def undone(self, points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
         """(n, 3) the smoothest surface that has these levels when it is rounded: least bi-Laplacian energy within half a step."""

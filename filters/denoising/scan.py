@@ -1,7 +1,5 @@
 """A scan on which filters are tried: which of its vertices are evidence, whether they say that it is noisy, and what suits it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,6 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..compilation import compiled
 from ..evidence import (
     Candidates,
     Choice,
@@ -20,15 +19,14 @@ from ..evidence import (
     initial_positions,
     measured,
     random_signs,
-    roughness,
-    sample_of,
     tuned,
 )
 from ..execution import Progress, ignore_progress, part_of
+from ..geometry import edge_lengths, mean_edge_length, roughness
 from ..libraries import spatial
-from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
-from ..topology import edges
-from .noise_level import NoiseEstimate, agreement, estimate_noise, smooth_normals
+from ..mesh import Bools, Floats, Ints, Longs, check_mesh, normalised_mesh
+from ..topology import VertexFaces, edges, referenced_vertices, vertex_faces
+from .noise_level import NoiseEstimate, agreement, estimate_noise, is_designed, noise_floor, smooth_normals
 
 Label = TypeVar("Label")
 
@@ -38,6 +36,11 @@ NONE_HELD = np.empty(0, dtype=np.int32)
 _LITTLE = 0.1
 # Standard errors are those of the means of so many regions: neighbours say the same.
 _REGIONS = 100
+# Larger meshes are sampled by so many patches of about so many faces: ten large ones have misled, since shapes differ from place
+# to place.
+_WHOLE, _PATCHES, _FACES = 20_000, 40, 450
+# Random numbers are the fractions of so many times a length of the geometry.
+_MULTIPLE = 1013.0
 
 
 @dataclass(frozen=True)
@@ -65,20 +68,50 @@ class Scan:
     rings: int = 2
 
     @staticmethod
-    def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> Scan:
-        """Of a mesh, see `sample_of`, with these attributes; `FilterInputError` if it is none or `movable` does not fit."""
+    def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> "Scan":
+        """Of a mesh, see `sampled`, with these attributes; `FilterInputError` if it is none or `movable` does not fit."""
         mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
         return Scan.sampled(mesh.points, mesh.cells, mesh.movable, **attributes)[0]
 
     @staticmethod
     def sampled(
-        points: Floats, faces: Ints, movable: Bools | None = None, *, of: dict[str, int] | None = None, **attributes: Any
-    ) -> tuple[Scan, Ints]:
-        """Of (n, 3) points of ordinary size, with these attributes, and which of these points it has. `of` is for `sample_of`."""
-        sample = sample_of(points, faces, **(of or {}))
-        moves = None if movable is None else movable[sample.origin]
-        whole = len(sample.faces) == len(faces)
-        return Scan(sample.points, sample.faces, moves, whole=whole, **attributes), sample.origin
+        points: Floats,
+        faces: Ints,
+        movable: Bools | None = None,
+        *,
+        edge: float | None = None,
+        patches: int = _PATCHES,
+        size: int = _FACES,
+        **attributes: Any,
+    ) -> "tuple[Scan, Ints]":
+        """All of a mesh of up to 20,000 faces, or else 40 patches of about 450 faces each, or as is said.
+
+        A patch is whole rings around a face. The faces are those with the least random numbers, made of their perimeters over the
+        mean edge: renumbering, moving, turning and scaling the mesh changes none of them by more than rounding.
+
+        Args:
+            points: (n, 3) coordinates of ordinary size.
+            faces: (m, 3) triangles.
+            movable: (n,) which vertices may move, None for all.
+            edge: the mean edge, if it is known.
+            patches: how many are taken of a larger mesh.
+            size: the faces of each, at least.
+            attributes: others of the scan.
+
+        Returns:
+            The scan, and (k,) which vertices of the mesh it has; one of several patches appears several times.
+        """
+        if len(faces) <= _WHOLE:
+            chosen, origin = faces, np.arange(len(points), dtype=np.int32)
+            used = np.flatnonzero(referenced_vertices(faces, len(points)))
+        else:
+            chosen, origin = _grown(points, faces, edge or mean_edge_length(points, faces), patches, size)
+            used = origin.astype(np.int64)
+        middle = points[used].mean(axis=0) if len(used) else np.zeros(3)
+        # A mesh without a size is not to be scaled.
+        local = (points[origin] - middle) / (mean_edge_length(points[origin], chosen) or 1.0)
+        moves, whole = None if movable is None else movable[origin], len(chosen) == len(faces)
+        return Scan(local, np.ascontiguousarray(chosen), moves, whole=whole, **attributes), origin
 
     @cached_property
     def noise(self) -> NoiseEstimate:
@@ -102,6 +135,21 @@ class Scan:
     def agreement(self) -> tuple[float, float]:
         """How much the residuals of neighbours agree, everywhere and where it is calm: those of details do, of noise not."""
         return agreement(self.points, self.faces)
+
+    @cached_property
+    def surface_noise(self) -> float:
+        """The standard deviation of the noise along the normals in mean edges, as recipes name it: the smaller of two estimates.
+
+        `estimate_noise` takes fine details for noise everywhere; `noise_floor` sees noise alone where the surface is calm, and
+        1.3 times that is even noise. So fur and hair do not count as noise where the face is smooth. 0 of planes as they were
+        designed, and of a mesh without inner vertices.
+        """
+        if not len(self.faces) or is_designed(self.points, self.faces):
+            return 0.0
+        if not self.scored.any():
+            return self.noise.level
+        floor = noise_floor(self.points, self.faces, normals=self.normals, scored=self.scored)
+        return min(self.noise.level, tuned.EVEN * floor)
 
     @property
     def shows_surface(self) -> bool:
@@ -204,7 +252,7 @@ class Scan:
         uncertainty = np.sqrt(((sums - sums[best] - excess[:, None] * shares) ** 2).sum(axis=1))
         chosen = int(np.where(excess <= uncertainty, flatness, np.inf).argmin())
         scores = Scores(np.sqrt(np.maximum(means, 0.0)), excess, uncertainty, best)
-        return scores.choice([label for family in labels for label in family], chosen)
+        return scores.choice(labels, chosen)
 
 
 def _regions(points: Floats, which: Ints) -> Ints:
@@ -213,3 +261,39 @@ def _regions(points: Floats, which: Ints) -> Ints:
     middles = which[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
     middles = middles[np.sort(np.unique(middles, return_index=True)[1])][:_REGIONS]
     return np.asarray(spatial.cKDTree(points[middles]).query(points[which])[1], dtype=np.int64)
+
+
+def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) -> tuple[Ints, Ints]:
+    """The faces of the patches, by numbers of their own, and the vertex that each of these numbers stands for."""
+    at_vertices = vertex_faces(faces, len(vertices))
+    first, second, third = (edge_lengths(vertices, faces[:, ends]) for ends in ([0, 1], [1, 2], [2, 0]))
+    numbers = ((first + second + third) / edge * _MULTIPLE) % 1.0
+    # The faces with the least numbers, of equal ones the first.
+    low = np.flatnonzero(numbers <= np.partition(numbers, patches - 1)[patches - 1])
+    seeds = low[np.argsort(numbers[low], kind="stable")][:patches]
+    marks = np.full(len(faces), -1, dtype=np.int32)
+    parts, origins, count = [], [], 0
+    for number, seed in enumerate(seeds):
+        part = faces[np.sort(_rings_around(faces, at_vertices, seed, size, number, marks))]
+        origin, local = np.unique(part, return_inverse=True)
+        parts.append(local.reshape(-1, 3).astype(np.int32) + np.int32(count))
+        origins.append(origin.astype(np.int32))
+        count += len(origin)
+    return np.concatenate(parts), np.concatenate(origins)
+
+
+@compiled
+def _rings_around(faces: Ints, at_vertices: VertexFaces, seed: int, least: int, number: int, marks: Ints) -> Longs:
+    """The face and whole rings of faces around it, until they are as many as said; `marks` differ from `number` before."""
+    found = [seed]
+    marks[seed] = number
+    start, stop = 0, 1
+    while start < stop and stop < least:
+        for at in range(start, stop):
+            for i in faces[found[at]]:
+                for f in at_vertices.rows[at_vertices.offsets[i] : at_vertices.offsets[i + 1], 0]:
+                    if marks[f] != number:
+                        marks[f] = number
+                        found.append(int(f))
+        start, stop = stop, len(found)
+    return np.array(found)

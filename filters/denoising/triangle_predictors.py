@@ -18,22 +18,15 @@ _MOST_CELLS = 2**20  # along an axis, so that the number of a cell is below 2^63
 
 
 class Triangles(NamedTuple):
-    """The triangles that have an area, in the order of their cells: (m, 3) centres, (m, 3) unit normals, (m,) areas, and cells.
+    """The triangles that have an area, in the order of their cells."""
 
-    Attributes:
-        keys: (m,) int64 the number of each one's cell, ascending.
-        low: (3,) where the first cell begins.
-        size: the side of a cell.
-        shape: (3,) int64, the number of cells along the axes.
-    """
-
-    centres: Floats
-    normals: Floats
-    areas: Floats
-    keys: Longs
-    low: Floats
-    size: float
-    shape: Longs
+    centres: Floats  # (m, 3)
+    normals: Floats  # (m, 3) unit normals
+    areas: Floats  # (m,)
+    keys: Longs  # (m,) int64 the number of each one's cell, ascending
+    low: Floats  # (3,) where the first cell begins
+    size: float  # the side of a cell
+    shape: Longs  # (3,) int64, the number of cells along the axes
 
 
 def triangles_in_cells(points: Floats, faces: Ints, reach: float, shape_of: Floats | None = None) -> Triangles:

@@ -15,23 +15,15 @@ _BLOCKS = 32
 
 
 class HeightNeighbours(NamedTuple):
-    """The neighbours whose heights each vertex averages, and the faces that its normal is made of.
+    """The neighbours whose heights each vertex averages, and the faces that its normal is made of."""
 
-    Attributes:
-        moving: int32 the vertices that move.
-        offsets, neighbours: the one-rings of all vertices.
-        on_curve: (n,) bool, the vertices that average over the border alone.
-        curve_offsets, curve_neighbours: their neighbours along the border.
-        end_offsets, ends: the two other vertices of each face of a vertex, for its normal.
-    """
-
-    moving: Ints
-    offsets: Longs
+    moving: Ints  # int32 the vertices that move
+    offsets: Longs  # with `neighbours` the one-rings of all vertices
     neighbours: Ints
-    on_curve: Bools
-    curve_offsets: Longs
+    on_curve: Bools  # (n,) bool, the vertices that average over the border alone
+    curve_offsets: Longs  # with `curve_neighbours` their neighbours along the border
     curve_neighbours: Ints
-    end_offsets: Longs
+    end_offsets: Longs  # with `ends` the two other vertices of each face of a vertex, for its normal
     ends: Ints
 
 

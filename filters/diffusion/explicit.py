@@ -108,17 +108,11 @@ def _unstable(operator: OperatorName, step: float, largest: float, done: int) ->
 
 
 class ExplicitSurface(NamedTuple):
-    """A mesh on which explicit iterations are made.
+    """A mesh on which explicit iterations are made."""
 
-    Attributes:
-        mesh: normalised, its points in the order of the stencil.
-        advance: writes p + step (L p) for the vertices that move.
-        work: how long that takes for a vertex, in the sums of vectors that `threads_for` is made for.
-    """
-
-    mesh: NormalisedMesh
-    advance: Advance
-    work: int
+    mesh: NormalisedMesh  # normalised, its points in the order of the stencil
+    advance: Advance  # writes p + step (L p) for the vertices that move
+    work: int  # how long that takes for a vertex, in the sums of vectors that `threads_for` is made for
 
     def iterated(self, iteration: Iteration, iterations: int, progress: Progress) -> Floats:
         """(n, 3) the vertices after as many iterations.

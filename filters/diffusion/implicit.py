@@ -335,15 +335,10 @@ def without_negative_weights(stiffness: sparse.csr_matrix) -> sparse.csr_matrix:
 
 
 class _Floating(NamedTuple):
-    """The components without fixed vertex.
+    """The components without fixed vertex."""
 
-    Attributes:
-        component: (f,) a label from 0 for every free vertex.
-        weight: one over the mass of each component, 0 for those with a fixed vertex.
-    """
-
-    component: Longs
-    weight: Floats
+    component: Longs  # (f,) a label from 0 for every free vertex
+    weight: Floats  # one over the mass of each component, 0 for those with a fixed vertex
 
     @classmethod
     def among(cls, free_labels: Ints, fixed_labels: Ints, mass: Floats) -> _Floating:

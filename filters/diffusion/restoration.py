@@ -1,7 +1,5 @@
 """Volume and dimensions that smoothing has taken from a shape, measured and restored."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -27,19 +25,12 @@ SOLVES = _TIMES * _PASSES
 
 
 class Volumes(NamedTuple):
-    """The components that enclose a volume.
+    """The components that enclose a volume."""
 
-    Attributes:
-        faces: (f, 3) their triangles.
-        component: (f,) a label from 0 for each of these.
-        vertex_component: (n,) the same for the vertices, -1 for those of other components.
-        volumes: the signed volume of each, in cubed mesh units.
-    """
-
-    faces: Ints
-    component: Longs
-    vertex_component: Longs
-    volumes: Floats
+    faces: Ints  # (f, 3) their triangles
+    component: Longs  # (f,) a label from 0 for each of these
+    vertex_component: Longs  # (n,) the same for the vertices, -1 for those of other components
+    volumes: Floats  # the signed volume of each, in cubed mesh units
 
 
 def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Bools | None) -> Volumes:

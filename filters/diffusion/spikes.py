@@ -1,7 +1,5 @@
 """Spike removal: single vertices far from the mean of their neighbours are put there."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -193,23 +193,14 @@ def _curve_of_meshlab(moving: MovingVertices) -> Advance:
 
 
 class MovingVertices(NamedTuple):
-    """The vertices that move, ascending, by the neighbours that count for them; every vertex is in one list at most.
+    """The vertices that move, ascending, by the neighbours that count for them; every vertex is in one list at most."""
 
-    Attributes:
-        closed: int32 interior vertices, with their whole star.
-        open: int32 border vertices with their whole star, under the policy "free".
-        irregular: bool for each of `Stars.irregular`, whether it moves with its whole star.
-        surface: int32 all of these.
-        curve: int32 border vertices with their neighbours on the border, under the policy "along".
-        curve_rings: those neighbours, for all n vertices.
-    """
-
-    closed: Ints
-    open: Ints
-    irregular: Bools
-    surface: Ints
-    curve: Ints
-    curve_rings: Rings
+    closed: Ints  # int32 interior vertices, with their whole star
+    open: Ints  # int32 border vertices with their whole star, under the policy "free"
+    irregular: Bools  # bool for each of `Stars.irregular`, whether it moves with its whole star
+    surface: Ints  # int32 all of these
+    curve: Ints  # int32 border vertices with their neighbours on the border, under the policy "along"
+    curve_rings: Rings  # those neighbours, for all n vertices
 
 
 def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -> MovingVertices:

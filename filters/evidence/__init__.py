@@ -10,20 +10,24 @@ from .held_out import (
     marked,
     means_of_others,
     random_signs,
+    with_neighbours,
 )
-from .outlying import flattening, outlying_vertices, put_where_expected, roughness, sizes_beside, standing_out
-from .patches import Sample, sample_of
-from .quadric_prediction import height_of_quadric, height_residuals, predicted_heights, tangents
+from .quadric_prediction import (
+    height_of_quadric,
+    height_residuals,
+    medians_around,
+    predicted_heights,
+    put_where_expected,
+    tangents,
+)
 
 __all__ = [
     "Candidates",
     "Choice",
-    "Sample",
     "Scores",
     "Trial",
     "cross_validate",
     "far_from_border",
-    "flattening",
     "height_of_quadric",
     "height_residuals",
     "held_out_vertices",
@@ -33,15 +37,12 @@ __all__ = [
     "marked",
     "means_of_others",
     "measured",
-    "outlying_vertices",
+    "medians_around",
     "predicted_heights",
     "put_where_expected",
     "random_signs",
-    "roughness",
-    "sample_of",
     "scores_of",
-    "sizes_beside",
-    "standing_out",
     "tangents",
     "tuned",
+    "with_neighbours",
 ]

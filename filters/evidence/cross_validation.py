@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain, compress
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -12,8 +13,7 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import one_rings
 from . import tuned
 from .held_out import means_of_others, without
-from .outlying import put_where_expected
-from .quadric_prediction import predicted_heights
+from .quadric_prediction import predicted_heights, put_where_expected
 
 Label = TypeVar("Label")
 Measure = TypeVar("Measure")
@@ -65,10 +65,10 @@ class Scores(NamedTuple):
         """(k,) the candidates whose excess is at most that many of its standard errors."""
         return np.asarray(self.excess <= standard_errors * self.uncertainty)
 
-    def choice(self, labels: Sequence[Label], chosen: int | None = None) -> Choice[Label]:
-        """The trials of the candidates with these k labels, the best of them chosen, or another one."""
+    def choice(self, labels: Sequence[Sequence[Label]], chosen: int | None = None) -> Choice[Label]:
+        """The trials of the candidates with these k labels, by families, the best of them chosen, or another one."""
         columns = (values.tolist() for values in self[:3])
-        trials = tuple(Trial(*row) for row in zip(labels, *columns, strict=True))
+        trials = tuple(Trial(*row) for row in zip(chain.from_iterable(labels), *columns, strict=True))
         return Choice(trials[self.best if chosen is None else chosen], trials)
 
 
@@ -139,11 +139,10 @@ def cross_validate(
         stays: candidates farther behind than so many standard errors are dropped; a huge number to try them all to the end.
         progress: called after every family that was run; may raise to stop.
     """
-    every = [label for family in labels for label in family]
-    kept, sets = np.ones(len(every), dtype=np.bool_), list[Floats]()
+    kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])
     for number, mask in enumerate(held):
-        sets.append(np.zeros((len(every), len(mask))))
+        sets.append(np.zeros((len(kept), len(mask))))
         share, deviate = part_of(progress, shares[number], shares[number + 1]), partial(deviations, mask)
         if number == 0:
             kept = _race(run(mask), labels, deviate, sets[0], share)
@@ -154,7 +153,7 @@ def cross_validate(
         kept[0] = True
         if decided:
             break
-    return scores_of(np.hstack(sets)[kept]).choice([every[at] for at in np.flatnonzero(kept)])
+    return scores_of(np.hstack(sets)[kept]).choice([list(compress(chain.from_iterable(labels), kept))])
 
 
 def _race(

@@ -1,4 +1,8 @@
-"""Where a vertex would be if its surroundings were all that is known: the quadric through them."""
+"""Where a vertex would be if its surroundings were all that is known: the quadric through them.
+
+Everywhere here `points` are (n, 3) coordinates of ordinary size, `rings` their one-rings, `normals` (n, 3) unit normals, and
+`which` the numbers of k vertices; (n,) vertices that are `hidden` or `ignored` count nowhere.
+"""
 
 import math
 
@@ -7,7 +11,8 @@ import numpy as np
 from ..compilation import compiled
 from ..execution import over_range
 from ..mesh import Bools, Floats, Ints
-from ..topology import OneRings
+from ..topology import OneRings, one_rings
+from .held_out import marked
 
 # The weight of a vertex at distance r is exp(-r^2 / 2 s^2), s so many mean distances of the one-ring: the second ring counts, but
 # less, since a quadric follows a surface only so far.
@@ -16,7 +21,7 @@ _WIDTH = 1.3
 _ENOUGH = 8
 _LEAST_PIVOT = 1e-4
 # Two rings have a dozen vertices to some dozens.
-MOST = 1024
+_MOST = 1024
 
 
 def predicted_heights(
@@ -27,13 +32,6 @@ def predicted_heights(
     Around vertex i with the unit normal n, the height n . (p_j - p_i) of the vertices j in two rings is fitted over the
     tangential coordinates by a polynomial of second degree, least squares weighted by exp(-r^2 / 2 s^2), s = 1.3 mean distances
     of the one-ring. The prediction is its value at 0. The vertex's own height has no part in it; its place along the surface has.
-
-    Args:
-        points: (n, 3) coordinates of ordinary size.
-        rings: the one-rings.
-        normals: (n, 3) unit normals.
-        which: (k,) the vertices.
-        hidden: (n,) vertices that count nowhere; None for none but the vertex itself.
 
     Returns:
         heights: (k,) in the unit of the points; 0 where no vertex is around.
@@ -51,6 +49,25 @@ def height_residuals(points: Floats, rings: OneRings, normals: Floats, hidden: B
     return np.asarray(heights / np.sqrt(1.0 + gains**2))
 
 
+def put_where_expected(points: Floats, faces: Ints, normals: Floats, which: Ints) -> Floats:
+    """(n, 3) the points, some vertices moved along their normals to where the quadric through the others expects them."""
+    hidden = marked(which, len(points))
+    heights, _ = predicted_heights(points, one_rings(faces, len(points)), normals, which, hidden)
+    result = points.copy()
+    result[which] += heights[:, None] * normals[which]
+    return result
+
+
+def medians_around(values: Floats, rings: OneRings, ignored: Bools, wanted: Bools, none: float) -> tuple[Floats, Floats]:
+    """(n,) around wanted vertices the median of the values in the two rings that are not ignored, and that of the deviations.
+
+    Both are `none` where there is no such value.
+    """
+    middles, spreads = np.full(len(values), none), np.full(len(values), none)
+    over_range(_find_medians, len(values), values, rings, ignored, wanted, middles, spreads)
+    return middles, spreads
+
+
 @compiled(nogil=True)
 def _predict(
     points: Floats,
@@ -63,21 +80,34 @@ def _predict(
     begin: int,
     end: int,
 ) -> None:
-    seen, around = np.full(points.shape[0], -1, dtype=np.int32), np.empty(MOST, dtype=np.int32)
-    samples, work = np.empty((4, MOST)), np.empty((9, 6))
+    seen, around = np.full(points.shape[0], -1, dtype=np.int32), np.empty(_MOST, dtype=np.int32)
+    samples, work = np.empty((4, _MOST)), np.empty((9, 6))
     for k in range(begin, end):
         i = which[k]
         scale = _ring_distance(points, rings, normals, i)
         if scale == 0.0:
             continue
-        count = two_rings(rings, i, hidden, seen, around)
+        count = _two_rings(rings, i, hidden, seen, around)
         if _project(points, normals, i, scale, around[:count], samples):
             height, gain = height_of_quadric(samples, count, math.inf, work)
             heights[k], gains[k] = scale * height, gain
 
 
 @compiled(nogil=True)
-def two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints) -> int:
+def _find_medians(
+    values: Floats, rings: OneRings, ignored: Bools, wanted: Bools, middles: Floats, spreads: Floats, first: int, last: int
+) -> None:
+    seen, around = np.full(values.shape[0], -1, dtype=np.int32), np.empty(_MOST, dtype=np.int32)
+    for i in range(first, last):
+        count = _two_rings(rings, i, ignored, seen, around) if wanted[i] else 0
+        if count > 0:
+            found = values[around[:count]]
+            middles[i] = np.median(found)
+            spreads[i] = np.median(np.abs(found - middles[i]))
+
+
+@compiled(nogil=True)
+def _two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints) -> int:
     """Put the vertices of the two rings around i that are not ignored into `around`, as many as there is room for; how many.
 
     `seen` has a place for every vertex, and holds i nowhere; then it holds i at those that were met.

@@ -243,17 +243,11 @@ def _smallest_norm(points: Floats, data: Floats, labels: Longs, count: int) -> f
 
 
 class FloatingComponents(NamedTuple):
-    """Components without a fixed vertex: their displacements have the mean 0.
+    """Components without a fixed vertex: their displacements have the mean 0."""
 
-    Attributes:
-        labels: (f,) of each free vertex, -1 where its component has a fixed vertex.
-        mass: (f,).
-        masses: (components + 1,) of each component's free vertices, that of the fixed ones first.
-    """
-
-    labels: Longs
-    mass: Floats
-    masses: Floats
+    labels: Longs  # (f,) of each free vertex, -1 where its component has a fixed vertex
+    mass: Floats  # (f,)
+    masses: Floats  # (components + 1,) of each component's free vertices, that of the fixed ones first
 
     @classmethod
     def of(cls, labels: Longs, mass: Floats, count: int) -> FloatingComponents:

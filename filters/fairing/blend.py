@@ -1,7 +1,5 @@
 """Blends: a band of triangles between the rims of two parts, whose interior is then faired."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -41,7 +39,7 @@ def blend_parts(
     energy: Energy = "thin_plate",
     among: ArrayLike | None = None,
     progress: Progress = ignore_progress,
-) -> Blend:
+) -> "Blend":
     """A smooth neck between the two rims that face each other.
 
     The band of `bridge_rims` with its new vertices placed by `fair_region`; the vertices of the mesh stay.
@@ -195,7 +193,7 @@ def bridge_rims(
     *,
     rows: int | None = None,
     progress: Progress = ignore_progress,
-) -> Blend:
+) -> "Blend":
     """A band of triangles between two rims, as dense as the rims.
 
     The spans are the edges from one rim to the other in the triangulation without new vertices that contains the shortest span

@@ -1,7 +1,5 @@
 """Harmonic functions on the graph of a mesh: values interpolated from fixed vertices."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """The Laplace-Beltrami operator with a mass above 0 at every vertex, as energies need it."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -19,15 +17,11 @@ _LEAST_MASS, _NO_MASS = 1e-6, 1e-20
 
 
 class SurfaceOperator(NamedTuple):
-    """L = -M^-1 S on n vertices.
+    """L = -M^-1 S on n vertices."""
 
-    Attributes:
-        dirichlet: S = -C with C the stiffness, (n, n) symmetric, positive semidefinite, with rows that sum to 0.
-        mass: the diagonal of M, (n,), above 0.
-    """
-
-    dirichlet: sparse.csr_matrix
-    mass: Floats
+    # S = -C with C the stiffness, (n, n) symmetric, positive semidefinite, with rows that sum to 0
+    dirichlet: "sparse.csr_matrix"
+    mass: Floats  # the diagonal of M, (n,), above 0
 
 
 def surface_operator(points: Floats, faces: Ints, *, masses: bool = True) -> SurfaceOperator:

@@ -1,7 +1,5 @@
 """Tangential smoothing: better triangles on the same surface, with or without edge flips."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -56,6 +56,12 @@ def normal_differences(vertices: Floats, faces: Ints) -> Floats:
     return np.asarray(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1))
 
 
+def roughness(points: Floats, faces: Ints) -> float:
+    """The mean difference |n_f - n_g| of the unit normals of adjacent faces; 0 without any."""
+    differences = normal_differences(points, faces)
+    return float(differences.mean()) if len(differences) else 0.0
+
+
 def cross_products(vertices: Floats, faces: Ints) -> Floats:
     """(m, 3) (b - a) x (c - a) of the faces (a, b, c): normals twice as long as the area."""
     crosses = np.empty((len(faces), 3))

@@ -161,28 +161,18 @@ def _only_forwards(progress: Progress) -> Progress:
 
 
 class _PlacedPatch(NamedTuple):
-    """A patch with its place in the mesh.
+    """A patch with its place in the mesh."""
 
-    Attributes:
-        own: (k,) the vertices of the mesh on its rim, ascending.
-        patch: the patch; its first k points are these vertices.
-        forbidden: which of them it must not join.
-        uniform: how wide its part at the rim is where triangles are as small as there, in edges.
-        sides: (s, 3) the edges of the rim in the numbers of the patch, as `bend_at_rim` takes them, but of the third vertex the
-            index in `around`.
-        around: (s, 3) coordinates of the third vertices of the faces of the mesh at the rim.
-        bend: the mean angle between the faces at the edges of the mesh around it, in radians.
-        share: the target length of its edges as a share of the edges around.
-    """
-
-    own: Ints
-    patch: Patch
-    forbidden: ForbiddenEdges
-    uniform: float
+    own: Ints  # (k,) the vertices of the mesh on its rim, ascending
+    patch: Patch  # the patch; its first k points are these vertices
+    forbidden: ForbiddenEdges  # which of them it must not join
+    uniform: float  # how wide its part at the rim is where triangles are as small as there, in edges
+    # (s, 3) the edges of the rim in the numbers of the patch, as `bend_at_rim` takes them, but of the third vertex the index in
+    # `around`
     sides: Ints
-    around: Floats
-    bend: float
-    share: float
+    around: Floats  # (s, 3) coordinates of the third vertices of the faces of the mesh at the rim
+    bend: float  # the mean angle between the faces at the edges of the mesh around it, in radians
+    share: float  # the target length of its edges as a share of the edges around
 
 
 class Patches:
@@ -336,15 +326,10 @@ def _is_a_face(outline: Polygon) -> bool:
 
 
 class Placement(NamedTuple):
-    """The placement of the new vertices of a patch.
+    """The placement of the new vertices of a patch."""
 
-    Attributes:
-        energy: by which energy.
-        thrown_out: whether a higher one would have put them further than `FURTHEST` outside of the box of the rim.
-    """
-
-    energy: HoleEnergy
-    thrown_out: bool
+    energy: HoleEnergy  # by which energy
+    thrown_out: bool  # whether a higher one would have put them further than `FURTHEST` outside of the box of the rim
 
 
 def fair_patches(

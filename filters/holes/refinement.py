@@ -1,7 +1,5 @@
 """Refinement, the second step of hole filling [liepa2003]: triangles split to the density of the rim, Delaunay flips."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -39,19 +37,12 @@ _LEAST_WIDTH = 1.0
 
 
 class Patch(NamedTuple):
-    """Triangles that close a hole.
+    """Triangles that close a hole."""
 
-    Attributes:
-        points: (k + a, 3) the vertices of the rim, then the new ones.
-        sizes: (k + a,) the target length of the edges at each.
-        triangles: (b, 3) indices of `points`.
-        n_rim: k.
-    """
-
-    points: Floats
-    sizes: Floats
-    triangles: Ints
-    n_rim: int
+    points: Floats  # (k + a, 3) the vertices of the rim, then the new ones
+    sizes: Floats  # (k + a,) the target length of the edges at each
+    triangles: Ints  # (b, 3) indices of `points`
+    n_rim: int  # k
 
 
 def refined_patch(

@@ -18,15 +18,10 @@ LARGEST_RIM = 10_000
 
 
 class RemadeRegion(NamedTuple):
-    """A region that was remade.
+    """A region that was remade."""
 
-    Attributes:
-        region: (n,) the vertices to delete with their faces: the region without the triangles at open borders.
-        filling: the faces to add in their place, in the numbers of the whole mesh.
-    """
-
-    region: Bools
-    filling: HoleFilling
+    region: Bools  # (n,) the vertices to delete with their faces: the region without the triangles at open borders
+    filling: HoleFilling  # the faces to add in their place, in the numbers of the whole mesh
 
 
 def remesh_region(

@@ -168,17 +168,11 @@ def _inside(points: Floats, loop: Floats) -> Bools:
 
 
 class SortedRims(NamedTuple):
-    """The rims of a mesh.
+    """The rims of a mesh."""
 
-    Attributes:
-        holes: those to close.
-        inside: for each index in `holes` the rims of the islands in that hole.
-        left: the others with the reason.
-    """
-
-    holes: list[BoundaryLoop]
-    inside: dict[int, list[BoundaryLoop]]
-    left: list[OpenRim]
+    holes: list[BoundaryLoop]  # those to close
+    inside: dict[int, list[BoundaryLoop]]  # for each index in `holes` the rims of the islands in that hole
+    left: list[OpenRim]  # the others with the reason
 
 
 def sorted_rims(

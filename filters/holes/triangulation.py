@@ -34,16 +34,12 @@ _MOST_TRIES = 20
 
 
 class Polygon(NamedTuple):
-    """A closed walk along border edges, and to an island and back along a cut.
+    """A closed walk along border edges, and to an island and back along a cut."""
 
-    Attributes:
-        vertices: (k,) int32 of the mesh, one a corner of the polygon. A vertex is several corners where a cut begins or ends, and
-            where parts of the surface are attached by it alone.
-        opposite: (k,) int32 the third vertex of the face of the mesh at the edge from each to the next, -1 at cuts.
-    """
-
+    # (k,) int32 of the mesh, one a corner of the polygon. A vertex is several corners where a cut begins or ends, and where parts
+    # of the surface are attached by it alone.
     vertices: Ints
-    opposite: Ints
+    opposite: Ints  # (k,) int32 the third vertex of the face of the mesh at the edge from each to the next, -1 at cuts
 
 
 def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> Polygon:
@@ -232,19 +228,12 @@ def _chord(p: Floats, part: Ints, forbidden: VertexPairs) -> tuple[int, int]:
 
 
 class _BestParts(NamedTuple):
-    """The best triangulation of the part of a polygon from corner i to corner j > i.
+    """The best triangulation of the part of a polygon from corner i to corner j > i."""
 
-    Attributes:
-        angle: (k, k) its largest dihedral angle, as 1 - cos; infinite if there is none.
-        area: (k, k) its doubled area.
-        split: (k, k) the third corner of its triangle at the side from i to j, -1 if there is none.
-        normals: (k, k, 3) the unit normal of that triangle.
-    """
-
-    angle: Floats
-    area: Floats
-    split: Ints
-    normals: Floats
+    angle: Floats  # (k, k) its largest dihedral angle, as 1 - cos; infinite if there is none
+    area: Floats  # (k, k) its doubled area
+    split: Ints  # (k, k) the third corner of its triangle at the side from i to j, -1 if there is none
+    normals: Floats  # (k, k, 3) the unit normal of that triangle
 
 
 def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, progress: Progress) -> Ints | None:

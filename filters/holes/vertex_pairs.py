@@ -10,15 +10,10 @@ from ..mesh import Bools, Ints, Longs
 
 
 class VertexPairs(NamedTuple):
-    """Unordered pairs of the numbers 0 to size - 1.
+    """Unordered pairs of the numbers 0 to size - 1."""
 
-    Attributes:
-        size: how many numbers there are.
-        keys: (p,) ascending, i size + j of every pair (i, j), in both directions.
-    """
-
-    size: int
-    keys: Longs
+    size: int  # how many numbers there are
+    keys: Longs  # (p,) ascending, i size + j of every pair (i, j), in both directions
 
     def restricted(self, chosen: Ints) -> "VertexPairs":
         """The pairs within `chosen`, distinct numbers, as places in `chosen`."""
@@ -66,17 +61,11 @@ def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
 
 
 class ForbiddenEdges(NamedTuple):
-    """The edges between vertices 0 to k - 1 of its rim that a patch must not have.
+    """The edges between vertices 0 to k - 1 of its rim that a patch must not have."""
 
-    Attributes:
-        pairs: pairs that are joined outside the patch.
-        apart: (k,) the vertices of which no two may be joined.
-        alone: (k,) the vertices that no flip may join with any other.
-    """
-
-    pairs: VertexPairs
-    apart: Bools
-    alone: Bools
+    pairs: VertexPairs  # pairs that are joined outside the patch
+    apart: Bools  # (k,) the vertices of which no two may be joined
+    alone: Bools  # (k,) the vertices that no flip may join with any other
 
     def has(self, i: int, j: int) -> bool:
         """Whether the vertices i and j of the rim must not be joined."""

@@ -1,7 +1,5 @@
 """Aligning a surface with another one that it nearly lies on: iterated nearest places, point to plane [chen1992]."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Measures of faces and edges that do not depend on coordinates."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,37 +41,21 @@ def _corner(faces: Ints, face: int, vertex: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Connectivity:
-    """The connectivity of a mesh.
+    """The connectivity of a mesh."""
 
-    Attributes:
-        n_vertices: how many there are.
-        faces: (m, 3) all faces.
-        segments: (e, 2) edges of polylines.
-        proper: (p, 3) the faces that name three different vertices.
-        pairs: (k, 2) pairs of vertices that a face joins, or in a mesh without faces an edge, each once.
-        neighbours: (q, 2) the faces of `proper` that share an edge with exactly two.
-        agree: (q,) whether these faces run along the edge in opposite directions.
-        used: how many vertices a proper face, or in a mesh without faces an edge, uses.
-        unreferenced: how many no face and no edge uses.
-        border: how many edges have exactly one face.
-        crowded: how many have more than two.
-        pinched: how many vertices have such an edge, or faces that form more than one fan.
-        components: parts that faces connect, or in a mesh without faces edges.
-    """
-
-    n_vertices: int
-    faces: Ints
-    segments: Ints
-    proper: Ints
-    pairs: Ints
-    neighbours: Ints
-    agree: Bools
-    used: int
-    unreferenced: int
-    border: int
-    crowded: int
-    pinched: int
-    components: int
+    n_vertices: int  # how many there are
+    faces: Ints  # (m, 3) all faces
+    segments: Ints  # (e, 2) edges of polylines
+    proper: Ints  # (p, 3) the faces that name three different vertices
+    pairs: Ints  # (k, 2) pairs of vertices that a face joins, or in a mesh without faces an edge, each once
+    neighbours: Ints  # (q, 2) the faces of `proper` that share an edge with exactly two
+    agree: Bools  # (q,) whether these faces run along the edge in opposite directions
+    used: int  # how many vertices a proper face, or in a mesh without faces an edge, uses
+    unreferenced: int  # how many no face and no edge uses
+    border: int  # how many edges have exactly one face
+    crowded: int  # how many have more than two
+    pinched: int  # how many vertices have such an edge, or faces that form more than one fan
+    components: int  # parts that faces connect, or in a mesh without faces edges
 
     @property
     def closed(self) -> bool:

@@ -34,10 +34,7 @@ def angle_deficits(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 def deficits_of(points: Floats, faces: Ints, on_border: Bools) -> Floats:
     """(k,) the angle deficits of `angle_deficits`, of (k, 3) points of ordinary size that all have a face.
 
-    Args:
-        points: (k, 3) coordinates.
-        faces: (m, 3) triangles, none of which names a vertex twice.
-        on_border: (k,) which points lie on the border.
+    None of the (m, 3) triangles names a vertex twice; `on_border` are (k,) truth values.
     """
     angles = _angles(points, faces)
     full = np.where(on_border, math.pi, 2.0 * math.pi)

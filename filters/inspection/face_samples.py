@@ -1,7 +1,5 @@
 """Samples of a surface: places on its faces, by area, at least one on each."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -17,15 +15,10 @@ _STEPS = (0.7548776662466927, 0.5698402909980532)
 
 
 class FaceSamples(NamedTuple):
-    """k samples of a surface; `sample_places` says where they are.
+    """k samples of a surface; `sample_places` says where they are."""
 
-    Attributes:
-        faces: (k,) the face of each, ascending; in a cloud the vertex.
-        areas: (k,) the area for which each stands; together that of the surface.
-    """
-
-    faces: Ints
-    areas: Floats
+    faces: Ints  # (k,) the face of each, ascending; in a cloud the vertex
+    areas: Floats  # (k,) the area for which each stands; together that of the surface
 
 
 def face_samples(vertices: Floats, faces: Ints, count: int) -> FaceSamples:

@@ -1,7 +1,5 @@
 """The sharp edges of a surface, and how many of them another surface still has."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 The triangles are in a balanced tree, and the place found is the exact nearest one.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -37,23 +35,16 @@ class TriangleTree(NamedTuple):
     """The triangles in the order of the tree, halved at the median of the widest side of the box of their middles.
 
     Node 1 is the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves, its children the two halves.
-
-    Attributes:
-        triangles: (m, 9) the first corner, and from there to the second and to the third.
-        indices: (m,) the face of each.
-        boxes: (nodes, 6) the lowest and the highest coordinates of each node's triangles.
-        leaves: how many there are.
-        rounding: the square of a length below which coordinates tell nothing apart.
     """
 
-    triangles: Floats
-    indices: Ints
-    boxes: Floats
-    leaves: int
-    rounding: float
+    triangles: Floats  # (m, 9) the first corner, and from there to the second and to the third
+    indices: Ints  # (m,) the face of each
+    boxes: Floats  # (nodes, 6) the lowest and the highest coordinates of each node's triangles
+    leaves: int  # how many there are
+    rounding: float  # the square of a length below which coordinates tell nothing apart
 
     @classmethod
-    def of(cls, points: Floats, faces: Ints) -> TriangleTree:
+    def of(cls, points: Floats, faces: Ints) -> "TriangleTree":
         """The tree of (n, 3) points, which should be near the origin, and (m, 3) triangles, m at least 1."""
         leaves = -(-len(faces) // _LEAF)
         rows = np.empty((len(faces), 4))
@@ -273,7 +264,7 @@ class Surface:
     vertex_count: int
 
     @classmethod
-    def of(cls, vertices: ArrayLike, faces: ArrayLike) -> Surface:
+    def of(cls, vertices: ArrayLike, faces: ArrayLike) -> "Surface":
         """The surface of (n, 3) vertices and (m, 3) triangles; without any the cloud of the vertices.
 
         Raises:
@@ -363,7 +354,7 @@ class Surface:
         return TriangleTree.of(self.mesh.points, self.mesh.cells)
 
     @cached_property
-    def _points(self) -> spatial.cKDTree:
+    def _points(self) -> "spatial.cKDTree":
         return spatial.cKDTree(self.mesh.points)
 
     @cached_property

@@ -1,7 +1,5 @@
 """The distance of one surface from another: samples on faces by area, with a bound for the places between samples."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

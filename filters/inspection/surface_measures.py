@@ -4,8 +4,6 @@ The time is linear in the size of the mesh, except for sorting the edges at each
 middle of the mesh, so that meshes far from the origin (UTM, ECEF) lose no precision.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Wall thickness of closed surfaces: the largest ball inside that touches a place and another wall."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -8,8 +8,6 @@ corner smaller, because rounding is monotonic; so no cell that matters is left o
 The boxes stand in a binary tree: node 1 is the root, the children of node i are 2 i and 2 i + 1, the last level are the cells.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -33,7 +31,7 @@ class CellTree:
     counts: Longs
 
     @classmethod
-    def over(cls, boxes: Floats, counts: Longs) -> CellTree:
+    def over(cls, boxes: Floats, counts: Longs) -> "CellTree":
         """The tree over (c, 2, 3) boxes of cells and their (c,) numbers of points; cells in a row should be near each other."""
         width = 1 << max(len(boxes) - 1, 0).bit_length()
         nodes: Floats = np.empty((2 * width, 2, 3))
@@ -62,7 +60,7 @@ class Nearest(NamedTuple):
     numbers: Longs
     slots: Longs
 
-    def of(self, rows: slice) -> Nearest:
+    def of(self, rows: slice) -> "Nearest":
         """Those of some points, in the same memory."""
         return Nearest(self.squared[rows], self.numbers[rows], self.slots[rows])
 

@@ -7,8 +7,6 @@ tree adapts to any density. Node 1 is the root, the children of node i are 2 i a
 children the two halves of that range, and every leaf but the last is full.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -36,23 +34,15 @@ _MORE = 8
 
 
 class KdTree(NamedTuple):
-    """The points in the order of the tree; a "position" counts in that order, an "index" in the caller's.
+    """The points in the order of the tree; a "position" counts in that order, an "index" in the caller's."""
 
-    Attributes:
-        size: the number of points n.
-        scale: the power of two that the caller's coordinates are divided by, so that no squared distance overflows or vanishes.
-        coordinates: (leaves, 3, LEAF), NaN after the last point.
-        indices: (leaves * LEAF,) the index of the point at each position.
-        boxes: (nodes, 2, 3) the lowest and the highest coordinates of each node's points.
-        lowest: (nodes,) the smallest index of each node's points.
-    """
-
-    size: int
+    size: int  # the number of points n
+    # the power of two that the caller's coordinates are divided by, so that no squared distance overflows or vanishes
     scale: float
-    coordinates: Floats
-    indices: Ints
-    boxes: Floats
-    lowest: Longs
+    coordinates: Floats  # (leaves, 3, LEAF), NaN after the last point
+    indices: Ints  # (leaves * LEAF,) the index of the point at each position
+    boxes: Floats  # (nodes, 2, 3) the lowest and the highest coordinates of each node's points
+    lowest: Longs  # (nodes,) the smallest index of each node's points
 
 
 def tree_scale(largest: float) -> float:

@@ -1,7 +1,5 @@
 """The exact nearest neighbours of every point of a cloud."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Laplace operators by name, of meshes, clouds and polylines; the robust one, of the intrinsic Delaunay triangulation."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
@@ -94,7 +92,7 @@ def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName
     return ChosenLaplacian(laplace_beltrami(points, faces), "cotangent")
 
 
-def surface_stiffness(points: Floats, faces: Ints) -> sparse.csr_matrix:
+def surface_stiffness(points: Floats, faces: Ints) -> "sparse.csr_matrix":
     """The stiffness of `surface_laplacian` by "auto", without the time that masses take."""
     robust = _needs_robust(points, faces)
     return robust_mesh_laplacian(points, faces).stiffness if robust else cotangent_stiffness(points, faces)
@@ -202,7 +200,7 @@ def _at_the_origin(points: Floats) -> tuple[Floats, float]:
     return scaled_to_unit(np.ascontiguousarray(points - points.mean(axis=0)))
 
 
-def _spread(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) -> Laplacian:
+def _spread(positive: Any, masses: Any, scale: float, spread: "sparse.csr_array") -> Laplacian:
     """The library's operator on k points as one on n vertices, by the shares of the (k, n) matrix `spread`."""
     stiffness = sparse.csr_matrix(-(spread.T @ sparse.csr_array(positive) @ spread))
     stiffness.sort_indices()

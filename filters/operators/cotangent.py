@@ -1,7 +1,5 @@
 """The cotangent operators, linear finite elements on the triangles, and the area that belongs to each vertex."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -24,7 +22,7 @@ _FEW = 48
 _BLOCK = 1024
 
 
-def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
+def cotangent_stiffness(vertices: Floats, faces: Ints) -> "sparse.csr_matrix":
     """C, (n, n): C_ij = (cot a_ij + cot b_ij) / 2 over the angles opposite the edge, C_ii = -sum_j C_ij [pinkall1993].
 
     The sign is that of ``igl.cotmatrix``. Symmetric to the bit, rows that sum to 0, negative semidefinite also where obtuse
@@ -63,7 +61,7 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
     return Laplacian(stiffness, areas / scale / scale)
 
 
-def _assembled(vertices: Floats, faces: Ints, areas: Floats) -> sparse.csr_matrix:
+def _assembled(vertices: Floats, faces: Ints, areas: Floats) -> "sparse.csr_matrix":
     """The stiffness; the areas are written on the way, for the mesh of ordinary size, if there is room for them."""
     n = len(vertices)
     points, _ = scaled_to_unit(vertices)

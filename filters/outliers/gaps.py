@@ -1,7 +1,5 @@
 """The distance of the vertices of a reconstruction from the points of its cloud: surface without data."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,9 +1,7 @@
 """LoOP, the local outlier probability of each point of a cloud [kriegel2009]."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -61,7 +59,8 @@ def local_outlier_probability(
     """
     check_positive("extent", extent)
     factors = outlier_factors(points, neighbors=neighbors, progress=progress)
-    return probabilities_of(factors, spread_of(lambda: _blocks(factors), extent))
+    starts = range(0, len(factors), SPREAD_BLOCK)
+    return probabilities_of(factors, spread_of(lambda: (factors[at : at + SPREAD_BLOCK] for at in starts), extent))
 
 
 def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = ignore_progress) -> Floats:
@@ -88,10 +87,6 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
     by_index: Floats = np.empty(tree.size)
     by_index[tree.indices[: tree.size]] = factors
     return by_index
-
-
-def _blocks(factors: Floats) -> Iterator[Floats]:
-    return (factors[first : first + SPREAD_BLOCK] for first in range(0, len(factors), SPREAD_BLOCK))
 
 
 def standard_distances(squared: Floats) -> Floats:

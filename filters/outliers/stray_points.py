@@ -1,7 +1,5 @@
 """Stray points: single points, clumps and hazes apart from the surface."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

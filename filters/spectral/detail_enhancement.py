@@ -1,7 +1,5 @@
 """Detail enhancement: relief of a band of wavelengths amplified along the normals of a shape that stays."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -153,7 +151,7 @@ def enhance_details(
     )
 
 
-def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float | None) -> ReliefBand:
+def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float | None) -> "ReliefBand":
     """The band, measured where no size is set, in the unit of the points."""
     if detail_size is None:
         shortest = relief_band(mesh.points, mesh.cells, mean_edge_length(mesh.points, mesh.cells)).shortest

@@ -1,7 +1,5 @@
 """Spectral filters without eigenvectors, by a polynomial or a rational function of the operator."""
 
-from __future__ import annotations
-
 import math
 from contextlib import suppress
 from dataclasses import dataclass
@@ -39,18 +37,12 @@ _ROUNDING = 8.0 * float(np.finfo(float).eps)
 
 
 class Filtered(NamedTuple):
-    """The result of `filter_without_eigenvectors`.
+    """The result of `filter_without_eigenvectors`."""
 
-    Attributes:
-        values: of the shape of what was filtered.
-        error_bound: of the error's root mean square over the surface, sqrt(|e|_M^2 / area), over all columns, in the unit of the
-            values.
-        route: how it was computed.
-    """
-
-    values: Floats
+    values: Floats  # of the shape of what was filtered
+    # of the error's root mean square over the surface, sqrt(|e|_M^2 / area), over all columns, in the unit of the values
     error_bound: float
-    route: Route
+    route: "Route"  # how it was computed
 
 
 def filter_without_eigenvectors(
@@ -124,22 +116,15 @@ def _about_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Flo
 
 @dataclass(frozen=True)
 class Route:
-    """The route of a filter.
+    """The route of a filter."""
 
-    Attributes:
-        name: "polynomial" or "rational".
-        degree: how many products with the matrix, or solves, it took for every three columns.
-        share: of the error in |v|_M, v the values about the means of their components: a bound for the polynomial; for the
-            rational function a bound plus an estimate of the error of the solves.
-        largest_error: an estimate of the largest error at a vertex, in the unit of the values.
-        reason: why this route was taken.
-    """
-
-    name: RouteName
-    degree: int
+    name: RouteName  # "polynomial" or "rational"
+    degree: int  # how many products with the matrix, or solves, it took for every three columns
+    # of the error in |v|_M, v the values about the means of their components: a bound for the polynomial; for the rational
+    # function a bound plus an estimate of the error of the solves
     share: float
-    largest_error: float
-    reason: str
+    largest_error: float  # an estimate of the largest error at a vertex, in the unit of the values
+    reason: str  # why this route was taken
 
     def __str__(self) -> str:
         if self.name == "polynomial":
@@ -246,7 +231,7 @@ def rational_series(response: Response, *, tolerance: float) -> tuple[ChebyshevS
 
 
 def rational_filter(
-    dirichlet: sparse.csr_matrix,
+    dirichlet: "sparse.csr_matrix",
     mass: Floats,
     values: Floats,
     series: ChebyshevSeries,
@@ -304,7 +289,7 @@ def rational_filter(
 class _System:
     """Solves A x = sigma M b for A = S + sigma M, by factors up to `LARGEST_FACTORS` rows, else by multigrid."""
 
-    def __init__(self, dirichlet: sparse.csr_matrix, mass: Floats, pole: float, solves: int, progress: Progress) -> None:
+    def __init__(self, dirichlet: "sparse.csr_matrix", mass: Floats, pole: float, solves: int, progress: Progress) -> None:
         self._mass, self._pole = mass, pole
         self._matrix = sparse.csr_matrix(dirichlet + pole * sparse.diags_array(mass))
         self._factors: Cholesky | None = None

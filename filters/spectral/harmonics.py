@@ -1,7 +1,5 @@
 """Manifold harmonics: the lowest modes of a surface, to be computed once, kept and reused."""
 
-from __future__ import annotations
-
 import os
 import zipfile
 from collections.abc import Callable
@@ -97,7 +95,7 @@ class ManifoldHarmonics:
             part.unlink(missing_ok=True)
 
     @staticmethod
-    def load(path: str | os.PathLike[str]) -> ManifoldHarmonics:
+    def load(path: str | os.PathLike[str]) -> "ManifoldHarmonics":
         """Reads what `save` wrote.
 
         Raises:

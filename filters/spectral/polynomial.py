@@ -32,15 +32,10 @@ _ROUNDING = 1e-15
 
 @dataclass(frozen=True, eq=False)
 class ChebyshevSeries:
-    """p(t) = sum_k coefficients_k T_k(t), an approximation of a function on [-1, 1].
+    """p(t) = sum_k coefficients_k T_k(t), an approximation of a function on [-1, 1]."""
 
-    Attributes:
-        coefficients: (degree + 1,).
-        error: a bound of |p - f| on [-1, 1]: the sum of the sizes of the computed coefficients that were left out.
-    """
-
-    coefficients: Floats
-    error: float
+    coefficients: Floats  # (degree + 1,)
+    error: float  # a bound of |p - f| on [-1, 1]: the sum of the sizes of the computed coefficients that were left out
 
     @property
     def degree(self) -> int:

@@ -1,7 +1,5 @@
 """The generalised eigenproblem of the Laplace-Beltrami operator of a surface: S v = kappa M v."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -38,7 +36,7 @@ class SpectralProblem:
         operator: "cotangent" or "robust", the operator that S and M come from.
     """
 
-    dirichlet: sparse.csr_matrix
+    dirichlet: "sparse.csr_matrix"
     mass: Floats
     vertices: Ints
     components: Ints

@@ -8,8 +8,6 @@ needs few eigenvectors. The default n = 2 is the lowest order that is flatter at
 higher orders are nearer to a brick wall, with its ringing, and cost more.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

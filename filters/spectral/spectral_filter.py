@@ -171,19 +171,12 @@ def _untouched(points: Floats, why: str) -> SpectralResult:
 
 
 class FilteredByModes(NamedTuple):
-    """The result of a filter by modes.
+    """The result of a filter by modes."""
 
-    Attributes:
-        values: (n, 3).
-        error: bound of the root mean square error over the surface, in the unit of the values.
-        modes: how many were computed, without those that are constant on a component.
-        last_frequency: the frequency of the last one, 0 if there is none.
-    """
-
-    values: Floats
-    error: float
-    modes: int
-    last_frequency: float
+    values: Floats  # (n, 3)
+    error: float  # bound of the root mean square error over the surface, in the unit of the values
+    modes: int  # how many were computed, without those that are constant on a component
+    last_frequency: float  # the frequency of the last one, 0 if there is none
 
 
 def basis_fits(problem: SpectralProblem, count: int) -> bool:

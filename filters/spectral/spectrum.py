@@ -1,7 +1,5 @@
 """The spectrum of a shape: energy against frequency, by modes and by Gauss's quadrature."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -12,12 +12,12 @@ import pytest
 from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.denoising import REPERTOIRE, Outliers, replace_outlying
 from pymeshfair.filters.denoising.automatic import AutomaticChoice, automatic_choice, denoise_automatically
-from pymeshfair.filters.denoising.impulses import far_from
+from pymeshfair.filters.denoising.impulses import far_from, standing_out
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.preparation import denoised
 from pymeshfair.filters.denoising.scan import Scan
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
-from pymeshfair.filters.evidence import far_from_border, standing_out
+from pymeshfair.filters.evidence import far_from_border
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from pymeshfair.filters.inspection import folded_faces
 from tests.angles import mean_angle

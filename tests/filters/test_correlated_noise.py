@@ -13,10 +13,10 @@ from denoising_pairs import along_an_axis, rounded, terrain
 from scipy.ndimage import gaussian_filter
 
 from pymeshfair.filters.denoising.automatic import automatic_choice
+from pymeshfair.filters.denoising.candidates import STRONG
 from pymeshfair.filters.denoising.correlated_noise import noise_field, on_lines_of_sight, setting_of_shared, shared_noise
 from pymeshfair.filters.denoising.noise_level import estimate_noise, ring_means
 from pymeshfair.filters.denoising.preparation import denoised
-from pymeshfair.filters.denoising.repertoire import STRONG
 from pymeshfair.filters.denoising.rounding import Rounding, rounding_of
 from pymeshfair.filters.denoising.scan import Scan
 from pymeshfair.filters.diffusion.taubin import taubin_fairing

@@ -9,22 +9,18 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.denoising import Scan, noise_floor
+from pymeshfair.filters.denoising.impulses import flattening, outlying_vertices, sizes_beside
 from pymeshfair.filters.evidence import (
     Choice,
     far_from_border,
-    flattening,
     held_out_vertices,
-    outlying_vertices,
     predicted_heights,
     random_signs,
-    roughness,
-    sample_of,
     scores_of,
-    sizes_beside,
     tuned,
 )
 from pymeshfair.filters.evidence.held_out import without
-from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.geometry import mean_edge_length, roughness
 from pymeshfair.filters.topology import OneRings, edges, one_rings
 from tests.meshes import Floats, Ints, cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, torus
 
@@ -223,15 +219,15 @@ def test_noise_floor_is_that_of_the_flat_part() -> None:
 def test_a_small_mesh_is_its_own_sample_and_a_large_one_is_sampled() -> None:
     """A sample has a mean edge of 1; patches are whole discs of about 450 faces at the same places of a renumbered mesh."""
     vertices, faces = torus(40, 20)
-    whole = sample_of(vertices, faces)
+    whole, _ = Scan.sampled(vertices, faces)
     assert np.array_equal(whole.faces, faces)
     mesh = noisy(torus(150, 80), 0.01)
-    patches = sample_of(*mesh)
+    patches, origin = Scan.sampled(*mesh)
     assert 40 * 450 <= len(patches.faces) < 40 * 600
     for sample in (whole, patches):
         assert mean_edge_length(sample.points, sample.faces) == pytest.approx(1.0)
     shuffled, other_faces, old = renumbered(mesh)
-    assert np.array_equal(np.sort(old[sample_of(shuffled, other_faces).origin]), np.sort(patches.origin))
+    assert np.array_equal(np.sort(old[Scan.sampled(shuffled, other_faces)[1]]), np.sort(origin))
 
 
 def test_taking_spikes_flattens_a_roof_and_rounding_its_ridge_does_not() -> None:

@@ -7,10 +7,10 @@ import pytest
 from denoising_pairs import along_normals
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.evidence import sample_of
+from pymeshfair.filters.denoising import Scan
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection import surface_measures
-from pymeshfair.filters.traits import facing, measured_traits, sharpness, surface_noise
+from pymeshfair.filters.traits import facing, measured_traits, sharpness
 from tests.meshes import Mesh, cube, grid, icosphere, noisy, rotation, subdivided, torus, tube
 
 #: a cube of 16 edges to a side
@@ -44,9 +44,9 @@ def test_facing_is_one_for_a_plane_a_half_for_half_a_ball_and_zero_for_what_is_c
 
 def test_all_bending_of_a_cube_is_at_its_edges_and_none_of_a_ball() -> None:
     """Planes that meet at right angles bend nowhere else; a ball of edges of 4 degrees nowhere by 30."""
-    assert sharpness(sample_of(*FINE_CUBE), 0.0) == pytest.approx(1.0)
-    assert sharpness(sample_of(*icosphere(4)), 0.0) == 0.0
-    assert sharpness(sample_of(*grid()), 0.0) == 0.0
+    assert sharpness(Scan.of(*FINE_CUBE), 0.0) == pytest.approx(1.0)
+    assert sharpness(Scan.of(*icosphere(4)), 0.0) == 0.0
+    assert sharpness(Scan.of(*grid()), 0.0) == 0.0
 
 
 def test_a_cylinder_bends_at_its_rims_by_the_share_of_its_closed_form() -> None:
@@ -54,14 +54,14 @@ def test_a_cylinder_bends_at_its_rims_by_the_share_of_its_closed_form() -> None:
     # The mean over the neighbours turns the two triangles of a square at a rim, which have others around them, a little apart:
     # by half as much on the finer cylinder.
     for around, apart in ((48, 0.06), (96, 0.03)):
-        assert sharpness(sample_of(*can(around)), 0.0) == pytest.approx(np.pi / (np.pi + 2.0), rel=apart)
+        assert sharpness(Scan.of(*can(around)), 0.0) == pytest.approx(np.pi / (np.pi + 2.0), rel=apart)
 
 
 @pytest.mark.parametrize("level", [0.1, 0.3])
 def test_noise_does_not_hide_edges_and_makes_none(level: float) -> None:
     """A cube under noise still bends at its edges for the most part, a ball under the same noise hardly there."""
-    assert sharpness(sample_of(*noisy(FINE_CUBE, level * mean_edge_length(*FINE_CUBE), seed=4)), level) > 0.7
-    assert sharpness(sample_of(*rough_ball(level)), level) < 0.2
+    assert sharpness(Scan.of(*noisy(FINE_CUBE, level * mean_edge_length(*FINE_CUBE), seed=4)), level) > 0.7
+    assert sharpness(Scan.of(*rough_ball(level)), level) < 0.2
 
 
 @pytest.mark.parametrize(("below", "above"), [(0.1, 0.1), (0.3, 0.3), (0.03, 0.3)])
@@ -69,7 +69,7 @@ def test_noise_of_a_ball_is_that_of_its_calmer_half(below: float, above: float) 
     """Even noise along the normals is found to a fifth; more of it on one half counts as details."""
     ball = icosphere(4)
     mixed = np.where(ball[0][:, 2:] > 0.0, rough_ball(above)[0], rough_ball(below)[0])
-    assert surface_noise(sample_of(mixed, ball[1])) == pytest.approx(below, rel=0.2 if below == above else 0.3)
+    assert Scan.of(mixed, ball[1]).surface_noise == pytest.approx(below, rel=0.2 if below == above else 0.3)
 
 
 def test_planes_as_they_were_designed_have_no_noise() -> None:

@@ -154,9 +154,8 @@ def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasu
 def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | None]:
     """Which share of the relief is lost, and which of the sharp edges is kept, of the faces whose vertices are the same."""
     # Half of all filters come with these, and most runs of a batch without measures need none of them.
-    from ..filters.denoising.noise_level import estimate_noise
+    from ..filters.denoising import Scan
     from ..filters.diffusion import relief_lost
-    from ..filters.evidence import sample_of
 
     faces = origins.result.faces[(origins.vertices[origins.result.faces] >= 0).all(axis=1)]
     if not len(faces):
@@ -164,9 +163,9 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
     old, new = origins.before.vertices[np.maximum(origins.vertices, 0)], origins.result.vertices
     sharp = share_kept(sharp_edges(old, faces), sharp_edges(new, faces), within=edge)
     points, scale = scaled_to_unit(old)
-    sample = sample_of(points, faces)
-    noise = estimate_noise(sample.points, sample.faces).deviation  # energies are compared: outliers count in full
-    return relief_lost(points[sample.origin], (scale * new)[sample.origin], sample.faces, noise=noise), sharp
+    scan, origin = Scan.sampled(points, faces)
+    noise = scan.noise.deviation  # energies are compared: outliers count in full
+    return relief_lost(points[origin], (scale * new)[origin], scan.faces, noise=noise), sharp
 
 
 def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callable[[], str]) -> Iterator[str]:
