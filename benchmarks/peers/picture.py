@@ -52,5 +52,6 @@ def _one(run: Run, name: str, axis: Any) -> None:
     axis.set(xscale="log", yscale="log", title=name)
     axis.set_xlabel("vertices")
     axis.set_ylabel("seconds")
+    axis.minorticks_off()
     axis.grid(visible=True, which="major", alpha=0.3)
     axis.legend(fontsize=7)
