@@ -220,11 +220,11 @@ class BendingEnergy(NamedTuple):
         methods: list[InnerSolver | None] = [quick, None]
         if uneven and len(data) <= _FACTORISED:
             methods.reverse()
-        zero = np.zeros((len(data), 3))
+        begin = partial(np.zeros, (len(data), 3))
         try:
-            solution = refined_solution(matrix, residual, zero, extent=diagonal, solve=methods[0], progress=progress)
+            solution = refined_solution(matrix, residual, begin(), extent=diagonal, solve=methods[0], progress=progress)
         except ConvergenceError:
-            solution = refined_solution(matrix, residual, zero, extent=diagonal, solve=methods[1], progress=progress)
+            solution = refined_solution(matrix, residual, begin(), extent=diagonal, solve=methods[1], progress=progress)
         moved[free] = solution.values
         return moved
 
@@ -317,7 +317,9 @@ class Halves:
         return True
 
     def __call__(self, residual: Floats) -> Floats:
-        return self._solved(self._mass * self._solved(residual))
+        half_way = self._solved(residual)
+        half_way *= self._mass
+        return self._solved(half_way)
 
     def _solved(self, b: Floats) -> Floats:
         if isinstance(self._inverse, Cholesky):

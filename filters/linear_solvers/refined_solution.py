@@ -71,7 +71,8 @@ def refined_solution(
     """
     system = SpdSystem.of(matrix)
     solve = solve or Cholesky(system.matrix, progress=progress, done=0.1).solve
-    x = np.array(start, dtype=np.float64)
+    x = np.asarray(start, dtype=np.float64)
+    del start  # not needed after the first step
     before, steps = np.inf, 0
     while True:
         rest = first if steps == 0 and first is not None else residual(x)

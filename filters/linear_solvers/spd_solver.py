@@ -121,12 +121,13 @@ class SpdSolver:
             ConvergenceError: all methods stall; the message gives the backward errors they reached.
         """
         b = self._system.columns(right_side)
-        guess = np.zeros_like(b) if start is None else self._system.columns(start)
+        guess = None if start is None else self._system.columns(start)
         groups, columns = [], b.shape[1]
         for first in range(0, columns, 3):
             group = slice(first, first + 3)
             partial = part_of(progress, first / columns, min(1.0, (first + 3) / columns))
-            groups.append(self._solve_three(_padded(b[:, group]), _padded(guess[:, group]), tolerance, reference, partial))
+            first_guess = None if guess is None else _padded(guess[:, group])
+            groups.append(self._solve_three(_padded(b[:, group]), first_guess, tolerance, reference, partial))
         if not groups:
             return Solution(np.zeros(np.shape(right_side)), 0.0, 0.0, 0, "jacobi")
         return Solution(
@@ -137,7 +138,9 @@ class SpdSolver:
             groups[-1].method,
         )
 
-    def _solve_three(self, b: Floats, x: Floats, tolerance: float, reference: float | None, progress: Progress) -> Solution:
+    def _solve_three(
+        self, b: Floats, x: Floats | None, tolerance: float, reference: float | None, progress: Progress
+    ) -> Solution:
         if self._factors is not None:
             return self._factors.solve(b)
         if self._solved and self._many:
@@ -182,7 +185,7 @@ class SpdSolver:
     def _descend(
         self,
         b: Floats,
-        x: Floats,
+        x: Floats | None,
         tolerance: float,
         reference: float | None,
         precondition: Preconditioner | None,
