@@ -4,10 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..compilation import compiled
-from ..execution import Progress, ignore_progress, over_range
-from ..geometry import AREA, measure_faces
-from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh
+from ..execution import Progress, ignore_progress
+from ..geometry import AREA, NORMAL, looking_away, measure_faces
+from ..mesh import Bools, Floats, NormalisedMesh
 from ..topology import BorderPolicy
 from .adjacency import Adjacency
 from .normal_filter import NormalFilter
@@ -78,30 +77,5 @@ def rounds(
 
 
 def _folded(adjacency: Adjacency, table: Floats) -> Bools:
-    """(m,) which faces look away from the mean of the normals at their corners, by area, for a table of `measure_faces`."""
-    at = adjacency.at_vertices
-    sums, folded = np.empty((len(at.offsets) - 1, 3)), np.empty(len(adjacency.faces), dtype=np.bool_)
-    over_range(_sum_normals, len(sums), table, at.offsets, at.rows, sums)
-    over_range(_look, len(folded), table, adjacency.faces, sums, folded)
-    return folded
-
-
-# Unsigned indices need no look whether they count from the end.
-@compiled(nogil=True)
-def _sum_normals(table: Floats, offsets: Longs, rows: Ints, sums: Floats, first: int, last: int) -> None:
-    for i in range(np.uint64(first), np.uint64(last)):
-        x = y = z = 0.0
-        for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + np.uint64(1)])):
-            f = np.uint32(rows[k, 0])
-            x += table[f, AREA] * table[f, 0]
-            y += table[f, AREA] * table[f, 1]
-            z += table[f, AREA] * table[f, 2]
-        sums[i, 0], sums[i, 1], sums[i, 2] = x, y, z
-
-
-@compiled(nogil=True)
-def _look(table: Floats, faces: Ints, sums: Floats, folded: Bools, first: int, last: int) -> None:
-    for f in range(np.uint64(first), np.uint64(last)):
-        a, b, c = np.uint32(faces[f, 0]), np.uint32(faces[f, 1]), np.uint32(faces[f, 2])
-        x, y, z = sums[a, 0] + sums[b, 0] + sums[c, 0], sums[a, 1] + sums[b, 1] + sums[c, 1], sums[a, 2] + sums[b, 2] + sums[c, 2]
-        folded[f] = table[f, 0] * x + table[f, 1] * y + table[f, 2] * z < 0.0
+    """(m,) which faces are folded over, for a table of `measure_faces`."""
+    return looking_away(table[:, [AREA]] * table[:, NORMAL], adjacency.faces, len(adjacency.at_vertices.offsets) - 1)

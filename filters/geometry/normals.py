@@ -6,7 +6,7 @@ import numpy as np
 
 from ..compilation import compiled
 from ..execution import over_range
-from ..mesh import Floats, Ints
+from ..mesh import Bools, Floats, Ints
 from ..topology import face_adjacency
 from .measures import cross_product
 
@@ -173,3 +173,30 @@ def _add_by_angle(vertices: Floats, faces: Ints, normals: Floats) -> None:
         if length > 0.0:
             for c in range(3):
                 normals[i, c] /= length
+
+
+def looking_away(normals: Floats, faces: Ints, count: int) -> Bools:
+    """(m,) which faces look away from the mean of the normals of the faces at their vertices, weighted by area.
+
+    Args:
+        normals: (m, 3) of the faces, as long as their areas times any number.
+        faces: (m, 3) triangles.
+        count: the number of vertices.
+    """
+    found = np.empty(len(faces), dtype=np.bool_)
+    _mark_looking_away(normals, faces, np.zeros((count, 3)), found)
+    return found
+
+
+@compiled(nogil=True)
+def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, found: Bools) -> None:
+    for f in range(len(faces)):
+        for k in range(3):
+            for c in range(3):
+                sums[faces[f, k], c] += normals[f, c]
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        product = 0.0
+        for d in range(3):
+            product += normals[f, d] * (sums[a, d] + sums[b, d] + sums[c, d])
+        found[f] = product < 0.0

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..compilation import compiled
-from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
+from ..geometry import looking_away
+from ..mesh import Bools, Floats, check_mesh, normalised_mesh
 from ..operators import uniform_laplacian
 from .face_measures import face_measures
 
@@ -71,24 +71,3 @@ def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
     local = np.zeros_like(points)
     local[mesh.used] = mesh.points
     return looking_away(face_measures(local, triangles)[0], triangles, len(points))
-
-
-def looking_away(normals: Floats, faces: Ints, count: int) -> Bools:
-    """(m,) `folded_faces`, from the normals of the faces, twice their area long, and the number of vertices."""
-    found = np.empty(len(faces), dtype=np.bool_)
-    _look(normals, faces, np.zeros((count, 3)), found)
-    return found
-
-
-@compiled(nogil=True)
-def _look(normals: Floats, faces: Ints, sums: Floats, found: Bools) -> None:
-    for f in range(len(faces)):
-        for k in range(3):
-            for c in range(3):
-                sums[faces[f, k], c] += normals[f, c]
-    for f in range(len(faces)):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        product = 0.0
-        for d in range(3):
-            product += normals[f, d] * (sums[a, d] + sums[b, d] + sums[c, d])
-        found[f] = product < 0.0

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..geometry import edge_lengths
+from ..geometry import edge_lengths, looking_away
 from ..mesh import Floats, Ints, bounding_box, check_edges, check_mesh, normalised_mesh, unit_scale
 from ..neighbours import nearest_neighbours
 from .connectivity import Connectivity, connectivity
 from .face_measures import dihedral_angles, face_measures
-from .folded_faces import looking_away
 
 #: faces per block, whose coordinates and normals fit into the cache
 _BLOCK = 1 << 16
