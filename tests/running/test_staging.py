@@ -69,6 +69,17 @@ def test_one_without_a_lock_goes_after_an_hour(tmp_path: Path) -> None:
     assert names_in(tmp_path) == {f"{STAGE_PREFIX}young"}
 
 
+def test_one_without_a_lock_goes_with_the_next_run_of_its_output(tmp_path: Path) -> None:
+    """A process that dies before it locks its folder leaves one that the next run of the same output removes."""
+    with staging_folder(tmp_path / "out.ply") as stage:
+        pass
+    stage.mkdir()
+    with staging_folder(tmp_path / "other.ply"):
+        assert stage.exists()
+    with staging_folder(tmp_path / "out.ply"):
+        assert not stage.exists()
+
+
 @locks
 def test_one_that_is_in_use_stays(tmp_path: Path) -> None:
     """Another run in the same folder does not touch it, as long as the process lives that made it; then it does."""

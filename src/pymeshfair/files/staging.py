@@ -35,7 +35,7 @@ def output_lock(output: Path) -> Iterator[None]:
         OutputBusyError: another run has locked it.
         OutputError: the lock file cannot be made.
     """
-    path = output.with_name(LOCK_PREFIX + hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16])
+    path = output.with_name(LOCK_PREFIX + _mark(output))
     with _locked(path, output):
         try:
             yield
@@ -43,6 +43,10 @@ def output_lock(output: Path) -> Iterator[None]:
             # Before the lock is released, so that the lock file of another run is not removed.
             with contextlib.suppress(OSError):
                 path.unlink()
+
+
+def _mark(output: Path) -> str:
+    return hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16]
 
 
 def _locked(path: Path, output: Path) -> BinaryIO:
@@ -69,21 +73,22 @@ WORK_PREFIX = ".pymeshfair-tiles-"
 _LOCK = "lock"
 #: the end of the name of a folder that is being removed
 _GONE = "-gone"
-#: seconds after which a folder without a lock file counts as abandoned; a younger one may just be being made or removed
+#: seconds after which a folder without a lock file counts as abandoned; a younger one of another output may just be being made
 _GRACE = 3600.0
 
 
 @contextlib.contextmanager
 def staging_folder(output: Path) -> Iterator[Path]:
     """A new folder beside `output` with the empty folders ``new`` and ``old``; it is gone afterwards with all that is in it."""
-    for folder in abandoned_folders(output.parent):
+    prefix = f"{STAGE_PREFIX}{_mark(output)}-"
+    for folder in abandoned_folders(output.parent, prefix):
         if not folder.name.startswith(WORK_PREFIX):
             remove_folder(folder)
     stage: Path | None = None
     try:
         with contextlib.ExitStack() as opened:
             try:
-                stage = Path(tempfile.mkdtemp(prefix=STAGE_PREFIX, dir=output.parent))
+                stage = Path(tempfile.mkdtemp(prefix=prefix, dir=output.parent))
                 opened.enter_context(in_use(stage))
                 for name in ("new", "old"):
                     (stage / name).mkdir()
@@ -128,22 +133,26 @@ def clear_up(stage: Path, output: Path) -> None:
             return
 
 
-def abandoned_folders(parent: Path) -> list[Path]:
-    """The folders of runs in `parent` that no process uses any more."""
+def abandoned_folders(parent: Path, own: str | None = None) -> list[Path]:
+    """The folders of runs in `parent` that no process uses any more.
+
+    A process may die before it locks the folder that it has just made. Such a folder counts at once if its name begins with
+    `own`, the prefix of an output that no other process writes now.
+    """
     found = []
     with contextlib.suppress(OSError):
         for folder in sorted(path for prefix in (STAGE_PREFIX, WORK_PREFIX) for path in parent.glob(f"{prefix}*")):
             with contextlib.suppress(OSError):
-                if _is_abandoned(folder):
+                if _is_abandoned(folder, own):
                     found.append(folder)
     return found
 
 
-def _is_abandoned(folder: Path) -> bool:
+def _is_abandoned(folder: Path, own: str | None) -> bool:
     if folder.name.endswith(_GONE):
         return True  # another process may remove it at the same time
     try:
         with (folder / _LOCK).open("rb") as lock:
             return this_system().try_lock(lock, alone=True) is True
     except FileNotFoundError:
-        return time.time() - folder.stat().st_mtime > _GRACE
+        return (own is not None and folder.name.startswith(own)) or time.time() - folder.stat().st_mtime > _GRACE
