@@ -46,8 +46,7 @@ def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore
     indices: Ints = np.empty((tree.size, k), np.int32)
 
     def find(first: int, last: int) -> None:
-        positions, squared = search_leaves(tree, first, last, k)
-        _sort_rows(tree.indices, first * LEAF, positions, squared, tree.scale, indices, distances)
+        _find(tree, first, last, indices, distances)
 
     in_parallel(find, leaf_ranges(tree, k), part_of(progress, _BUILDING, 1.0))
     return distances, indices
@@ -81,6 +80,17 @@ def leaf_ranges(tree: KdTree, k: int) -> list[tuple[int, int]]:
     leaves = len(tree.coordinates)
     size = max(1, min(_CHUNK // (k * LEAF), max(leaves // _TASKS, _LEAST // (k * LEAF))))
     return [(first, min(first + size, leaves)) for first in range(0, leaves, size)]
+
+
+@compiled(nogil=True)
+def _find(tree: KdTree, first: int, last: int, indices: Ints, distances: Floats) -> None:
+    """Fills the rows of the points in the leaves from `first` to before `last`, leaf by leaf, to keep little beside them."""
+    k = indices.shape[1]
+    positions, squared = np.empty((LEAF, k), np.int32), np.empty((LEAF, k))
+    for leaf in range(first, last):
+        rows = min(LEAF, tree.size - leaf * LEAF)
+        _search(tree, leaf, positions[:rows], squared[:rows])
+        _sort_rows(tree.indices, leaf * LEAF, positions[:rows], squared[:rows], tree.scale, indices, distances)
 
 
 @compiled(nogil=True)
