@@ -31,7 +31,7 @@ from pymeshfair.filters.execution import ignore_progress
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.linear_solvers import Fronts, ShiftedFactors, conjugate_gradients, preconditioned_norm
 from pymeshfair.filters.linear_solvers.smoothed_aggregation import SmoothedAggregation
-from pymeshfair.filters.linear_solvers.spd_solver import Factorisation
+from pymeshfair.filters.linear_solvers.spd_solver import Factorisation, SpdSystem
 from pymeshfair.filters.operators import laplace_beltrami
 
 Array = NDArray[np.float64]
@@ -90,7 +90,7 @@ def by_pyamg(matrix: sparse.csr_matrix, b: Array) -> tuple[float, float, int]:
 
 def by_factors(matrix: sparse.csr_matrix, b: Array) -> tuple[float, float, int]:
     """Cholesky's factors with one step of refinement."""
-    prepared, factors = seconds(lambda: Factorisation(matrix))
+    prepared, factors = seconds(lambda: Factorisation(SpdSystem.of(matrix)))
     return prepared, seconds(lambda: factors.solve(b))[0], 0
 
 

@@ -199,7 +199,7 @@ def implicit_curve_steps(
         moved = chains.displacement(now)
         if network is not None:
             part = part_of(progress, done / count, (done + 1) / count)
-            moved = moved + network.displacement(now, np.zeros_like(now), diagonal=diagonal, progress=part)
+            moved = moved + network.displacement(now, None, diagonal=diagonal, progress=part)
         now = now + moved
         progress((done + 1) / count)
     return now

@@ -183,12 +183,12 @@ class _Flow:
 
     def smoothed(self, points: Floats, progress: Progress) -> Floats:
         """(n, d) coordinates or values at the vertices after a step by the operators of the last step of the mesh."""
-        moved = np.zeros_like(points)
+        moved: Floats | None = None
         count = len(self._systems)
         for k, system in enumerate(self._systems):
             part = part_of(progress, k / count, (k + 1) / count)
             moved = system.displacement(points, moved, diagonal=self._diagonal, progress=part)
-        return points + moved
+        return points if moved is None else points + moved
 
     def _build(self, points: Floats) -> list[BackwardEulerStep]:
         systems = []
@@ -247,17 +247,17 @@ class BackwardEulerStep:
         labels = np.where(coupled, components, 0)
         masses = np.bincount(labels, weights=laplacian.mass * coupled, minlength=1)
         free = coupled & ~fixed & (masses[labels] > 0.0)
-        self._free, self._all_free = np.flatnonzero(free), bool(free.all())
+        self._free = slice(None) if free.all() else np.flatnonzero(free)
         self._mass, self._solves = laplacian.mass[self._free] / (1.0 + t), solves
         self._floating = _Floating.among(labels[self._free], labels[coupled & ~free], self._mass)
-        self._solver = self._assemble() if len(self._free) else None
+        self._solver = self._assemble() if len(self._mass) else None
 
-    def displacement(self, points: Floats, prescribed: Floats, *, diagonal: float, progress: Progress) -> Floats:
+    def displacement(self, points: Floats, prescribed: Floats | None, *, diagonal: float, progress: Progress) -> Floats:
         """The displacement of all vertices.
 
         Args:
             points: (n, d) p: coordinates, or one value a vertex.
-            prescribed: (n, d) the displacement of the fixed vertices; 0 elsewhere.
+            prescribed: (n, d) the displacement of the fixed vertices; 0 elsewhere. None for 0 everywhere.
             diagonal: the length against which errors count.
             progress: called every few solver steps; may raise to stop.
 
@@ -267,13 +267,11 @@ class BackwardEulerStep:
         Raises:
             ConvergenceError: the solver stalls.
         """
-        if self._solver is None:
-            return prescribed
-        start = points + prescribed
-        extent = largest_side(start)
-        if extent <= TOLERANCE * diagonal:
-            # To rounding, the surface is a point already.
-            return prescribed
+        start = points if prescribed is None else points + prescribed
+        extent = largest_side(start) if self._solver else 0.0
+        if self._solver is None or extent <= TOLERANCE * diagonal:
+            # Nothing may move, or the surface is a point already, to rounding.
+            return np.zeros_like(points) if prescribed is None else prescribed
         try:
             return self._solve(self._solver, start, prescribed, extent, diagonal, progress)
         except ConvergenceError:
@@ -288,7 +286,9 @@ class BackwardEulerStep:
 
     def _assemble(self) -> SpdSolver:
         """A = M - t C, divided by 1 + t."""
-        stiffness = self._stiffness if self._all_free else self._stiffness[self._free][:, self._free]
+        stiffness = self._stiffness
+        if not isinstance(self._free, slice):
+            stiffness = stiffness[self._free][:, self._free]
         entries = stiffness.data * -self._stiffness_share, stiffness.indices, stiffness.indptr
         matrix = sparse.csr_matrix(entries, shape=stiffness.shape)
         # A little more on the diagonal, no more than rounding, outweighs the rounding errors of its row.
@@ -296,21 +296,19 @@ class BackwardEulerStep:
         return SpdSolver(matrix, solves=self._solves)
 
     def _solve(
-        self, solver: SpdSolver, start: Floats, prescribed: Floats, extent: float, diagonal: float, progress: Progress
+        self, solver: SpdSolver, start: Floats, prescribed: Floats | None, extent: float, diagonal: float, progress: Progress
     ) -> Floats:
         """A d = t C p."""
-        force = self._stiffness_share * (self._stiffness @ start)
-        if not self._all_free:
-            force = force[self._free]
+        force = (self._stiffness_share * (self._stiffness @ start))[self._free]
         reference = diagonal * float(np.sqrt(self._mass.sum()))
         moved = solver.solve(force, tolerance=TOLERANCE, reference=reference, progress=progress).values
         moved -= self._floating.means(moved, self._mass)
         # Diffusion moves nothing out of the box, except a little where weights are negative.
         if not np.abs(moved).max() <= 2.0 * extent:
             raise ConvergenceError("the solution leaves the box: the matrix is not positive definite to rounding")
-        if self._all_free:
+        if isinstance(self._free, slice):
             return moved
-        everywhere = prescribed.copy()
+        everywhere = np.zeros_like(start) if prescribed is None else prescribed.copy()
         everywhere[self._free] = moved
         return everywhere
 

@@ -117,10 +117,9 @@ def _preconditioned(
     max_iterations: int,
     progress: Progress,
 ) -> Descent:
-    one = np.ones(len(x))
-    z = precondition(residual)
-    energy = inner_products(residual, z)
-    direction, product = z.copy(), np.empty_like(residual)
+    one, product = np.ones(len(x)), np.empty_like(residual)
+    direction = precondition(residual).copy()  # a preconditioner may give the same array again
+    energy = inner_products(residual, direction)
     first = norm = _root(energy)
     taken = 0
     while norm > target and taken < max_iterations:
@@ -132,6 +131,7 @@ def _preconditioned(
         z = precondition(residual)
         new_energy = inner_products(residual, z)
         next_direction(quotients(new_energy, energy), z, one, direction)
+        del z  # (n, 3): the next one is made beside it otherwise
         energy = new_energy
         norm = _root(energy)
         taken += 1

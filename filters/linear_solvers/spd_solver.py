@@ -177,7 +177,7 @@ class SpdSolver:
 
     def _by_factors(self, b: Floats, progress: Progress) -> Solution:
         """The solution by factors, which are kept if they solve the system."""
-        factors = Factorisation(self._system.matrix, progress)
+        factors = Factorisation(self._system, progress)
         solution = factors.solve(b)
         self._factors = factors
         return solution
@@ -310,21 +310,20 @@ class Solution:
 class Factorisation:
     """Cholesky's factors and one step of refinement, for many right-hand sides or as the last resort."""
 
-    def __init__(self, matrix: sparse.csr_matrix, progress: Progress = ignore_progress) -> None:
+    def __init__(self, system: SpdSystem, progress: Progress = ignore_progress) -> None:
         """Factorises; see `Cholesky` for how long that takes.
 
         Args:
-            matrix: (n, n) symmetric positive definite.
+            system: of a symmetric positive definite matrix.
             progress: called about ten times a second with 0; may raise to stop.
 
         Raises:
-            FilterInputError: not square, not finite.
             ConvergenceError: not positive definite to rounding, or too large.
         """
-        self._system = SpdSystem.of(matrix)
-        if matrix.shape[0] > _LARGEST_FACTORS:
-            raise ConvergenceError(f"{matrix.shape[0]} rows are more than the {_LARGEST_FACTORS} that can be factorised")
-        self._factors = Cholesky(self._system.matrix, progress=progress)
+        self._system, rows = system, len(system.scale)
+        if rows > _LARGEST_FACTORS:
+            raise ConvergenceError(f"{rows} rows are more than the {_LARGEST_FACTORS} that can be factorised")
+        self._factors = Cholesky(system.matrix, progress=progress)
 
     def solve(self, right_side: Floats) -> Solution:
         """Solves for (n,) or (n, k) right-hand sides.
