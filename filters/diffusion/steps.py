@@ -18,6 +18,8 @@ from ..topology import Stars
 _U: Any = np.uint64
 #: the sum of the weights' sizes; the mixed Voronoi area; MeshLab's sum of the doubled weights, plus one
 NORMALISED, BY_AREA, MESHLAB = 0, 1, 2
+#: Vertices whose stars are worked on together; their edges stay in the first cache.
+_BLOCK = 64
 
 
 class Rings(NamedTuple):
@@ -145,70 +147,89 @@ def star_step(
     Returns Gershgorin's bound of the spectrum of -L, by area.
     """
     bound = 0.0
-    for m in prange(movers.shape[0]):
-        i = _U(movers[m])
-        row = _walk_star(points, out, i, closed, neighbours, _U(offsets[i]), _U(offsets[i + _U(1)]), rule, step)
-        bound = max(bound, row)
+    for block in prange((movers.shape[0] + _BLOCK - 1) // _BLOCK):
+        some = movers[block * _BLOCK : (block + 1) * _BLOCK]
+        bound = max(bound, _move_block(points, out, some, closed, offsets, neighbours, rule, step))
     return bound
 
 
-@compiled
-def _walk_star(
-    points: Floats, out: Floats, i: int, closed: bool, neighbours: Ints, start: int, stop: int, rule: int, step: float
+@compiled(error_model="numpy")
+def _move_block(
+    points: Floats, out: Floats, movers: Ints, closed: bool, offsets: Longs, neighbours: Ints, rule: int, step: float
 ) -> float:
-    px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-    x = y = z = total = size = 0.0
-    j = _U(neighbours[start])
-    vx, vy, vz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
-    vv = vx * vx + vy * vy + vz * vz
-    # An edge has a weight from each of its two triangles: `weight` is that from the triangle before edge v; in a closed star
-    # `last` is that of the last edge from the triangle between the last and the first.
-    weight = last = 0.0
-    if closed:
-        j = _U(neighbours[stop - _U(1)])
-        ux, uy, uz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
-        uu = ux * ux + uy * uy + uz * uz
-        weight, last = halved_cotangents(ux, uy, uz, uu, vx, vy, vz, vv)
-    for k in range(start + _U(1), stop):
-        ux, uy, uz, uu = vx, vy, vz, vv
-        j = _U(neighbours[k])
-        vx, vy, vz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
-        vv = vx * vx + vy * vy + vz * vz
-        at_u, at_v = halved_cotangents(ux, uy, uz, uu, vx, vy, vz, vv)
-        weight += at_v
-        x += weight * ux
-        y += weight * uy
-        z += weight * uz
+    room = movers.shape[0]
+    for m in range(movers.shape[0]):
+        room += offsets[movers[m] + 1] - offsets[movers[m]]
+    # The edges of one star after the other, the first of each once more at its end.
+    edges = np.empty((6, room))
+    x, y, z, squares, at_u, at_v = edges[0], edges[1], edges[2], edges[3], edges[4], edges[5]
+    at = _U(0)
+    for m in range(movers.shape[0]):
+        i, first = _U(movers[m]), at
+        for k in range(_U(offsets[i]), _U(offsets[i + _U(1)])):
+            j = _U(neighbours[k])
+            dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+            x[at], y[at], z[at], squares[at] = dx, dy, dz, dx * dx + dy * dy + dz * dz
+            at += _U(1)
+        x[at], y[at], z[at], squares[at] = x[first], y[first], z[first], squares[first]
+        at += _U(1)
+    # Of each edge u and the next, v. Square roots and divisions of several at a time: most of the work.
+    for u in range(at - _U(1)):
+        v = u + _U(1)
+        at_u[u], at_v[u] = halved_cotangents(x[u], y[u], z[u], squares[u], x[v], y[v], z[v], squares[v])
+    bound, at = 0.0, _U(0)
+    for m in range(movers.shape[0]):
+        i = _U(movers[m])
+        last = at + _U(offsets[i + _U(1)] - offsets[i]) - _U(1)
+        bound = max(bound, _move(points, out, i, closed, x, y, z, squares, at_u, at_v, at, last, rule, step))
+        at = last + _U(2)
+    return bound
+
+
+@compiled(error_model="numpy")
+def _move(
+    points: Floats,
+    out: Floats,
+    i: int,
+    closed: bool,
+    x: Floats,
+    y: Floats,
+    z: Floats,
+    squares: Floats,
+    at_u: Floats,
+    at_v: Floats,
+    first: int,
+    last: int,
+    rule: int,
+    step: float,
+) -> float:
+    """Moves a vertex by the edges of its star, from `first` to `last`."""
+    sx = sy = sz = total = size = area = 0.0
+    # An edge has a weight from each of its two triangles: `weight` is that from the triangle before it.
+    weight = at_u[last] if closed else 0.0
+    for u in range(first, last + _U(1)):
+        if u < last:
+            weight += at_v[u]
+        elif closed:
+            weight += at_v[last]
+        sx += weight * x[u]
+        sy += weight * y[u]
+        sz += weight * z[u]
         total += weight
         size += abs(weight)
-        weight = at_u
-    weight += last
-    x += weight * vx
-    y += weight * vy
-    z += weight * vz
-    total += weight
-    size += abs(weight)
-    area = _star_area(points, i, closed, neighbours, start, stop) if rule == BY_AREA else 0.0
+        weight = at_u[u]
+    if rule == BY_AREA:
+        if closed:
+            v = last + _U(1)
+            area += mixed_share(x[last], y[last], z[last], squares[last], x[v], y[v], z[v], squares[v])
+        for u in range(first, last):
+            v = u + _U(1)
+            area += mixed_share(x[u], y[u], z[u], squares[u], x[v], y[v], z[v], squares[v])
     share = _share(rule, step, total, size, area)
-    out[i, 0] = px + share * x
-    out[i, 1] = py + share * y
-    out[i, 2] = pz + share * z
+    out[i, 0] = points[i, 0] + share * sx
+    out[i, 1] = points[i, 1] + share * sy
+    out[i, 2] = points[i, 2] + share * sz
     return (total + size) / area if area > 0.0 else 0.0
-
-
-@compiled
-def _star_area(points: Floats, i: int, closed: bool, neighbours: Ints, start: int, stop: int) -> float:
-    """The mixed Voronoi area of a star."""
-    px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-    area = 0.0
-    before = _U(neighbours[stop - _U(1)]) if closed else _U(neighbours[start])
-    for k in range(start if closed else start + _U(1), stop):
-        j = _U(neighbours[k])
-        ux, uy, uz = points[before, 0] - px, points[before, 1] - py, points[before, 2] - pz
-        vx, vy, vz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
-        area += mixed_share(ux, uy, uz, ux * ux + uy * uy + uz * uz, vx, vy, vz, vx * vx + vy * vy + vz * vz)
-        before = j
-    return area
 
 
 @compiled

@@ -75,7 +75,7 @@ def _assembled(vertices: Floats, faces: Ints, areas: Floats) -> "sparse.csr_matr
     return csr_of_rows(starts, columns, data)
 
 
-@compiled
+@compiled(error_model="numpy")
 def halved_cotangents(
     ux: float, uy: float, uz: float, uu: float, vx: float, vy: float, vz: float, vv: float
 ) -> tuple[float, float]:
