@@ -215,8 +215,8 @@ CONTESTS = (
     Contest(
         "Laplacian, cotangent, 10 steps",
         lambda s: lambda: explicit_smoothing(s.vertices, s.faces, operator="cotangent"),
-        "Square roots and divisions: two cotangents for each of six neighbours, anew in every step. Code for the level of "
-        "processor that many share, so that all have the same bits, takes up to 1.14 of the time of code for this one alone.",
+        "Neighbours are gathered from everywhere, anew in every step, and each has two cotangents: square roots and divisions, made "
+        "four at a time. A step takes 26 ns of processor time a vertex of 10,000, which the second cache holds, and 67 ns of 100,000.",
         {
             "pymeshlab": Peer(
                 meshlab("apply_coord_laplacian_smoothing", stepsmoothnum=10, cotangentweight=True),

@@ -166,9 +166,10 @@ def _move_block(
     at = _U(0)
     for m in range(movers.shape[0]):
         i, first = _U(movers[m]), at
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
         for k in range(_U(offsets[i]), _U(offsets[i + _U(1)])):
             j = _U(neighbours[k])
-            dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+            dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
             x[at], y[at], z[at], squares[at] = dx, dy, dz, dx * dx + dy * dy + dz * dz
             at += _U(1)
         x[at], y[at], z[at], squares[at] = x[first], y[first], z[first], squares[first]
