@@ -215,8 +215,9 @@ CONTESTS = (
     Contest(
         "Laplacian, cotangent, 10 steps",
         lambda s: lambda: explicit_smoothing(s.vertices, s.faces, operator="cotangent"),
-        "Neighbours are gathered from everywhere, anew in every step, and each has two cotangents: square roots and divisions, made "
-        "four at a time. A step takes 26 ns of processor time a vertex of 10,000, which the second cache holds, and 67 ns of 100,000.",
+        "Neighbours are gathered from everywhere, anew in every step, and each has two cotangents: square roots and divisions, "
+        "made four at a time. A step takes 26 ns of processor time a vertex of 10,000, which the second cache holds, and 67 "
+        "ns of 100,000.",
         {
             "pymeshlab": Peer(
                 meshlab("apply_coord_laplacian_smoothing", stepsmoothnum=10, cotangentweight=True),
