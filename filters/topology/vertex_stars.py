@@ -96,6 +96,7 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
         measure_irregular(ring_offsets, ring, irregular, sizes)
         offsets = np.zeros(n_vertices + 1, dtype=np.int64)
         np.cumsum(sizes, out=offsets[1:])
+        del sizes
         neighbours = np.empty(offsets[-1], dtype=np.int32)
         write_stars(ring_offsets, ring, kinds, names, offsets, neighbours)
     end_offsets = np.zeros(len(irregular) + 1, dtype=np.int64)
