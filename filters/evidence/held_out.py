@@ -18,7 +18,7 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
     """Random independent sets: no two vertices of a set are adjacent.
 
     The sets are disjoint until less than 35 % of the scored vertices are left; then all may be drawn again. Random numbers are
-    made of the edge lengths at a vertex over the mean length: up to rounding a mesh moved, turned, scaled or renumbered has them too.
+    made of the edge lengths at a vertex over the mean length: the same for a mesh moved, turned, scaled or renumbered.
 
     Args:
         points: (n, 3) coordinates.
