@@ -88,23 +88,22 @@ def _independent(
     """The choice for noise that is independent between neighbours, or none."""
     # 2. Impulse noise: outliers are replaced first, and are no evidence.
     calmed, uneven = (scan, False) if repertoire.outliers == "keep" else _without_impulses(scan)
-    even = calmed is scan and not uneven
-    evidence = None
+    even, setting, evidence = calmed is scan and not uneven, Setting(), None
     # 3. No noise: a model of planes, or residuals that are correlated between neighbours.
-    if is_designed(mesh.points, mesh.cells) or (even and scan.clean):
-        setting = Setting()
-    else:
+    if not is_designed(mesh.points, mesh.cells) and not (even and scan.clean):
         # 4. Cross-validation. Where outliers are replaced, and the others are exact, settings that move nothing but outliers are
         # tried, too; they have no steps of Taubin's.
         alone = calmed.replaced is not None and calmed.clean and 0 in repertoire.relaxations
         tried = SettingsTried(calmed, border=border, of=repertoire, alone=alone)
-        evidence = calmed.choose(tried, tried.labels, by_means=alone)
+        setting, evidence = (
+            Setting(outliers="keep" if calmed is scan else "only"),
+            calmed.choose(tried, tried.labels, by_means=alone),
+        )
         if evidence is not None:
             evidence = _few_flipped(calmed, tried, evidence)
-        # 5. In doubt nothing is done.
-        if evidence is not None and even:
-            evidence = scan.or_nothing(evidence)
-        setting = Setting(outliers="keep" if calmed is scan else "only") if evidence is None else evidence.chosen.label
+            # 5. In doubt nothing is done.
+            evidence = scan.or_nothing(evidence) if even else evidence
+            setting = evidence.chosen.label
     if repertoire.outliers is not None:
         setting = replace(setting, outliers=repertoire.outliers)
     few = evidence is not None and len(evidence.rivals) <= tuned.RIVALS

@@ -51,9 +51,6 @@ def without_outliers(
 
     With `outliers` "keep" `smooth` filters once, and that is all. The `certain` (n,) vertices are outliers whatever they look
     like; with them the mesh is a trial, and the others are looked for but once.
-
-    Raises:
-        FilterInputError: a parameter out of range.
     """
     check_choice("outliers", outliers, OUTLIERS)
     if outliers == "keep":

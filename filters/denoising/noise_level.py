@@ -134,9 +134,6 @@ def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
 
     That is the third with the least h^2 around them, where edges and details do not hide weak noise; neighbours in it are a
     little alike, 0.07 of pure noise. Both are 0 without inner vertices.
-
-    Raises:
-        FilterInputError: not a mesh.
     """
     found = _residuals(vertices, faces)
     if found is None:

@@ -231,7 +231,11 @@ class Scan:
         heights, flatness = zip(*looks, strict=True)
         noisier = candidates(self.points + _LITTLE * more[:, None] * self.normals, NONE_HELD)
         passed = measured(noisier, labels, lambda at, result: (heights_of(result) - heights[at]) / _LITTLE, second)
-        regions = _regions(self.points, i)
+        # Regions are what is nearest to vertices that lie anywhere.
+        distances = np.linalg.norm(self.points[i] - self.points[i].mean(axis=0), axis=1)
+        middles = i[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
+        middles = middles[np.sort(np.unique(middles, return_index=True)[1])][:_REGIONS]
+        regions = spatial.cKDTree(self.points[middles]).query(self.points[i])[1]
         squares = ((h[i] - h[j]) ** 2 + 2.0 * (more[i] - more[j]) * (g[i] - g[j]) for h, g in zip(heights, passed, strict=True))
         sums = np.array([np.bincount(regions, values, minlength=_REGIONS) / len(i) for values in squares])
         shares = np.bincount(regions, minlength=_REGIONS) / len(i)
@@ -241,14 +245,6 @@ class Scan:
         uncertainty = np.sqrt(((sums - sums[best] - excess[:, None] * shares) ** 2).sum(axis=1))
         flattest = int(np.where(excess <= uncertainty, flatness, np.inf).argmin())
         return Scores(np.sqrt(np.maximum(means, 0.0)), excess, uncertainty, best).choice(labels, flattest)
-
-
-def _regions(points: Floats, which: Ints) -> Ints:
-    """(k,) for the vertices the region that each is in, around vertices that lie anywhere."""
-    distances = np.linalg.norm(points[which] - points[which].mean(axis=0), axis=1)
-    middles = which[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
-    middles = middles[np.sort(np.unique(middles, return_index=True)[1])][:_REGIONS]
-    return np.asarray(spatial.cKDTree(points[middles]).query(points[which])[1], dtype=np.int64)
 
 
 def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) -> tuple[Ints, Ints]:

@@ -139,7 +139,7 @@ def cross_validate(
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])
     for number, mask in enumerate(held):
-        sets.append(np.zeros((len(kept), len(mask))))
+        sets.append(np.full((len(kept), len(mask)), np.inf))
         share, deviate = part_of(progress, shares[number], shares[number + 1]), partial(deviations, mask)
         if number == 0:
             kept = _race(run(mask), labels, deviate, sets[0], share)
@@ -173,9 +173,8 @@ def _race(
         in_parallel(advance, [(k,) for k in going], part_of(progress, step / longest, (step + 1) / longest))
         latest = starts[going] + step
         reached[latest] = True
-        scores = scores_of(rows[reached])
-        errors, near = np.full(len(reached), np.inf), np.zeros_like(reached)
-        errors[reached], near[reached] = scores.errors, scores.within(tuned.STAYS)
+        scores = scores_of(rows)
+        errors, near = scores.errors, scores.within(tuned.STAYS)
         going = [k for k, at in zip(going, latest, strict=True) if step == 0 or near[at] or errors[at] < errors[at - 1]]
     return reached
 

@@ -10,8 +10,7 @@ from ..topology import OneRings, border_vertices, edges
 # Probability that a vertex is a candidate; of two adjacent candidates one is dropped, which leaves a ninth of the vertices.
 _CANDIDATES = 0.35
 # A random number is the fractional part of a length times (multiple + step * number of the mask).
-_MULTIPLES = (997.0, 1511.0)
-_STEPS = (137.7, 211.1)
+_MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
 
 
 def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
