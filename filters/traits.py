@@ -70,12 +70,8 @@ def facing(vertices: ArrayLike, faces: ArrayLike) -> float:
 def sharpness(scan: Scan, noise: float) -> float:
     """The share of sum t l that lies at edges of t >= 30 degrees, noise aside.
 
-    t is the angle between the filtered normals of the two faces of an edge, l the length of the edge. Noise of 0.1 edges is taken
-    off by five pairs of Taubin's steps, less noise by fewer: more steps round the edges of a dodecahedron.
-
-    Args:
-        scan: a mesh, or patches of a large one.
-        noise: what is to be taken off first, in mean edges.
+    t is the angle between the filtered normals of the two faces of an edge, l the length of the edge. Noise, in mean edges, is
+    taken off first, that of 0.1 by five pairs of Taubin's steps, less by fewer: more steps round the edges of a dodecahedron.
 
     Returns:
         1 of a cube, 0 of a finely meshed sphere or a plane, pi r / (pi r + h) of a finely meshed cylinder. Machine parts have 0.7

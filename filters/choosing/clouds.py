@@ -195,8 +195,7 @@ class CloudSample:
         """How much neighbours agree, where the cloud is calmest, in how far they are from where their surroundings expect them.
 
         With s of `height_residuals` over the local deviation it is the sum of s_i s_j over neighbours in the calmest fifth, over
-        that of (s_i^2 + s_j^2) / 2: about -0.15 for independent noise, nearer to 0 where that is as strong as half a spacing, and
-        above 0 for a surface without noise.
+        that of (s_i^2 + s_j^2) / 2: about -0.15 for independent noise, above 0 for a surface without noise.
         """
         sizes = height_residuals(self.points, self.rings, self.normals)
         squares = np.minimum(np.abs(sizes), tuned.CLIP / tuned.MEDIAN_OF_NORMAL * np.median(np.abs(sizes))) ** 2
@@ -210,16 +209,11 @@ class CloudSample:
         return 2.0 * float(np.sum(facing * scaled[a] * scaled[b])) / both if both else 0.0
 
     def without(self, held: Ints) -> tuple[Floats, Floats]:
-        """The points without some, and what it would cost to leave these where they are.
+        """(k, 3) the points without h of them, and (h,) the deviations of doing nothing.
 
-        Each of them is put, along its normal, where the quadric through the others expects it, and then off by as much as the
-        noise: a filter finds points with noise.
-
-        Returns:
-            points: (k, 3).
-            costs: (h,) the deviations of doing nothing. A filter that is d from the truth deviates by e^2 = s^2 + d^2, s the
-                noise of the held-out point. Doing nothing is s from the truth, so it deviates by 2 s^2; and the prediction,
-                whose noise is g s, by (1 + g^2) s^2.
+        Each of these is put, along its normal, where the quadric through the others expects it, and then off by as much as the
+        noise: a filter finds points with noise. One that is d from the truth deviates by e^2 = s^2 + d^2, s the noise of the
+        held-out point; doing nothing, s from the truth, by 2 s^2; and the prediction, whose noise is g s, by (1 + g^2) s^2.
         """
         heights, gains = predicted_heights(self.points, self.rings, self.normals, held, marked(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)
@@ -233,10 +227,7 @@ class CloudSample:
 
 
 def _patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
-    """All of a cloud of up to 10,000 points, or else 40 patches of 250, far apart: its points, their origin, and the inner ones.
-
-    Patches of (n, 3) points lie around those with the least of (n,) random numbers.
-    """
+    """All of (n, 3) points, or patches around those with the least of (n,) random numbers: points, origin, the inner ones."""
     if len(points) <= _WHOLE:
         return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)
     seeds = np.argsort(numbers, kind="stable")[:_PATCHES]

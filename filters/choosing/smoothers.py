@@ -76,17 +76,11 @@ SmootherName: TypeAlias = Literal["taubin", "implicit", "bilaplacian", "spectral
 
 
 class Smoothing(NamedTuple):
-    """A smoother and how much of it.
-
-    Attributes:
-        smoother: which; None for doing nothing.
-        amount: the detail size in mean edges, or the number of pairs of Taubin's steps; 0 for normal filtering and for nothing.
-        setting: that of normal filtering, else None.
-    """
+    """A smoother and how much of it; without values doing nothing."""
 
     smoother: SmootherName | None = None
-    amount: float = 0.0
-    setting: Setting | None = None
+    amount: float = 0.0  # the detail size in mean edges, or the number of pairs of Taubin's steps; 0 for normal filtering
+    setting: Setting | None = None  # that of normal filtering
 
 
 #: the low-pass filters with their defaults, and the amounts that are tried

@@ -13,7 +13,7 @@ from ..evidence import Choice, Scores, measured, tuned
 from ..execution import Progress, ignore_progress
 from ..geometry import edge_lengths, mean_edge_length, roughness, seen_from_one_side
 from ..libraries import optimize, sparse
-from ..mesh import Bools, Floats, Ints, NormalisedMesh
+from ..mesh import Floats, Ints, NormalisedMesh
 from ..topology import BorderPolicy, edges
 from .candidates import CORRELATED, STRONG, Setting, SettingsTried
 from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, ring_means
@@ -22,9 +22,8 @@ from .scan import NONE_HELD, Scan
 
 # Widths and scales of a `noise_field`, to tell that noise is shared, and to know its covariance.
 _TELL, _KNOW = ((0, 2), (1, 4)), ((0, 1, 2, 4), (1, 2, 4))
-# Residuals of vertices so many edges from the border are whole enough; patches are wide enough for forty rounds.
-_RINGS = {"rings": 3}
-_WIDE = {"patches": 8, "size": 2500, **_RINGS}
+# Residuals of vertices three edges from the border are whole enough; patches are wide enough for forty rounds.
+_WIDE = {"patches": (8, 2500), "rings": 3}
 
 
 def setting_of_rounded(
@@ -80,10 +79,7 @@ def setting_of_shared(
 def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
     """The standard deviation of noise that neighbours share, along the normals or the axis of rounding; 0 if they do not.
 
-    Args:
-        points: (n, 3) coordinates with a mean edge of 1.
-        faces: (m, 3) triangles.
-        noise: of `estimate_noise`.
+    The mesh has (n, 3) points, a mean edge of 1, (m, 3) triangles, and the noise of `estimate_noise`.
     """
     rounding = rounding_of(points, faces)
     if rounding is not None:
@@ -107,7 +103,7 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, b
     # A level set cuts off corners.
     if not on_lines and np.mean(lengths < 0.25 * lengths.mean()) <= tuned.CUT_OFF:
         return 0.0, False
-    scan, _ = Scan.sampled(points, faces, **_RINGS)
+    scan, _ = Scan.sampled(points, faces, rings=3)
     if not on_lines and scan.is_surface:
         return 0.0, False
     variances, _ = noise_field(scan, *_TELL)
@@ -137,41 +133,30 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int]) -> tup
     nothing = np.zeros(len(widths)), np.zeros(len(points))
     if not scored.any():
         return nothing
-    pairs = edges(scan.faces)
-    means = ring_means(pairs, len(points), 2.0 / 3.0) + sparse.identity(len(points), format="csr") / 3.0
-    along = [np.einsum("ij,ij->i", _residuals(points, means, scale), scan.normals) for scale in scales]
-    seen = np.array([_calm(residuals, means, scored) for residuals in along])
+    means = ring_means(edges(scan.faces), len(points), 2.0 / 3.0) + sparse.identity(len(points), format="csr") / 3.0
+
+    def smoothed(values: Floats, times: int) -> Floats:
+        for _ in range(times):
+            values = means @ values
+        return values
+
+    def residuals(values: Floats, scale: int) -> Floats:
+        first = values - smoothed(values, scale)
+        return first - smoothed(first, scale)
+
+    def calm(heights: Floats) -> float:
+        """The mean square that a twentieth of the vertices stays below."""
+        clipped = np.where(scored, np.minimum(heights**2, CLIP * np.median(heights[scored] ** 2)), 0.0)
+        sums, weights = (smoothed(values, AVERAGED)[scored] for values in (clipped, scored.astype(np.float64)))
+        return float(np.quantile(sums / weights, tuned.CALMEST))
+
+    seen = np.array([calm(np.einsum("ij,ij->i", residuals(points, scale), scan.normals)) for scale in scales])
     if seen.min() <= 0.0:
         return nothing
-    parts = [_unit_noise(points, means, scored, width) for width in widths]
-    made = np.array([[_calm(_residuals(part, means, scale), means, scored) for part in parts] for scale in scales])
+    # Random numbers are made of the distances from the middle.
+    distances = np.linalg.norm(points - points[scored].mean(axis=0), axis=1)
+    parts = [smoothed((distances * (997.0 + 137.7 * width)) % 1.0 - 0.5, width) for width in widths]
+    parts = [part / (float(np.sqrt((part[scored] ** 2).mean())) or 1.0) for part in parts]
+    made = np.array([[calm(residuals(part, scale)) for part in parts] for scale in scales])
     variances, _ = optimize.nnls(made / seen[:, None], np.ones(len(scales)))
     return variances, np.sum([np.sqrt(variance) * part for variance, part in zip(variances, parts, strict=True)], axis=0)
-
-
-def _smoothed(values: Floats, means: sparse.csr_matrix, times: int) -> Floats:
-    for _ in range(times):
-        values = means @ values
-    return values
-
-
-def _residuals(values: Floats, means: sparse.csr_matrix, scale: int) -> Floats:
-    for _ in range(2):
-        values = values - _smoothed(values, means, scale)
-    return values
-
-
-def _calm(residuals: Floats, means: sparse.csr_matrix, scored: Bools) -> float:
-    """The mean square that a twentieth of the vertices stays below: there the surface hardly adds to residuals."""
-    squares = residuals**2
-    clipped = np.where(scored, np.minimum(squares, CLIP * np.median(squares[scored])), 0.0)
-    sums, weights = (_smoothed(values, means, AVERAGED)[scored] for values in (clipped, scored.astype(np.float64)))
-    return float(np.quantile(sums / weights, tuned.CALMEST))
-
-
-def _unit_noise(points: Floats, means: sparse.csr_matrix, scored: Bools, width: int) -> Floats:
-    """(n,) random numbers, smoothed, with a variance of 1; they are made of the distances from the middle of the mesh."""
-    distances = np.linalg.norm(points - points[scored].mean(axis=0), axis=1)
-    noise = _smoothed((distances * (997.0 + 137.7 * width)) % 1.0 - 0.5, means, width)
-    deviation = float(np.sqrt((noise[scored] ** 2).mean()))
-    return np.asarray(noise / deviation if deviation > 0.0 else noise)

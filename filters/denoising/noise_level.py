@@ -20,10 +20,9 @@ from ..topology import edges, face_adjacency, one_rings, referenced_vertices, ve
 from .face_neighbourhoods import face_neighbourhoods
 from .normal_filters import mean_normals
 
-# Squares of residuals are averaged so many times over the one-rings, and count up to so many times their median: outliers are not
-# noise of their neighbourhood.
+# Squares of residuals are averaged so many times over the one-rings, and count up to so many times their median.
 AVERAGED, CLIP = 4, 9.0
-# Vertices this near to where the others expect them, in mean edges, lie on an exact plane; angles below it are rounding.
+# Vertices so near to where the others expect them, in mean edges, lie on an exact plane; smaller angles are rounding.
 _EXACT = 1e-4
 #: how many rings of faces around a vertex decide on its `smooth_normals`
 RINGS_OF_SMOOTH_NORMALS = 13

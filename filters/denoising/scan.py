@@ -77,8 +77,7 @@ class Scan:
         movable: Bools | None = None,
         *,
         edge: float | None = None,
-        patches: int = 40,
-        size: int = 450,
+        patches: tuple[int, int] = (40, 450),
         **attributes: Any,
     ) -> "tuple[Scan, Ints]":
         """All of a mesh of up to 20,000 faces, or else patches, each of whole rings around a face.
@@ -91,8 +90,7 @@ class Scan:
             faces: (m, 3) triangles.
             movable: (n,) which vertices may move, None for all.
             edge: the mean edge, if it is known.
-            patches: how many are taken of a larger mesh.
-            size: the faces of each, at least.
+            patches: how many are taken of a larger mesh, and the faces of each, at least.
             attributes: others of the scan.
 
         Returns:
@@ -101,7 +99,7 @@ class Scan:
         whole = len(faces) <= _WHOLE
         chosen, origin = faces, np.arange(len(points), dtype=np.int32)
         if not whole:
-            chosen, origin = _grown(points, faces, edge or mean_edge_length(points, faces), patches, size)
+            chosen, origin = _grown(points, faces, edge or mean_edge_length(points, faces), *patches)
         local = points[origin]
         used = local[referenced_vertices(chosen, len(local))]
         local -= used.mean(axis=0) if len(used) else 0.0

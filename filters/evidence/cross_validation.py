@@ -94,14 +94,8 @@ def initial_positions(
 ) -> Callable[[Ints], Floats]:
     """Where held-out vertices start: the mean of their neighbours, which passes less noise on, or the quadric through two rings.
 
-    That is taken which predicts all scored vertices better.
-
-    Args:
-        points: (n, 3) coordinates with a mean edge of 1.
-        faces: (m, 3) triangles.
-        normals: (n, 3) unit normals of a smoothed copy.
-        scored: (n,) the vertices that are predicted, at least one.
-        by_means: means in any case.
+    That is taken which predicts all vertices that are scored, (n,), better; `by_means` takes means in any case. The (n, 3) points
+    have a mean edge of 1, the (n, 3) unit normals are those of a smoothed copy, the faces (m, 3) triangles.
 
     Returns:
         A function of the numbers of held-out vertices: (n, 3) the points with these moved.

@@ -47,8 +47,7 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:
     """(n,) random signs, 1 or -1: noise with a standard deviation of 1.
 
-    From the lengths of the (e, 2) edges at a vertex and its distance from the centroid, which distinguishes the vertices of a
-    regular mesh, whose edges are equally long.
+    From the lengths of the (e, 2) edges at a vertex, equal in a regular mesh, and its distance from the centroid.
     """
     edge = mean_edge_length(points, pairs)
     distances = np.linalg.norm(points - points.mean(axis=0), axis=1) / edge

@@ -21,8 +21,7 @@ FLIPPED = 0.003
 # No noise.
 #: Noise that is weaker moves no vertex by a hundredth of an edge; surfaces without noise have less in the calmest part.
 NO_NOISE = 0.01
-#: Residuals of neighbours correlate by 0.115 and more on clean meshes, by less than 0.1 with noise of 0.1 edges on figures, or
-#: uneven noise.
+#: Residuals of neighbours correlate by 0.115 and more on clean meshes, by less with noise of 0.1 edges on figures.
 SURFACE = 0.1
 #: Where neighbours correlate by less, and at most so many settings are within two standard errors, the choice is sure: within 5 %
 #: of the best setting on nine of ten pairs; on three of four with any number, on half with 0.05 to 0.1.
@@ -41,8 +40,7 @@ EVEN = 1.3
 WEAK = 0.05
 
 # Impulse noise.
-#: More vertices than this stand out of impulse noise, and than half of this of uneven noise: of Gaussian noise up to 0.003, of
-#: clean meshes up to 0.007.
+#: More vertices stand out of impulse noise, half as many of uneven noise; of Gaussian noise up to 0.003, of clean meshes 0.007.
 IMPULSIVE = 0.01
 #: A vertex stands out if it is off by so many deviations of the mesh, and by as many times the median of its two rings.
 STANDS_OUT = 3.0
