@@ -70,8 +70,9 @@ def facing(vertices: ArrayLike, faces: ArrayLike) -> float:
 def sharpness(scan: Scan, noise: float) -> float:
     """The share of sum t l that lies at edges of t >= 30 degrees, noise aside.
 
-    t is the angle between the filtered normals of the two faces of an edge, l the length of the edge. Noise, in mean edges, is
-    taken off first, that of 0.1 by five pairs of Taubin's steps, less by fewer: more steps round the edges of a dodecahedron.
+    t is the angle between the normals of the two faces of an edge, averaged over two rings with those that differ by less than
+    40 degrees, l the length of the edge. Noise, in mean edges, is taken off first, that of 0.1 by five pairs of Taubin's steps,
+    less by fewer: more steps round the edges of a dodecahedron.
 
     Returns:
         1 of a cube, 0 of a finely meshed sphere or a plane, pi r / (pi r + h) of a finely meshed cylinder. Machine parts have 0.7
@@ -81,8 +82,9 @@ def sharpness(scan: Scan, noise: float) -> float:
     steps, points = round(5 * min(1.0, noise / 0.1)), scan.points
     if steps:
         points = taubin_fairing(points, scan.faces, iterations=steps, border="along")
-    averaged = {"method": "bilateral", "range_kernel": "tukey", "range_sigma": 0.7, "space_sigma": 2.0, "normal_iterations": 6}
-    normals = filter_face_normals(points, scan.faces, neighborhood="two_ring", **averaged)
+    normals = filter_face_normals(
+        points, scan.faces, range_kernel="tukey", range_sigma=0.7, space_sigma=2.0, neighborhood="two_ring", normal_iterations=6
+    )
     angles = angles_between(*normals[pairs.T])
     bending = angles * edge_lengths(scan.points, shared)
     total = float(bending.sum())

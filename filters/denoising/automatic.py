@@ -95,10 +95,8 @@ def _independent(
         # tried, too; they have no steps of Taubin's.
         alone = calmed.replaced is not None and calmed.clean and 0 in repertoire.relaxations
         tried = SettingsTried(calmed, border=border, of=repertoire, alone=alone)
-        setting, evidence = (
-            Setting(outliers="keep" if calmed is scan else "only"),
-            calmed.choose(tried, tried.labels, by_means=alone),
-        )
+        setting = Setting(outliers="keep" if calmed is scan else "only")
+        evidence = calmed.choose(tried, tried.labels, by_means=alone)
         if evidence is not None:
             evidence = _few_flipped(calmed, tried, evidence)
             # 5. In doubt nothing is done.

@@ -56,7 +56,7 @@ class Setting:
     def apply(self, vertices: Floats, faces: Ints, **how: Any) -> Floats:
         """(n, 3) the vertices of the mesh after it, see `denoised`, whose other arguments follow."""
         values = {name: value for name, value in vars(self).items() if name != "parameters"}
-        return denoised(vertices, faces, **values, filtering=self.parameters and vars(self.parameters), **how)
+        return denoised(vertices, faces, **values, filtering=None if self.parameters is None else vars(self.parameters), **how)
 
 
 #: normal filtering, and the outer iterations at which it may stop

@@ -6,6 +6,7 @@ Held-out vertices say nothing of it: what predicts them predicts their noise too
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from .scan import NONE_HELD, Scan
 # Widths and scales of a `noise_field`, to tell that noise is shared, and to know its covariance.
 _TELL, _KNOW = ((0, 2), (1, 4)), ((0, 1, 2, 4), (1, 2, 4))
 # Residuals of vertices three edges from the border are whole enough; patches are wide enough for forty rounds.
-_WIDE = {"patches": (8, 2500), "rings": 3}
+_WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
 
 
 def setting_of_rounded(

@@ -116,7 +116,7 @@ class FourthOrder(NamedTuple):
 
 
 def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, float, Floats, Floats] | None:
-    """The differences in mean edges, these, and their parts (n,) along `smooth_normals`, (n, 3) across; None if none is inner."""
+    """`FourthOrder`, the mean edge, and differences in it, (n,) along `smooth_normals`, (n, 3) across; None if none is inner."""
     points, triangles = check_mesh(vertices, faces)
     edge = mean_edge_length(points, triangles)
     fourth = FourthOrder.of(triangles, len(points)) if edge > 0.0 else None

@@ -248,7 +248,7 @@ class Scan:
 def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) -> tuple[Ints, Ints]:
     """The faces of the patches, by numbers of their own, and the vertex that each of these numbers stands for."""
     at_vertices, marks = vertex_faces(faces, len(vertices)), np.full(len(faces), -1, dtype=np.int32)
-    perimeters = sum(edge_lengths(vertices, faces[:, ends]) for ends in ([0, 1], [1, 2], [2, 0]))
+    perimeters = np.sum([edge_lengths(vertices, faces[:, ends]) for ends in ([0, 1], [1, 2], [2, 0])], axis=0)
     numbers = (perimeters / edge * 1013.0) % 1.0  # random
     least = np.flatnonzero(numbers <= np.partition(numbers, patches - 1)[patches - 1])
     parts, origins, count = [], [], 0
