@@ -130,11 +130,10 @@ def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Boo
     others = referenced_vertices(faces, len(vertices)) & ~outlying
     if not others.any() or not outlying.any():
         return vertices.copy()
-    rings, which = one_rings(faces, len(vertices)), np.arange(len(vertices), dtype=np.int32)
-    along_border = rings.along_border()
-    on_border = np.diff(along_border.offsets)[:, None] > 0
-    inside, along = (means_of_others(vertices, near, which, outlying) for near in (rings, along_border))
-    ways = np.where(on_border, along, inside) - vertices
+    rings, every = one_rings(faces, len(vertices)), np.arange(len(vertices), dtype=np.int32)
+    border = rings.along_border()
+    inside, along = (means_of_others(vertices, near, every, outlying) for near in (rings, border))
+    ways = np.where(np.diff(border.offsets)[:, None] > 0, along, inside) - vertices
     ways -= np.einsum("ij,ij->i", ways, normals)[:, None] * normals
     # In mean edges, so that no square is too small or too large for a number.
     lengths = np.linalg.norm(ways / (mean_edge_length(vertices, faces) or 1.0), axis=1)
@@ -153,10 +152,8 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
     cone does. Then the next ones are looked for, without it. Of Gaussian noise it is about one vertex in a thousand.
     """
     rings, pairs = one_rings(faces, len(points)), edges(faces)
-    used = referenced_vertices(faces, len(points))
+    (first, second), used = pairs.T, referenced_vertices(faces, len(points))
     hidden = np.zeros(len(points), dtype=np.bool_)
-    if not used.any():
-        return hidden
     sizes = np.abs(height_residuals(points, rings, normals, hidden))
     for _ in range(_PASSES):
         level = max(tuned.NO_NOISE, tuned.STANDS_OUT / tuned.MEDIAN_OF_NORMAL * float(np.median(sizes[used & ~hidden])))
@@ -166,7 +163,6 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
         found = largest & (sizes > tuned.STANDS_OUT * medians_around(sizes, rings, hidden | ~used, largest, np.inf)[0])
         without = np.abs(height_residuals(points, rings, normals, hidden | found))
         change = np.where(hidden | found, 0.0, without**2 - sizes**2)
-        first, second = pairs.T
         of_rings = np.bincount(first, change[second], len(points)) + np.bincount(second, change[first], len(points))
         accepted = found & (of_rings < 0.0)
         hidden |= accepted
