@@ -14,7 +14,7 @@ from .mesh import check_mesh, normalised_mesh
 from .topology import edges, face_adjacency
 
 #: "noise": of `shared_noise`, or else `Scan.surface_noise`, in mean edges. "sharpness" and "facing": of the functions. "camera
-#: noise": 1 if neighbours share their noise, as those of a depth camera's map do, else 0. "longest edge": in mean edges.
+#: noise": 1 if neighbours share their noise, else 0. "longest edge": in mean edges.
 Trait: TypeAlias = Literal["noise", "sharpness", "facing", "camera noise", "longest edge"]
 TRAITS: tuple[Trait, ...] = get_args(Trait)
 
@@ -31,7 +31,7 @@ def measured_traits(
         mean_edge: of the mesh, if the caller has it; that saves time.
 
     Returns:
-        The traits by name. They are the same for the mesh moved, turned or scaled.
+        The traits by name, the same for the mesh moved, turned or scaled.
 
     Raises:
         FilterInputError: not a mesh, or an unknown trait.
@@ -52,21 +52,16 @@ def measured_traits(
     scan, _ = Scan.sampled(mesh.points, mesh.cells, edge=None if mean_edge is None else mean_edge * mesh.scale)
     shared = shared_noise(scan.points, scan.faces, scan.noise)
     noise = shared or scan.surface_noise
-    measured = {"camera noise": float(shared > 0.0), "noise": noise}
-    if "sharpness" in names:
-        measured["sharpness"] = sharpness(scan, noise)
+    sharp = sharpness(scan, noise) if "sharpness" in names else 0.0
+    measured = {"camera noise": float(shared > 0.0), "noise": noise, "sharpness": sharp}
     return found | {name: value for name, value in measured.items() if name in names}
 
 
 def facing(vertices: ArrayLike, faces: ArrayLike) -> float:
     """The share of a surface that is seen from one side: |sum A n| / sum A over the faces of area A and normal n.
 
-    Returns:
-        1 of a plane, 1/2 of half a sphere, 0 of any closed surface; 0 of a mesh without area. A single range map of a scanner
-        has 0.4 and more.
-
-    Raises:
-        FilterInputError: not a mesh.
+    It is 1 of a plane, 1/2 of half a sphere, 0 of any closed surface and of one without area; a single range map of a scanner has
+    0.4 and more. `FilterInputError` if it is not a mesh of (n, 3) vertices and (m, 3) triangles.
     """
     mesh = normalised_mesh(*check_mesh(vertices, faces))
     return seen_from_one_side(mesh.points, mesh.cells)
@@ -75,36 +70,23 @@ def facing(vertices: ArrayLike, faces: ArrayLike) -> float:
 def sharpness(scan: Scan, noise: float) -> float:
     """The share of sum t l that lies at edges of t >= 30 degrees, noise aside.
 
-    t is the angle between the filtered normals of the two faces of an edge, l the length of the edge. Noise of 0.1 edges is taken
-    off by five pairs of Taubin's steps, less noise by fewer; then normals are averaged over two rings with those that differ by
-    less than 40 degrees. More steps round the edges of a dodecahedron, of 63 degrees.
-
-    Args:
-        scan: a mesh, or patches of a large one.
-        noise: what is to be taken off first.
+    t is the angle between the normals of the two faces of an edge, averaged over two rings with those that differ by less than
+    40 degrees, l the length of the edge. Noise, in mean edges, is taken off first, that of 0.1 by five pairs of Taubin's steps,
+    less by fewer: more steps round the edges of a dodecahedron.
 
     Returns:
-        1 of a cube, 0 of a finely meshed sphere, pi r / (pi r + h) of a finely meshed cylinder. Machine parts have 0.7 to 0.95
-        under noise of up to 0.5 edges, figures, bodies and land up to 0.66. 0 of a plane.
+        1 of a cube, 0 of a finely meshed sphere or a plane, pi r / (pi r + h) of a finely meshed cylinder. Machine parts have 0.7
+        to 0.95 under noise of up to 0.5 edges, figures, bodies and land up to 0.66.
     """
-    points, faces = scan.points, scan.faces
-    pairs, shared = face_adjacency(faces)
-    if not len(pairs):
-        return 0.0
-    steps = round(5 * min(1.0, noise / 0.1))
-    smoothed = taubin_fairing(points, faces, iterations=steps, border="along") if steps else points
+    pairs, shared = face_adjacency(scan.faces)
+    steps, points = round(5 * min(1.0, noise / 0.1)), scan.points
+    if steps:
+        points = taubin_fairing(points, scan.faces, iterations=steps, border="along")
     normals = filter_face_normals(
-        smoothed,
-        faces,
-        method="bilateral",
-        range_kernel="tukey",
-        range_sigma=0.7,
-        space_sigma=2.0,
-        neighborhood="two_ring",
-        normal_iterations=6,
+        points, scan.faces, range_kernel="tukey", range_sigma=0.7, space_sigma=2.0, neighborhood="two_ring", normal_iterations=6
     )
-    angles = angles_between(normals[pairs[:, 0]], normals[pairs[:, 1]])
-    bending = angles * edge_lengths(points, shared)
+    angles = angles_between(*normals[pairs.T])
+    bending = angles * edge_lengths(scan.points, shared)
     total = float(bending.sum())
     # What planes bend is the rounding of a file.
     return float(bending[angles >= np.radians(30.0)].sum()) / total if total > 1e-6 * len(bending) else 0.0

@@ -22,13 +22,14 @@ from ..evidence import (
     tuned,
 )
 from ..execution import Progress, ignore_progress
+from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints, NormalisedMesh, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..robust import KernelName
 from ..topology import OneRings, one_rings
 
-# What is tried for each degree: numbers of neighbours, shares of the range sigma that is estimated for them, and up to so many
-# iterations. Forty of the degree 1 are for clouds that are flat at the scale of ninety.
+# For each degree numbers of neighbours, shares of the range sigma that is estimated for them, and up to so many iterations. Forty
+# of the degree 1 are for clouds that are flat at the scale of ninety.
 _TRIED = {1: ((6, 8, 12, 18, 40), (0.5, 1.0, 4.0), 3), 2: ((18, 27, 40, 60, 90), (1.0,), 4)}
 # Larger clouds are sampled by so many patches of so many points, of which so many in the middle are evidence: forty neighbours of
 # these lie within the patch, and of ninety most.
@@ -65,16 +66,12 @@ def chosen_projection(
     seed: int = 0,
     progress: Progress = ignore_progress,
 ) -> Choice[Projection] | None:
-    """The setting of `bilateral_projection` that best predicts points which it has not seen.
+    """The setting of `bilateral_projection` that best predicts points which it has not seen, along the normals.
 
-    1. A cloud is clean, and left alone, if hardly any noise is left where it is calmest. Where the noise is above half a spacing
-       a quarter of the points decides, with a quarter of the neighbours.
-    2. Some points, no two of them near neighbours, are held out, see `CloudSample.without`, four times. Settings that fall behind
-       are dropped, see `cross_validate`; what counts is how far along the normal the results are from the points as measured.
-    3. Of the settings within one standard error of the best the one with the fewest iterations times neighbours is taken, where
-       quadrics count a quarter of theirs.
-    4. Where neighbours agree somewhat, it must be nearer to the truth than the cloud is even if all its noise is that of the
-       calmest parts.
+    A cloud with hardly any noise in its calmest parts is clean. Points are held out four times, see `CloudSample.without` and
+    `cross_validate`. Of the settings within one standard error of the best the one of the least `Projection.amount` is taken;
+    where neighbours agree somewhat only if it is nearer to the truth than the cloud is, should all noise be that of the calmest
+    parts.
 
     Arguments as of `bilateral_projection`; a range sigma that is given is the only one that is tried. Points that may not move
     are no evidence, other points are held out for another `seed`, and `progress` is called while settings are tried.
@@ -96,7 +93,8 @@ def chosen_projection(
         return None
     sample, origin, spacing, share = found
     local = sample.points
-    moves, axes = None if cloud.movable is None else cloud.movable[origin], None if directions is None else directions[origin]
+    moves = None if cloud.movable is None else cloud.movable[origin]
+    axes = None if directions is None else directions[origin]
     held = held_out_vertices(local, sample.pairs, scored=sample.inner, masks=_MASKS, seed=seed)
     if sum(map(len, held)) < _ENOUGH:
         return None
@@ -116,12 +114,11 @@ def chosen_projection(
     def deviations(mask: Ints, at: int, result: Floats) -> Floats:
         return costs[mask] if at == 0 else np.einsum("ij,ij->i", local[mask] - result[mask], sample.normals[mask])
 
-    unit, most = spacing / cloud.scale, len(given) - 1
-    labels = [
-        [p._replace(neighbors=min(share * p.neighbors, most), range_sigma=p.range_sigma * unit) for p in family]
-        for family in families
-    ]
-    choice = cross_validate(held, run, deviations, labels, progress=progress)
+    def label(tried: Projection) -> Projection:
+        neighbors = min(share * tried.neighbors, len(given) - 1)
+        return tried._replace(neighbors=neighbors, range_sigma=tried.range_sigma * (spacing / cloud.scale))
+
+    choice = cross_validate(held, run, deviations, [list(map(label, family)) for family in families], progress=progress)
     chosen = min((trial for trial in choice.trials if trial.excess <= trial.uncertainty), key=lambda trial: trial.label.amount)
     if sample.correlation > tuned.CLOUD_INDEPENDENT and chosen.error**2 >= 2.0 * (tuned.EVEN * sample.quietest) ** 2:
         chosen = choice.trials[0]
@@ -129,7 +126,10 @@ def chosen_projection(
 
 
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
-    """A sample, its points in the cloud, the spacing, and which share of the cloud it is of, 1 / 4^k; None if that is clean."""
+    """A sample, its points in the cloud, the spacing, and 4^k, the cloud over what it is of; None if that is clean.
+
+    With noise above half a spacing a quarter of the points decides, with a quarter of the neighbours.
+    """
     kept, share = np.arange(len(cloud), dtype=np.int32), 1
     while share == 1 or len(kept) >= _ENOUGH:
         points = cloud.points[kept]
@@ -137,24 +137,19 @@ def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | N
         spacing = float(np.median(sums)) / _NEAR
         if spacing == 0.0:
             return None
-        # Random numbers, made of the distances to the nearest points.
-        numbers = (sums / spacing * 1013.0) % 1.0
-        local, origin, inner = cloud_patches(points / spacing, numbers)
+        numbers = (sums / spacing * 1013.0) % 1.0  # random
+        local, origin, inner = _patches(points / spacing, numbers)
         origin = kept[origin]
-        sample = CloudSample(local, inner if cloud.movable is None else inner & cloud.movable[origin], _smooth_normals(local))
+        near = min(_SMOOTHED_BY, len(local) - 1)
+        smooth = (local, *islice(projections(local, None, near, CloudKernels()), _SMOOTHED))[-1]
+        normals = normals_of(smooth, nearest_neighbours(smooth, near)[1])
+        sample = CloudSample(local, inner if cloud.movable is None else inner & cloud.movable[origin], normals)
         if sample.quietest < tuned.CLOUD_NO_NOISE:
             return None
         if sample.quietest <= tuned.CLOUD_THICK or sample.correlation <= tuned.CLOUD_INDEPENDENT:
             return sample, origin, spacing, share
         kept, share = kept[numbers < 1.0 / 4], 4 * share
     return None
-
-
-def _smooth_normals(points: Floats) -> Floats:
-    """(n, 3) of the copy, or of the points themselves where these are exact or few."""
-    near = min(_SMOOTHED_BY, len(points) - 1)
-    smooth = (points, *islice(projections(points, None, near, CloudKernels()), _SMOOTHED))[-1]
-    return normals_of(smooth, nearest_neighbours(smooth, near)[1])
 
 
 def _families(points: Floats, normals: Floats | None, kernels: CloudKernels) -> list[list[Projection]]:
@@ -193,7 +188,7 @@ class CloudSample:
 
     @cached_property
     def quietest(self) -> float:
-        """The noise of its calmest parts, see `noise_floor`."""
+        """The `noise_floor`, that of its calmest parts."""
         return noise_floor(self.points, self.pairs, normals=self.normals, scored=self.inner)
 
     @cached_property
@@ -201,8 +196,7 @@ class CloudSample:
         """How much neighbours agree, where the cloud is calmest, in how far they are from where their surroundings expect them.
 
         With s of `height_residuals` over the local deviation it is the sum of s_i s_j over neighbours in the calmest fifth, over
-        that of (s_i^2 + s_j^2) / 2: about -0.15 for independent noise, nearer to 0 where that is as strong as half a spacing, and
-        above 0 for a surface without noise.
+        that of (s_i^2 + s_j^2) / 2: about -0.15 for independent noise, above 0 for a surface without noise.
         """
         sizes = height_residuals(self.points, self.rings, self.normals)
         squares = np.minimum(np.abs(sizes), tuned.CLIP / tuned.MEDIAN_OF_NORMAL * np.median(np.abs(sizes))) ** 2
@@ -216,21 +210,16 @@ class CloudSample:
         return 2.0 * float(np.sum(facing * scaled[a] * scaled[b])) / both if both else 0.0
 
     def without(self, held: Ints) -> tuple[Floats, Floats]:
-        """The points without some, and what it would cost to leave these where they are.
+        """(k, 3) the points without h of them, and (h,) the deviations of doing nothing.
 
-        Each of them is put, along its normal, where the quadric through the others expects it, and then off by as much as the
-        noise: a filter finds points with noise, of which it sees neither how much nor where.
-
-        Returns:
-            points: (k, 3).
-            costs: (h,) for each held-out point the deviation of doing nothing. A filter that is d from the truth deviates by
-                e^2 = s^2 + d^2, s the noise of the held-out point. Doing nothing is s from the truth, so it deviates by 2 s^2;
-                and the prediction, whose noise is g s, deviates by (1 + g^2) s^2.
+        Each of these is put, along its normal, where the quadric through the others expects it, and then off by as much as the
+        noise: a filter finds points with noise. One that is d from the truth deviates by e^2 = s^2 + d^2, s the noise of the
+        held-out point; doing nothing, s from the truth, by 2 s^2; and the prediction, whose noise is g s, by (1 + g^2) s^2.
         """
         heights, gains = predicted_heights(self.points, self.rings, self.normals, held, marked(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)
         level = float(np.median(np.abs(sizes))) / tuned.MEDIAN_OF_NORMAL
-        # Evenly distributed noise, of numbers that moving the cloud does not change, its sign independent of that of the normal.
+        # Even noise of random numbers, its sign independent of that of the normal.
         random = 2.0 * ((lengths_around(self.points, self.pairs, 1.0)[held] * 1301.0) % 1.0) - 1.0
         more = np.sqrt(3.0 * np.maximum(0.0, 1.0 - gains**2)) * level * random * np.sign(heights)
         points = self.points.copy()
@@ -238,22 +227,12 @@ class CloudSample:
         return points, np.sqrt(2.0) * sizes
 
 
-def cloud_patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
-    """All of a cloud of up to 10,000 points, or else 40 patches of 250, far apart: its points, their origin, and the inner ones.
-
-    Patches of (n, 3) points lie around those with the least of (n,) random numbers.
-    """
+def _patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
+    """All of (n, 3) points, or patches around those with the least of (n,) random numbers: points, origin, the inner ones."""
     if len(points) <= _WHOLE:
         return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)
-    parts, origins = [], []
-    for seed in np.argsort(numbers, kind="stable")[:_PATCHES]:
-        squared = ((points - points[seed]) ** 2).sum(axis=1)
-        near = np.argpartition(squared, _POINTS)[:_POINTS]
-        near = near[np.argsort(squared[near], kind="stable")]
-        parts.append(points[near] - points[seed])
-        origins.append(near.astype(np.int32))
-    reach = max(float(np.abs(part).max()) for part in parts)
-    for number, part in enumerate(parts):
-        part[:, 0] += 4.0 * reach * number
-    inner = np.tile(np.arange(_POINTS) < _INNER, _PATCHES)
-    return np.concatenate(parts), np.concatenate(origins), inner
+    seeds = np.argsort(numbers, kind="stable")[:_PATCHES]
+    near = spatial.cKDTree(points).query(points[seeds], _POINTS)[1]
+    parts = points[near] - points[seeds, None]
+    parts[:, :, 0] += 4.0 * np.abs(parts).max() * np.arange(_PATCHES)[:, None]
+    return parts.reshape(-1, 3), near.astype(np.int32).ravel(), np.tile(np.arange(_POINTS) < _INNER, _PATCHES)

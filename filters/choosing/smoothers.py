@@ -35,15 +35,14 @@ def chosen_amount(
 ) -> Choice[float] | None:
     """The amount whose result has the slopes that are expected to be nearest to the true ones; see `Scan.choose_by_risk`.
 
-    Tried on the mesh, or on patches of a large one, scaled to a mean edge of 1. Doing nothing, the amount 0, is tried too. Where
-    neighbours agree, so that noise is not certain, the amount must predict vertices that the smoother has not seen, see
-    `Scan.choose` and `Scan.or_nothing`. What slides along the surface is not judged.
+    Tried on the mesh, or on patches of a large one, scaled to a mean edge of 1. Where neighbours agree, so that noise is not
+    certain, it is `Scan.choose` that decides, and `Scan.or_nothing`. What slides along the surface is not judged.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         smooth: the smoother.
-        amounts: what it is tried with, from little to much.
+        amounts: what it is tried with, from little to much; 0, doing nothing, is tried too.
         movable: (n,) bool, which vertices may move, None for all. The others are not evidence.
         seed: other vertices are held out for another number.
         progress: called while amounts are tried; may raise to stop.
@@ -59,14 +58,13 @@ def chosen_amount(
 
 def amount_on(scan: Scan, smooth: Smoother, amounts: Sequence[float]) -> Choice[float] | None:
     """`chosen_amount` on a scan."""
-    if scan.clean:
-        return None
 
-    def candidates(points: Floats, held: Ints) -> list[Iterator[Floats]]:
-        del held
+    def candidates(points: Floats, _: Ints) -> list[Iterator[Floats]]:
         return [iter([points]), (smooth(points, scan.faces, amount, scan.movable) for amount in amounts)]
 
     labels = [[0.0], list(amounts)]
+    if scan.clean:
+        return None
     if not scan.shows_surface:
         return scan.choose_by_risk(candidates, labels)
     found = scan.choose(candidates, labels)
@@ -78,31 +76,19 @@ SmootherName: TypeAlias = Literal["taubin", "implicit", "bilaplacian", "spectral
 
 
 class Smoothing(NamedTuple):
-    """A smoother and how much of it.
-
-    Attributes:
-        smoother: which; None for doing nothing.
-        amount: the detail size in mean edges, or the number of pairs of Taubin's steps; 0 for normal filtering and for nothing.
-        setting: that of normal filtering, else None.
-    """
+    """A smoother and how much of it; without values doing nothing."""
 
     smoother: SmootherName | None = None
-    amount: float = 0.0
-    setting: Setting | None = None
+    amount: float = 0.0  # the detail size in mean edges, or the number of pairs of Taubin's steps; 0 for normal filtering
+    setting: Setting | None = None  # that of normal filtering
 
 
 #: the low-pass filters with their defaults, and the amounts that are tried
 SMOOTHERS: Mapping[SmootherName, tuple[Smoother, Sequence[float]]] = {
-    "taubin": (lambda p, f, steps, moves: taubin_fairing(p, f, iterations=int(steps), movable=moves), PASSES),
-    "implicit": (
-        lambda p, f, size, moves: implicit_fairing(p, f, time_step=time_step_of_detail_size(size), movable=moves),
-        DETAIL_SIZES,
-    ),
-    "bilaplacian": (lambda p, f, size, moves: bilaplacian_smoothing(p, f, detail_size=size, movable=moves), DETAIL_SIZES),
-    "spectral": (
-        lambda p, f, size, moves: spectral_filter(p, f, detail_size=size, method="polynomial", movable=moves).vertices,
-        DETAIL_SIZES,
-    ),
+    "taubin": (lambda p, f, k, m: taubin_fairing(p, f, iterations=int(k), movable=m), PASSES),
+    "implicit": (lambda p, f, d, m: implicit_fairing(p, f, time_step=time_step_of_detail_size(d), movable=m), DETAIL_SIZES),
+    "bilaplacian": (lambda p, f, d, m: bilaplacian_smoothing(p, f, detail_size=d, movable=m), DETAIL_SIZES),
+    "spectral": (lambda p, f, d, m: spectral_filter(p, f, detail_size=d, method="polynomial", movable=m).vertices, DETAIL_SIZES),
 }
 
 
@@ -133,23 +119,19 @@ def compare_smoothers(
         found = amount_on(replace(scan, progress=share), smooth, amounts)
         if found is not None and len(found.trials) > 1:
             # Where nothing is to be done what comes nearest is shown beside it.
-            amount = found.chosen.label or min(found.trials[1:], key=lambda trial: trial.error).label
-            best.append(Smoothing(name, amount))
+            best.append(Smoothing(name, found.chosen.label or min(found.trials[1:], key=lambda trial: trial.error).label))
     if setting is None:
         setting = automatic_choice(vertices, faces, movable=movable, seed=seed, progress=part_of(tell, 0.4, 0.8)).setting
     if setting != Setting():
         best.append(Smoothing("normal_filtering", setting=setting))
 
-    def candidates(points: Floats, held: Ints) -> list[Iterator[Floats]]:
-        return [iter([_result(smoothing, points, scan, marked(held, len(points)))]) for smoothing in best]
+    def result(smoothing: Smoothing, points: Floats, held: Ints) -> Floats:
+        if smoothing.setting is not None:
+            certain = marked(held, len(points))
+            return smoothing.setting.apply(points, scan.faces, border="along", movable=scan.movable, certain=certain)
+        if smoothing.smoother is None:
+            return points
+        return SMOOTHERS[smoothing.smoother][0](points, scan.faces, smoothing.amount, scan.movable)
 
     last = replace(scan, progress=part_of(tell, 0.8, 1.0))
-    return last.choose(candidates, [[smoothing] for smoothing in best], stays=1e12)
-
-
-def _result(smoothing: Smoothing, points: Floats, scan: Scan, certain: Bools) -> Floats:
-    if smoothing.setting is not None:
-        return smoothing.setting.apply(points, scan.faces, border="along", movable=scan.movable, certain=certain)
-    if smoothing.smoother is None:
-        return points
-    return SMOOTHERS[smoothing.smoother][0](points, scan.faces, smoothing.amount, scan.movable)
+    return last.choose(lambda p, held: [iter([result(of, p, held)]) for of in best], [[of] for of in best], stays=1e12)

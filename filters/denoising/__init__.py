@@ -2,7 +2,7 @@
 
 from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
-from .candidates import FIXED, REPERTOIRE, AutomaticParameters, Repertoire, Setting, SettingsTried, settings
+from .candidates import FIXED, REPERTOIRE, AutomaticParameters, Repertoire, Setting, SettingsTried
 from .clouds import (
     CloudKernels,
     bilateral_projection,
@@ -77,7 +77,6 @@ __all__ = [
     "rings_of_relaxation",
     "rings_of_round",
     "round_of_part",
-    "settings",
     "share_along",
     "shared_noise",
     "smoothed_directions",

@@ -1,8 +1,4 @@
-"""Denoising without parameters, in five steps: those of the normal filter follow from the scan alone.
-
-Correlated noise, which neighbours share, is judged by a risk estimate; the outliers of impulse noise are replaced first; a
-surface without noise stays as it is; otherwise held-out vertices choose among some 140 settings.
-"""
+"""Denoising without parameters, in five steps: those of the normal filter follow from the scan alone."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -32,7 +28,7 @@ class AutomaticChoice(NamedTuple):
         noise: the estimate of the noise.
         evidence: the settings that were tried, and how well they predict; None if none were.
         sure: whether the noise of neighbours is independent, no outliers were replaced, and at most one other setting predicts as
-            well: then it is hardly ever off by more than 5 % of what the best setting reaches.
+            well: then it is hardly ever off by more than 5 %.
     """
 
     kind: str
@@ -60,8 +56,7 @@ def automatic_choice(
         border: see `normal_filtering`.
         movable: (n,) bool, which vertices may move, None for all. The others are not evidence.
         seed: other vertices are held out for another number.
-        repertoire: what is chosen from; `Repertoire.narrowed` leaves what agrees with some parameters. Correlated noise
-            gets its own settings whatever is chosen from.
+        repertoire: what is chosen from, but for correlated noise, which has settings of its own; see `Repertoire.narrowed`.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -71,9 +66,8 @@ def automatic_choice(
         FilterInputError: not a mesh, or a parameter out of range.
     """
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
-    noise = estimate_noise(mesh.points, mesh.cells)
+    noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    rounding = rounding_of(mesh.points, mesh.cells)
     # 1. Correlated noise; where it is uneven the calmest places, by which it goes, may have none. Rounding is looked at last.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     if shared and shared[0] != Setting():
@@ -93,51 +87,41 @@ def _independent(
 ) -> AutomaticChoice:
     """The choice for noise that is independent between neighbours, or none."""
     # 2. Impulse noise: outliers are replaced first, and are no evidence.
-    without_impulses, uneven = (None, False) if repertoire.outliers == "keep" else _impulses(scan)
+    calmed, uneven = (scan, False) if repertoire.outliers == "keep" else _without_impulses(scan)
+    even, setting, evidence = calmed is scan and not uneven, Setting(), None
     # 3. No noise: a model of planes, or residuals that are correlated between neighbours.
-    if is_designed(mesh.points, mesh.cells) or (without_impulses is None and not uneven and scan.clean):
-        setting, evidence = Setting(), None
-    else:
-        # 4. Cross-validation.
-        evidence = _cross_validated(without_impulses or scan, border, repertoire)
-        # 5. In doubt nothing is done.
-        if evidence is not None and without_impulses is None and not uneven:
-            evidence = scan.or_nothing(evidence)
-        nothing = Setting(outliers="keep" if without_impulses is None else "only")
-        setting = nothing if evidence is None else evidence.chosen.label
+    if not is_designed(mesh.points, mesh.cells) and not (even and scan.clean):
+        # 4. Cross-validation. Where outliers are replaced, and the others are exact, settings that move nothing but outliers are
+        # tried, too; they have no steps of Taubin's.
+        alone = calmed.replaced is not None and calmed.clean and 0 in repertoire.relaxations
+        tried = SettingsTried(calmed, border=border, of=repertoire, alone=alone)
+        setting = Setting(outliers="keep" if calmed is scan else "only")
+        evidence = calmed.choose(tried, tried.labels, by_means=alone)
+        if evidence is not None:
+            evidence = _few_flipped(calmed, tried, evidence)
+            # 5. In doubt nothing is done.
+            evidence = scan.or_nothing(evidence) if even else evidence
+            setting = evidence.chosen.label
     if repertoire.outliers is not None:
         setting = replace(setting, outliers=repertoire.outliers)
     few = evidence is not None and len(evidence.rivals) <= tuned.RIVALS
-    sure = few and without_impulses is None and scan.agreement[0] < tuned.SURE
+    sure = few and calmed is scan and scan.agreement[0] < tuned.SURE
     return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, evidence, sure)
 
 
-def _impulses(scan: Scan) -> tuple[Scan | None, bool]:
-    """The scan with its outliers replaced, None where it has no impulse noise; and whether its noise is uneven instead."""
+def _without_impulses(scan: Scan) -> tuple[Scan, bool]:
+    """The scan with its outliers replaced, as it is where it has no impulse noise; and whether its noise is uneven instead."""
     replaced, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
     if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # half a mesh may be calm
-        return None, False
+        return scan, False
     beside, elsewhere = sizes_beside(replaced, scan.faces, scan.normals, outlying, scan.scored)
-    if beside > max(tuned.LARGER * elsewhere, tuned.WEAK):
-        return None, True
-    impulsive = np.mean(outlying) > tuned.IMPULSIVE
-    return (replace(scan, points=replaced, replaced=outlying) if impulsive else None), False
-
-
-def _cross_validated(scan: Scan, border: BorderPolicy, repertoire: Repertoire) -> Choice[Setting] | None:
-    """What the held-out vertices say of all settings; None if they say nothing.
-
-    Where outliers are replaced and the others are without noise, nothing but outliers is to move: this is tried.
-    """
-    # What moves nothing but outliers has no steps of Taubin's.
-    alone = scan.replaced is not None and scan.clean and 0 in repertoire.relaxations
-    tried = SettingsTried(scan, border=border, of=repertoire, alone=alone)
-    evidence = scan.choose(tried, tried.labels, by_means=alone)
-    return None if evidence is None else _few_flipped(scan, tried, evidence)
+    uneven = beside > max(tuned.LARGER * elsewhere, tuned.WEAK)
+    impulsive = not uneven and np.mean(outlying) > tuned.IMPULSIVE
+    return (replace(scan, points=replaced, replaced=outlying) if impulsive else scan), uneven
 
 
 def _few_flipped(scan: Scan, tried: SettingsTried, evidence: Choice[Setting]) -> Choice[Setting]:
-    """The choice among settings within two standard errors of the best, without those that leave many faces flipped.
+    """The best of the settings within two standard errors of it that do not leave many faces flipped.
 
     Heights along the normals hardly tell of faces folded over, though their normals are all wrong.
     """

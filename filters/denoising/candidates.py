@@ -1,7 +1,4 @@
-"""What denoising without parameters chooses from: steps of Taubin's, and rounds of normal filtering after some of them.
-
-The settings run side by side, so that what they predict can be compared.
-"""
+"""What denoising without parameters chooses from: steps of Taubin's, and rounds of normal filtering after some of them."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
@@ -45,10 +42,6 @@ class AutomaticParameters:
     range_measure: RangeMeasure = "euclidean"
     vertex_update: VertexUpdate = "sun"
 
-    def normal_filter(self) -> NormalFilter:
-        """The filter of the normals in a round."""
-        return NormalFilter(**{f.name: getattr(self, f.name) for f in fields(NormalFilter) if hasattr(self, f.name)})
-
 
 @dataclass(frozen=True)
 class Setting:
@@ -62,9 +55,8 @@ class Setting:
 
     def apply(self, vertices: Floats, faces: Ints, **how: Any) -> Floats:
         """(n, 3) the vertices of the mesh after it, see `denoised`, whose other arguments follow."""
-        values = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "parameters"}
-        filtering = None if self.parameters is None else vars(self.parameters)
-        return denoised(vertices, faces, **values, filtering=filtering, **how)
+        values = {name: value for name, value in vars(self).items() if name != "parameters"}
+        return denoised(vertices, faces, **values, filtering=None if self.parameters is None else vars(self.parameters), **how)
 
 
 #: normal filtering, and the outer iterations at which it may stop
@@ -75,16 +67,16 @@ class Repertoire(NamedTuple):
     """What is chosen from.
 
     Attributes:
-        taubin: pairs of Taubin's steps alone; the first is 0, which is to do nothing.
-        relaxations: pairs of such steps before the chains.
+        relaxations: pairs of Taubin's steps before the chains.
         chains: normal filtering.
+        taubin: pairs of such steps alone; the first is 0, which is to do nothing.
         relaxation_direction: where the steps go; None if the noise says that.
         outliers: what becomes of them; None if that is chosen too.
     """
 
-    taubin: tuple[int, ...]
     relaxations: tuple[int, ...]
     chains: tuple[Chain, ...]
+    taubin: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 28)
     relaxation_direction: RelaxationDirection | None = None
     outliers: Outliers | None = None
 
@@ -100,19 +92,14 @@ class Repertoire(NamedTuple):
 
         Parameters of normal filtering leave nothing and the chains, no outer iterations at all leave Taubin's steps.
         """
-        chains: dict[AutomaticParameters, set[int]] = {}
-        for parameters, stops in self.chains:
-            said = replace(parameters, **filtering)
-            chains.setdefault(replace(said, outer_iterations=0), set()).update(
-                [said.outer_iterations] if "outer_iterations" in filtering else stops
-            )
-        if filtering.get("outer_iterations") == 0:
-            filtering, chains = {}, {}
+        rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
+        for parameters, stops in self.chains if rounds != 0 else ():
+            chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
         taubin = self.taubin if relaxation is None else (0, relaxation)
         return Repertoire(
-            (0,) if filtering else tuple(sorted(set(taubin))),
             self.relaxations if relaxation is None else (relaxation,),
             tuple((parameters, tuple(sorted(stops))) for parameters, stops in chains.items()),
+            tuple(sorted(set(taubin))) if rounds == 0 or (rounds is None and not filtering) else (0,),
             relaxation_direction or self.relaxation_direction,
             outliers or self.outliers,
         )
@@ -121,7 +108,6 @@ class Repertoire(NamedTuple):
 #: All of it. Noise in all directions moves vertices along the surface too, and filters of normals leave that as it is; Taubin's
 #: steps even it out. Kernels that cut off keep edges, the wider the more noise; Huber's over few neighbours suits figures.
 REPERTOIRE = Repertoire(
-    taubin=(0, 1, 2, 3, 5, 8, 12, 18, 28),
     relaxations=(0, 3, 7, 15),
     chains=(
         (AutomaticParameters("bilateral", "truncated_l1", 1.0, 0.03, 2.5, "two_ring", 10, 0), (2, 5, 10, 20)),
@@ -137,7 +123,6 @@ REPERTOIRE = Repertoire(
 _WIDE = AutomaticParameters("averaged", "gaussian", 0.4, 0.0, 2.5, "two_ring", 20, 0)
 STRONG = Setting(parameters=replace(_WIDE, outer_iterations=40))
 CORRELATED = Repertoire(
-    taubin=(0, 1, 2, 3, 5, 8, 12, 18, 28),
     relaxations=(0, 7),
     chains=(
         (_WIDE, (1, 2, 3, 5, 7, 10, 14, 20, 28, 40)),
@@ -151,36 +136,12 @@ CORRELATED = Repertoire(
 FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring", 5, 30)
 
 
-def settings(
-    direction: RelaxationDirection,
-    outliers: Outliers = "keep",
-    *,
-    alone: bool = True,
-    of: Repertoire = REPERTOIRE,
-    rounding: RoundingPolicy = "keep",
-) -> tuple[tuple[Setting, ...], ...]:
-    """The settings, a row a family: Taubin's steps, and each chain after each number of them, in that direction.
-
-    Where outliers are replaced and may move `alone`, more rows move nothing but them: to where they are expected, and each chain
-    after that.
-    """
-
-    def family(relaxation: int, chain: Chain, outliers: Outliers) -> tuple[Setting, ...]:
-        parameters, stops = chain
-        its = (replace(parameters, outer_iterations=stop) for stop in stops)
-        return tuple(Setting(relaxation, direction, each, outliers, rounding) for each in its)
-
-    families = [
-        tuple(Setting(relaxation, outliers=outliers, rounding=rounding) for relaxation in of.taubin),
-        *(family(relaxation, chain, outliers) for relaxation in of.relaxations for chain in of.chains),
-    ]
-    if outliers == "replace" and alone:
-        families += [(Setting(outliers="only"),), *(family(0, chain, "only") for chain in of.chains)]
-    return tuple(families)
-
-
 class SettingsTried:
-    """All `settings`, its `labels`, a row a family, on points with the faces of a scan, what they share done once."""
+    """Settings on points with the faces of a scan, what they share done once.
+
+    Their `labels` are a row a family: Taubin's steps, and each chain after each number of them. Where outliers have been replaced
+    and may move `alone`, more rows move nothing but them: to where they are expected, and each chain after that.
+    """
 
     def __init__(
         self,
@@ -191,30 +152,37 @@ class SettingsTried:
         alone: bool = False,
         rounding: RoundingPolicy = "keep",
     ) -> None:
-        """Where outliers have been replaced they may move `alone`. At the rims of patches the surface does not end."""
+        """At the rims of patches the surface does not end."""
         direction = of.relaxation_direction or direction_for(scan.noise)
         outliers: Outliers = "keep" if scan.replaced is None else "replace"
-        self.labels = settings(direction, outliers, alone=alone, of=of, rounding=rounding)
+
+        def family(relaxation: int, chain: Chain, outliers: Outliers) -> list[Setting]:
+            its = (replace(chain[0], outer_iterations=stop) for stop in chain[1])
+            return [Setting(relaxation, direction, each, outliers, rounding) for each in its]
+
+        self.labels = [[Setting(relaxation, outliers=outliers, rounding=rounding) for relaxation in of.taubin]]
+        self.labels += [family(relaxation, chain, outliers) for relaxation in of.relaxations for chain in of.chains]
         self._scan, self._border, self._of = scan, border, of
         self._along, self._replaced = direction == "normal", scan.replaced if alone else None
+        if self._replaced is not None:
+            self.labels += [[Setting(outliers="only")], *(family(0, chain, "only") for chain in of.chains)]
         self._outline = border_vertices(scan.faces, len(scan.points)) & (scan.whole and border == "along")
         self._adjacency = Adjacency.of(normalised_mesh(np.zeros_like(scan.points), scan.faces), ends=scan.whole)
-        # Here, once, and not by several threads at once.
+        # Here, and not by several threads at once.
         for kind in {"edge", "vertex", *(parameters.neighborhood for parameters, _ in of.chains)}:
             if kind in RINGS_OF_NEIGHBORHOOD:
                 self._adjacency.around(kind)
 
     def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:
-        """The results for (n, 3) points of ordinary size, by the families of `settings`.
+        """The results for (n, 3) points of ordinary size, by families.
 
         Where nothing but outliers moves the held-out vertices are moved like them, from where a quadric expects them: so well are
         they put back.
         """
         fair, of, scan = {0: points}, self._of, self._scan
         for before, steps in pairwise(sorted({0, *of.taubin, *of.relaxations})):
-            fair[steps] = taubin_fairing(
-                fair[before], scan.faces, iterations=steps - before, border=self._border, movable=scan.movable
-            )
+            more = steps - before
+            fair[steps] = taubin_fairing(fair[before], scan.faces, iterations=more, border=self._border, movable=scan.movable)
         if self._outline.any():
             fair = {steps: outline_kept(points, moved, scan.normals, self._outline) for steps, moved in fair.items()}
         starts = {k: along_normals(points, fair[k], scan.normals) if self._along else fair[k] for k in of.relaxations}
@@ -231,13 +199,9 @@ class SettingsTried:
         """The (n, 3) results of the rounds at which a chain may stop, ascending."""
         parameters, stops = chain
         mesh = normalised_mesh(points, self._scan.faces, movable).in_order(self._adjacency.places)
-        results = rounds(
-            mesh,
-            self._adjacency,
-            parameters.normal_filter(),
-            vertex_iterations=parameters.vertex_iterations,
-            vertex_update=parameters.vertex_update,
-            border=self._border,
-        )
+        known = vars(parameters)
+        normal_filter = NormalFilter(**{f.name: known[f.name] for f in fields(NormalFilter) if f.name in known})
+        of_vertices = {name: known[name] for name in ("vertex_iterations", "vertex_update")}
+        results = rounds(mesh, self._adjacency, normal_filter, border=self._border, **of_vertices)
         for done, stop in pairwise((0, *stops)):
             yield mesh.restored(next(islice(results, stop - done - 1, None), mesh.points))

@@ -19,14 +19,14 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import VertexFaces, edges, faces_across, one_rings, referenced_vertices, vertex_faces
 from .noise_level import smooth_normals
 
-#: "keep": vertices that stand out are filtered like the others. "replace": they are put where the others say, and all are
-#: filtered. "only": the same, and nothing but they moves.
+#: "keep": vertices that stand out are filtered like the others. "replace": they are put where the others say, and all filtered.
+#: "only": the same, and nothing but they moves.
 Outliers: TypeAlias = Literal["keep", "replace", "only"]
 OUTLIERS: tuple[Outliers, ...] = get_args(Outliers)
 
-# Outliers are looked for again up to so many times, or until not more than this share of them changes.
+# Outliers are looked for again up to so many times, or until at most this share of them changes.
 _LOOKS, _HARDLY_ANY = 4, 0.02
-# Those that stand out most hide others: so many passes, or until not more than this share of all vertices is found.
+# Those that stand out most hide others: so many passes, or until at most this share of all vertices is found.
 _PASSES, _HARDLY_MORE = 20, 1e-4
 # No move gains less than rounding.
 _ROUNDING = 1e-6
@@ -45,18 +45,12 @@ def without_outliers(
 
     1. Put the vertices that stand out where a quadric expects them, `replace_outlying`, and filter: z.
     2. At edges a quadric takes vertices for outliers that are none, and misses others; a filter that keeps edges does not. So
-       find them again: they are farther from z, along the normals, than three deviations of the others and than those around
-       them, `far_from`, or were outliers before, since a filter that takes details is far from all vertices; and putting them on
-       z makes the surface flatter, `flattening`. Put them on z, all others where they were, and filter once more; and again, a
-       few times, since outliers that were missed mislead the filter: what one in two is hides most of them at first.
+       find them again: they are `far_from` z, or were outliers before, since a filter that takes details is far from all; and
+       putting them on z is `flattening`. Put them there, also along the surface, `put_back_along`, all others where they were,
+       and filter once more; and again, a few times, since outliers that were missed mislead the filter.
 
-    Outliers may be off along the surface too: they are put back along it as well, see `put_back_along`.
-
-    With `outliers` "keep" `smooth` filters once, and both steps are left out. The `certain` (n,) vertices are outliers whatever
-    they look like; with them the mesh is a trial, and the others are looked for but once.
-
-    Raises:
-        FilterInputError: a parameter out of range.
+    With `outliers` "keep" `smooth` filters once, and that is all. The `certain` (n,) vertices are outliers whatever they look
+    like; with them the mesh is a trial, and the others are looked for but once.
     """
     check_choice("outliers", outliers, OUTLIERS)
     if outliers == "keep":
@@ -81,16 +75,26 @@ def without_outliers(
 
 
 def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, outlying: Bools) -> Bools:
-    """(n,) the vertices that are farther from the (n, 3) smoothed ones, along the normals, than three deviations.
+    """(n,) the vertices that are by far farther from the (n, 3) smoothed ones, along the normals, than those around them.
 
-    And than those around them, see `standing_out`: where a filter rounds an edge all of them are far. The deviation is that of
-    vertices that are not `outlying`, (n,).
+    The level is three deviations of vertices that are not `outlying`, (n,), at least 0.05 edges. With m the median of the heights
+    h in the two rings around, and d that of |h - m|, a vertex is far if |h| is above the level, and |h - m| above it and 4 d: not
+    where a filter changes a place as a whole, as by rounding a narrow edge. Then the next ones are looked for, without it.
     """
-    away = np.einsum("ij,ij->i", vertices - smoothed, normals)
-    used = referenced_vertices(faces, len(vertices))
-    usual = used & ~outlying
-    deviation = float(np.median(np.abs(away[usual]))) / tuned.MEDIAN_OF_NORMAL if usual.any() else 0.0
-    return used & standing_out(away, faces, max(tuned.STANDS_OUT * deviation, tuned.WEAK * mean_edge_length(vertices, faces)))
+    heights = np.einsum("ij,ij->i", vertices - smoothed, normals)
+    rings, used = one_rings(faces, len(vertices)), referenced_vertices(faces, len(vertices))
+    usual = np.abs(heights[used & ~outlying])
+    deviation = float(np.median(usual)) / tuned.MEDIAN_OF_NORMAL if len(usual) else 0.0
+    level = max(tuned.STANDS_OUT * deviation, tuned.WEAK * mean_edge_length(vertices, faces))
+    far = np.zeros(len(vertices), dtype=np.bool_)
+    for _ in range(_PASSES):
+        found = ~far & (np.abs(heights) > level)
+        middles, spreads = medians_around(heights, rings, far, found, 0.0)
+        found &= np.abs(heights - middles) > np.maximum(level, tuned.CLIP * spreads)
+        far |= found
+        if np.count_nonzero(found) <= _HARDLY_MORE * len(heights):
+            break
+    return used & far
 
 
 def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None) -> tuple[Floats, Bools]:
@@ -118,21 +122,18 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
 
 
 def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> Floats:
-    """(n, 3) the vertices, (n,) outliers put back along the surface by a share of the way to the mean of those around.
+    """(n, 3) the vertices, (n,) outliers put back along the surface by a share of the way to the mean of their neighbours.
 
-    Vertices that did not slide are off the mean of their neighbours too, by t in the root mean square. If outliers are off by s,
-    (s^2 - t^2) / s^2 of their ways is expected to be slid, which has the least expected square of all shares [james1961].
-    On a border the neighbours are those next to it there.
+    That is (s^2 - t^2) / s^2, which has the least expected square of all shares [james1961], if they are off it by s and others,
+    which did not slide, by t in the root mean square. On a border the neighbours are those along it.
     """
     others = referenced_vertices(faces, len(vertices)) & ~outlying
     if not others.any() or not outlying.any():
         return vertices.copy()
-    rings = one_rings(faces, len(vertices))
-    along_border = rings.along_border()
-    on_border = np.flatnonzero(np.diff(along_border.offsets)).astype(np.int32)
-    means = means_of_others(vertices, rings, np.arange(len(vertices), dtype=np.int32), outlying)
-    means[on_border] = means_of_others(vertices, along_border, on_border, outlying)
-    ways = means - vertices
+    rings, every = one_rings(faces, len(vertices)), np.arange(len(vertices), dtype=np.int32)
+    border = rings.along_border()
+    inside, along = (means_of_others(vertices, near, every, outlying) for near in (rings, border))
+    ways = np.where(np.diff(border.offsets)[:, None] > 0, along, inside) - vertices
     ways -= np.einsum("ij,ij->i", ways, normals)[:, None] * normals
     # In mean edges, so that no square is too small or too large for a number.
     lengths = np.linalg.norm(ways / (mean_edge_length(vertices, faces) or 1.0), axis=1)
@@ -146,17 +147,13 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
     """(n,) the vertices that stand out, and without which their neighbours are better known.
 
     The size s of a vertex is that of its `height_residuals`. It stands out if s is the largest of its one-ring, more than three
-    times the median of the two rings around, and more than three times the deviation of the mesh, median s / 0.6745. It is taken
-    for an outlier if the sum of the s^2 of its neighbours falls when it is left out: the tip of a spike tells nothing of the
-    surface, that of a cone does. Then the next ones are looked for, without it.
-
-    Of Gaussian noise it is about one vertex in a thousand; of vertices that are off by far most, those on borders too.
+    times the median of the two rings around, and more than three times the deviation of the mesh, median s / 0.6745. It is an
+    outlier if the sum of the s^2 of its neighbours falls without it: the tip of a spike tells nothing of the surface, that of a
+    cone does. Then the next ones are looked for, without it. Of Gaussian noise it is about one vertex in a thousand.
     """
     rings, pairs = one_rings(faces, len(points)), edges(faces)
-    used = referenced_vertices(faces, len(points))
+    (first, second), used = pairs.T, referenced_vertices(faces, len(points))
     hidden = np.zeros(len(points), dtype=np.bool_)
-    if not used.any():
-        return hidden
     sizes = np.abs(height_residuals(points, rings, normals, hidden))
     for _ in range(_PASSES):
         level = max(tuned.NO_NOISE, tuned.STANDS_OUT / tuned.MEDIAN_OF_NORMAL * float(np.median(sizes[used & ~hidden])))
@@ -166,8 +163,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
         found = largest & (sizes > tuned.STANDS_OUT * medians_around(sizes, rings, hidden | ~used, largest, np.inf)[0])
         without = np.abs(height_residuals(points, rings, normals, hidden | found))
         change = np.where(hidden | found, 0.0, without**2 - sizes**2)
-        of_rings = np.bincount(pairs[:, 0], change[pairs[:, 1]], len(points))
-        of_rings += np.bincount(pairs[:, 1], change[pairs[:, 0]], len(points))
+        of_rings = np.bincount(first, change[second], len(points)) + np.bincount(second, change[first], len(points))
         accepted = found & (of_rings < 0.0)
         hidden |= accepted
         if np.count_nonzero(accepted) <= _HARDLY_MORE * len(points):
@@ -176,43 +172,24 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
     return hidden
 
 
-def standing_out(heights: Floats, faces: Ints, level: float) -> Bools:
-    """(n,) the vertices that are by far farther from where a filter put them than those around them, by (n,) heights.
-
-    With m the median of the heights h in the two rings around, and d the median of |h - m| there, a vertex stands out if |h| is
-    above the level, and |h - m| above the level and above 4 d. Then the next ones are looked for, without it. Where a filter has
-    changed a place as a whole, as by rounding a narrow edge, its vertices do not stand out.
-    """
-    rings = one_rings(faces, len(heights))
-    out = np.zeros(len(heights), dtype=np.bool_)
-    for _ in range(_PASSES):
-        found = ~out & (np.abs(heights) > level)
-        middles, usual = medians_around(heights, rings, out, found, 0.0)
-        found &= np.abs(heights - middles) > np.maximum(level, tuned.CLIP * usual)
-        out |= found
-        if np.count_nonzero(found) <= _HARDLY_MORE * len(heights):
-            break
-    return out
-
-
 def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, scored: Bools) -> tuple[float, float]:
-    """How far vertices that are no outliers are from where others expect them: those beside an outlier, and all others.
+    """The median sizes of `height_residuals` without outliers: of vertices beside one, and of all others that are `scored`.
 
     Spikes strike anywhere, so that both are alike. Uneven noise stands out where it is loud, and all vertices there are off.
-    Both are medians of the sizes s of `outlying_vertices` over the vertices that are `scored`, outliers hidden; 0 without any.
+    0 without any.
     """
-    beside = with_neighbours(outlying, edges(faces))
-    sizes, counted = np.abs(height_residuals(points, one_rings(faces, len(points)), normals, outlying)), scored & ~outlying
-    near, far = (sizes[counted & which] for which in (beside, ~beside))
-    return (float(np.median(near)) if len(near) else 0.0), (float(np.median(far)) if len(far) else 0.0)
+    sizes = np.abs(height_residuals(points, one_rings(faces, len(points)), normals, outlying))
+    beside, counted = with_neighbours(outlying, edges(faces)), scored & ~outlying
+    near, far = (float(np.median(sizes[which])) if which.any() else 0.0 for which in (counted & beside, counted & ~beside))
+    return near, far
 
 
 def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bools:
     """(n,) those of some vertices whose moves to the (n, 3) places `moved` make the surface flatter, each by itself.
 
-    The roughness around a vertex is the sum of |n_f - n_g| over the edges of its faces, f and g the faces at an edge. Rounding an
-    edge of the surface does not lower that sum, and denting it raises it; taking a spike away lowers it. Of adjacent vertices the
-    one that lowers it most moves, then all are looked at again, those that have moved whether they had better go back.
+    The roughness around a vertex is the sum of |n_f - n_g| over the edges of its faces, f and g the faces at an edge. Taking a
+    spike away lowers it, rounding or denting an edge does not. Of adjacent vertices the one that lowers it most moves, then all
+    are looked at again, those that have moved whether they had better go back.
     """
     gone = np.zeros(len(points), dtype=np.bool_)
     candidates = np.flatnonzero(which).astype(np.int32)

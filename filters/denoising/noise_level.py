@@ -1,8 +1,7 @@
 """How noisy a mesh of (n, 3) vertices and (m, 3) triangles is, and whether there is noise at all, seen from the mesh alone.
 
-Noise moves neighbouring vertices independently, a surface moves them together. So the noise is what is left of the vertices after
-differences of fourth order, in which a surface of moderate curvature nearly cancels out; and residuals that are correlated
-between neighbours are surface.
+Noise moves neighbouring vertices independently, a surface together. So noise is what differences of fourth order leave, in which
+a surface of moderate curvature nearly cancels out; and what neighbours have in common of that is surface.
 """
 
 from __future__ import annotations
@@ -21,10 +20,9 @@ from ..topology import edges, face_adjacency, one_rings, referenced_vertices, ve
 from .face_neighbourhoods import face_neighbourhoods
 from .normal_filters import mean_normals
 
-# Squares of residuals are averaged so many times over the one-rings, and count up to so many times their median: outliers are not
-# noise of their neighbourhood.
+# Squares of residuals are averaged so many times over the one-rings, and count up to so many times their median.
 AVERAGED, CLIP = 4, 9.0
-# Vertices this near to where the others expect them, in mean edges, lie on an exact plane; angles below it are rounding.
+# Vertices so near to where the others expect them, in mean edges, lie on an exact plane; smaller angles are rounding.
 _EXACT = 1e-4
 #: how many rings of faces around a vertex decide on its `smooth_normals`
 RINGS_OF_SMOOTH_NORMALS = 13
@@ -37,10 +35,10 @@ class NoiseEstimate(NamedTuple):
         level: the standard deviation of the vertices along the normals, in mean edges, from the median of the residuals: sharp
             features and outliers count little. 0.1 is a good laser scanner, 0.3 a bad one; from 0.6 faces fold.
         length: the same in mesh units.
-        deviation: the same from the mean of the squared residuals, so that outliers count in full. Where few vertices are moved,
-            but far, it is more than 1.2 times the level; up to 1.1 times on shapes with many sharp edges.
-        tangential: the standard deviation along a tangent, in mean edges. Above `level` the vertices are spread unevenly, as in
-            range maps and meshes of machine parts; it says nothing of the surface.
+        deviation: the same from the mean square, so that outliers count in full: more than 1.2 times the level where few vertices
+            are far off, up to 1.1 times on shapes with many sharp edges.
+        tangential: the standard deviation along a tangent, in mean edges. Above `level` vertices are spread unevenly, as in range
+            maps and meshes of machine parts; it says nothing of the surface.
     """
 
     level: float
@@ -52,12 +50,10 @@ class NoiseEstimate(NamedTuple):
 def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     """Measure the noise of a mesh from the mesh alone.
 
-    The differences of `FourthOrder` have the standard deviation of independent noise. The median of their sizes along the normals
-    of a smoothed copy, over 0.6745, is robust against the vertices at sharp edges. Noise that neighbours share, as that of a
-    depth camera with its own filter, is not seen: it looks like a surface.
-
-    Against known noise of 0.2 to 0.5 edges the level is right within 4 % on machine parts and figures. Weak noise is overrated
-    where sharp edges are near most vertices: 0.1 edges by 28 % on a cube of 16 edges to a side.
+    The differences of `FourthOrder` have the standard deviation of independent noise; the level is the median of their sizes
+    along `smooth_normals`, over 0.6745. Noise that neighbours share, as of a depth camera with its own filter, looks like a
+    surface and is not seen. Known noise of 0.2 to 0.5 edges is found within 4 % on machine parts and figures; where sharp edges
+    are near most vertices weak noise is overrated, 0.1 edges by 28 % on a cube of 16 edges to a side.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -69,18 +65,14 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     Raises:
         FilterInputError: not a mesh.
     """
-    found = _Residuals.of(vertices, faces)
+    found = _residuals(vertices, faces)
     if found is None:
         return NoiseEstimate(0.0, 0.0, 0.0, 0.0)
-    inner, heights = found.fourth.inner, found.heights[found.fourth.inner]
-    across = found.residuals[inner] - heights[:, None] * found.normals[inner]
+    fourth, edge, *parts = found
+    heights, across = (part[fourth.inner] for part in parts)
     level = float(np.median(np.abs(heights))) / tuned.MEDIAN_OF_NORMAL
-    return NoiseEstimate(
-        level=level,
-        length=level * found.edge,
-        deviation=float(np.sqrt((heights**2).mean())),
-        tangential=float(np.sqrt(0.5 * (across**2).sum(axis=1).mean())),
-    )
+    deviation, tangential = np.sqrt((heights**2).mean()), np.sqrt(0.5 * (across**2).sum(axis=1).mean())
+    return NoiseEstimate(level, level * edge, float(deviation), float(tangential))
 
 
 class FourthOrder(NamedTuple):
@@ -123,44 +115,32 @@ class FourthOrder(NamedTuple):
         return float((heights[i] * heights[j]).mean()) / square - float(independent.mean())
 
 
-class _Residuals(NamedTuple):
-    """(n, 3) the differences of a mesh in mean edges, (n, 3) normals of a smoothed copy, and (n,) their parts along these."""
-
-    fourth: FourthOrder
-    edge: float
-    residuals: Floats
-    normals: Floats
-    heights: Floats
-
-    @staticmethod
-    def of(vertices: ArrayLike, faces: ArrayLike) -> _Residuals | None:
-        """Those of a mesh; None without inner vertices."""
-        points, triangles = check_mesh(vertices, faces)
-        edge = mean_edge_length(points, triangles)
-        fourth = FourthOrder.of(triangles, len(points)) if edge > 0.0 else None
-        if fourth is None or not fourth.inner.any():
-            return None
-        local = (points - points[referenced_vertices(triangles, len(points))].mean(axis=0)) / edge
-        residuals, normals = fourth.differences(local), smooth_normals(points, triangles)
-        return _Residuals(fourth, edge, residuals, normals, np.einsum("ij,ij->i", residuals, normals))
+def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, float, Floats, Floats] | None:
+    """`FourthOrder`, the mean edge, and differences in it, (n,) along `smooth_normals`, (n, 3) across; None if none is inner."""
+    points, triangles = check_mesh(vertices, faces)
+    edge = mean_edge_length(points, triangles)
+    fourth = FourthOrder.of(triangles, len(points)) if edge > 0.0 else None
+    if fourth is None or not fourth.inner.any():
+        return None
+    local = (points - points[referenced_vertices(triangles, len(points))].mean(axis=0)) / edge
+    residuals, normals = fourth.differences(local), smooth_normals(points, triangles)
+    heights = np.einsum("ij,ij->i", residuals, normals)
+    return fourth, edge, heights, residuals - heights[:, None] * normals
 
 
 def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
     """How much the residuals of neighbours agree, see `FourthOrder.correlation`: of all inner vertices, and where it is calm.
 
-    That is the third with the least h^2 around them, where edges and details do not hide weak noise. In a small part of noise
-    neighbours are alike, which is why they are in it: a third of it has up to 0.07. Both are 0 without inner vertices.
-
-    Raises:
-        FilterInputError: not a mesh.
+    That is the third with the least h^2 around them, where edges and details do not hide weak noise; neighbours in it are a
+    little alike, 0.07 of pure noise. Both are 0 without inner vertices.
     """
-    found = _Residuals.of(vertices, faces)
+    found = _residuals(vertices, faces)
     if found is None:
         return 0.0, 0.0
-    fourth, inner = found.fourth, found.fourth.inner
-    means = _means_around(found.heights**2, inner, fourth.pairs)
-    calm = inner & (means <= np.quantile(means[inner], 1.0 / 3.0))
-    return fourth.correlation(found.heights, inner), fourth.correlation(found.heights, calm)
+    fourth, _, heights, _ = found
+    means = _means_around(heights**2, fourth.inner, fourth.pairs)
+    calm = fourth.inner & (means <= np.quantile(means[fourth.inner], 1.0 / 3.0))
+    return fourth.correlation(heights, fourth.inner), fourth.correlation(heights, calm)
 
 
 def _means_around(squares: Floats, counted: Bools, pairs: Ints) -> Floats:
@@ -180,8 +160,8 @@ def smooth_normals(points: Floats, faces: Ints, *, whole: Whole | None = None) -
     """(n, 3) unit normals of the vertices of a smoothed copy of the mesh; 0 where no face is.
 
     Five pairs of Taubin's steps and two means over the faces at the vertices of a face leave normals within a few degrees of the
-    truth up to noise of 0.8 edges, and a cosine hardly sees these. Of a part of the `whole`, see `taubin_fairing`, vertices with
-    `RINGS_OF_SMOOTH_NORMALS` rings of faces around them get the bits of the whole.
+    truth up to noise of 0.8 edges. Of a part of the `whole`, see `taubin_fairing`, vertices with `RINGS_OF_SMOOTH_NORMALS` rings
+    of faces around them get the bits of the whole.
     """
     smooth = taubin_fairing(points, faces, iterations=5, border="along", whole=whole)
     around = face_neighbourhoods(faces, vertex_faces(faces, len(points)), "vertex")
@@ -196,9 +176,8 @@ def smooth_normals(points: Floats, faces: Ints, *, whole: Whole | None = None) -
 def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored: Bools) -> float:
     """The level of noise along the normals that a twentieth of the vertices stays below.
 
-    With h the height at which its surroundings expect a vertex, and g the share of their noise in that, h^2 / (1 + g^2) estimates
-    the variance of the noise at the vertex; it is averaged over the vertices around. Details and edges add to it, but not
-    everywhere: where the surface is calm noise alone is left.
+    The squares of `height_residuals` estimate the variance of the noise at a vertex, and are averaged over the vertices around.
+    Where the surface is calm, without details and edges, noise alone is left.
 
     Args:
         points: (n, 3) coordinates with a mean edge of 1.
@@ -207,8 +186,7 @@ def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored
         scored: (n,) the vertices that count; exact planes do not, unless they are half of the mesh.
 
     Returns:
-        In the unit of the points; a fifth to a third below the standard deviation of even noise, since it is that of the calmest
-        part. 0 if no vertex counts.
+        In the unit of the points, a fifth to a third below the standard deviation of even noise; 0 if no vertex counts.
     """
     which = np.flatnonzero(scored).astype(np.int32)
     if not len(which):

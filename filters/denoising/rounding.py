@@ -20,10 +20,6 @@ ROUNDING_POLICIES: tuple[RoundingPolicy, ...] = get_args(RoundingPolicy)
 
 # Faces of one level are parallel up to this angle in radians, and its vertices as many mean edges apart.
 _FLAT = 1e-3
-# Stairs have fewer normals.
-_NORMALS = 8
-# Descent on the squares of (I - U)^2 within the steps: so many iterations.
-_ITERATIONS = 100
 
 
 class Rounding(NamedTuple):
@@ -42,8 +38,8 @@ class Rounding(NamedTuple):
         if movable is not None:
             low, high = np.where(movable, low, heights), np.where(movable, high, heights)
         means, now = ring_means(edges(faces), len(points)), heights
-        for _ in range(_ITERATIONS):
-            # (I - W)^2 of W = (I + 2 U) / 3, which is (2/3)^2 (I - U)^2
+        for _ in range(100):
+            # Descent on the squares of (I - W)^2 of W = (I + 2 U) / 3, which is (2/3)^2 (I - U)^2
             differences = (now - means @ now) * (2.0 / 3.0)
             now = np.clip(now - 0.9 * (2.0 / 3.0) * (differences - means @ differences), low, high)
         return np.asarray(points + (now - heights)[:, None] * self.direction)
@@ -68,18 +64,16 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
         return None
     largest = np.abs(normals).argmax(axis=1)
     normals *= np.sign(normals[np.arange(len(normals)), largest])[:, None]
-    cells = np.round(normals / _FLAT).astype(np.int64)
     width = 2 * int(1.0 / _FLAT) + 3
-    keys = (cells[:, 0] * width + cells[:, 1]) * width + cells[:, 2]
+    keys = np.round(normals / _FLAT).astype(np.int64) @ [width**2, width, 1]
     _, first, counts = np.unique(keys, return_index=True, return_counts=True)
     flush = normals @ normals[first[counts.argmax()]] > 1.0 - _FLAT**2
     direction = normals[flush].sum(axis=0)
     length = np.linalg.norm(direction)  # 0 where the most frequent normal is that of faces without area
-    if flush.mean() < tuned.FLUSH or len(counts) < _NORMALS or length == 0.0:
+    if flush.mean() < tuned.FLUSH or len(counts) < 8 or length == 0.0:  # stairs have fewer normals
         return None
     direction /= length
-    used = referenced_vertices(faces, len(points))
-    heights = np.sort(points[used] @ direction)
+    heights = np.sort(points[referenced_vertices(faces, len(points))] @ direction)
     apart = np.flatnonzero(np.diff(heights) > _FLAT * edge)
     low, high = heights[np.append(0, apart + 1)], heights[np.append(apart, len(heights) - 1)]
     levels = 0.5 * (low + high)
@@ -88,8 +82,8 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     fourth = FourthOrder.of(faces, len(points))
     along = (fourth.differences(points) @ direction)[fourth.inner]
     noise = float(np.sqrt((along**2).mean())) / float(np.median(np.diff(levels))) if len(along) else 0.0
-    expected = 1.0 / np.sqrt(12.0)  # the standard deviation of rounding to steps of 1
-    return Rounding(direction, levels) if expected / tuned.ROUNDED < noise < expected * tuned.ROUNDED else None
+    # The standard deviation of rounding to steps of 1 is 1 / sqrt(12).
+    return Rounding(direction, levels) if 1.0 / tuned.ROUNDED < noise * np.sqrt(12.0) < tuned.ROUNDED else None
 
 
 def without_rounding(points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:

@@ -36,11 +36,8 @@ NONE_HELD = np.empty(0, dtype=np.int32)
 _LITTLE = 0.1
 # Standard errors are those of the means of so many regions: neighbours say the same.
 _REGIONS = 100
-# Larger meshes are sampled by so many patches of about so many faces: ten large ones have misled, since shapes differ from place
-# to place.
-_WHOLE, _PATCHES, _FACES = 20_000, 40, 450
-# Random numbers are the fractions of so many times a length of the geometry.
-_MULTIPLE = 1013.0
+# Larger meshes are sampled: ten large patches have misled, since shapes differ from place to place.
+_WHOLE = 20_000
 
 
 @dataclass(frozen=True)
@@ -80,37 +77,34 @@ class Scan:
         movable: Bools | None = None,
         *,
         edge: float | None = None,
-        patches: int = _PATCHES,
-        size: int = _FACES,
+        patches: tuple[int, int] = (40, 450),
         **attributes: Any,
     ) -> "tuple[Scan, Ints]":
-        """All of a mesh of up to 20,000 faces, or else 40 patches of about 450 faces each, or as is said.
+        """All of a mesh of up to 20,000 faces, or else patches, each of whole rings around a face.
 
-        A patch is whole rings around a face. The faces are those with the least random numbers, made of their perimeters over the
-        mean edge: renumbering, moving, turning and scaling the mesh changes none of them by more than rounding.
+        The faces are those with the least random numbers, made of their perimeters over the mean edge: renumbering, moving,
+        turning and scaling the mesh changes none of them by more than rounding.
 
         Args:
             points: (n, 3) coordinates of ordinary size.
             faces: (m, 3) triangles.
             movable: (n,) which vertices may move, None for all.
             edge: the mean edge, if it is known.
-            patches: how many are taken of a larger mesh.
-            size: the faces of each, at least.
+            patches: how many are taken of a larger mesh, and the faces of each, at least.
             attributes: others of the scan.
 
         Returns:
             The scan, and (k,) which vertices of the mesh it has; one of several patches appears several times.
         """
-        if len(faces) <= _WHOLE:
-            chosen, origin = faces, np.arange(len(points), dtype=np.int32)
-            used = np.flatnonzero(referenced_vertices(faces, len(points)))
-        else:
-            chosen, origin = _grown(points, faces, edge or mean_edge_length(points, faces), patches, size)
-            used = origin.astype(np.int64)
-        middle = points[used].mean(axis=0) if len(used) else np.zeros(3)
-        # A mesh without a size is not to be scaled.
-        local = (points[origin] - middle) / (mean_edge_length(points[origin], chosen) or 1.0)
-        moves, whole = None if movable is None else movable[origin], len(chosen) == len(faces)
+        whole = len(faces) <= _WHOLE
+        chosen, origin = faces, np.arange(len(points), dtype=np.int32)
+        if not whole:
+            chosen, origin = _grown(points, faces, edge or mean_edge_length(points, faces), *patches)
+        local = points[origin]
+        used = local[referenced_vertices(chosen, len(local))]
+        local -= used.mean(axis=0) if len(used) else 0.0
+        local /= mean_edge_length(points[origin], chosen) or 1.0  # a mesh without a size is not to be scaled
+        moves = None if movable is None else movable[origin]
         return Scan(local, np.ascontiguousarray(chosen), moves, whole=whole, **attributes), origin
 
     @cached_property
@@ -133,16 +127,15 @@ class Scan:
 
     @cached_property
     def agreement(self) -> tuple[float, float]:
-        """How much the residuals of neighbours agree, everywhere and where it is calm: those of details do, of noise not."""
+        """How much the residuals of neighbours agree, everywhere and where it is calm."""
         return agreement(self.points, self.faces)
 
     @cached_property
     def surface_noise(self) -> float:
         """The standard deviation of the noise along the normals in mean edges, as recipes name it: the smaller of two estimates.
 
-        `estimate_noise` takes fine details for noise everywhere; `noise_floor` sees noise alone where the surface is calm, and
-        1.3 times that is even noise. So fur and hair do not count as noise where the face is smooth. 0 of planes as they were
-        designed, and of a mesh without inner vertices.
+        `estimate_noise` takes fine details, as fur, for noise; `noise_floor` sees noise alone where the surface is calm, and 1.3
+        times that is even noise. 0 of planes as they were designed, and of a mesh without inner vertices.
         """
         if not len(self.faces) or is_designed(self.points, self.faces):
             return 0.0
@@ -169,8 +162,7 @@ class Scan:
     def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
         """The choice, or the first of its candidates, which is to do nothing, where what predicts best takes details.
 
-        Where neighbours agree the residuals are of details, too. A filter takes details if it errs by more than what the
-        differences of fourth order leave.
+        That is where neighbours agree and it errs by more than what the differences of fourth order leave.
         """
         takes_details = self.shows_surface and choice.chosen.error >= tuned.LARGER * self.noise.level
         return replace(choice, chosen=choice.trials[0]) if takes_details else choice
@@ -181,14 +173,13 @@ class Scan:
         """Choose the filter that best predicts vertices which it has not seen [batson2019].
 
         Noise of a vertex is independent of its neighbours', the surface is not: what predicts a vertex from the others fits the
-        surface. Held-out vertices are put at their `initial_positions`. Every candidate is run, and n . (y - f) is measured at
-        the held-out vertices y; again with other vertices.
+        surface. Held-out vertices y start at their `initial_positions`, and n . (y - f) is measured at the results f.
 
         Args:
             candidates: what is tried.
             labels: see `cross_validate`.
             stays: likewise.
-            by_means: held-out vertices start at means in any case: quadrics hide what it costs to move vertices that are exact.
+            by_means: they start at means in any case: quadrics hide what it costs to move vertices that are exact.
 
         Returns:
             The choice, the same for any number of threads; None if no vertex can be held out.
@@ -210,13 +201,10 @@ class Scan:
     ) -> Choice[Label] | None:
         """Choose the result whose slopes are expected to be nearest to the true ones [stein1981], for noise of any covariance.
 
-        Held-out vertices say nothing where neighbours share their noise, and little of filters that take noise and shape alike.
-        But what a filter f makes of noise can be seen [ramani2008]: with heights h = n . (f(y) - y), one more noise b of the same
+        What a filter f makes of noise can be seen [ramani2008]: with heights h = n . (f(y) - y), one more noise b of the same
         covariance, and g = n . (f(y + e b) - f(y)) / e, the mean over the edges of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) is
-        how far the differences of heights along the edges are from those of another scan of the same surface: that is the squared
-        error of the result and the variance of the noise.
-
-        Of those within one standard error of the best the flattest is taken.
+        the squared error of the differences of heights along the edges, and the variance of the noise in these. Of those within
+        one standard error of the best the flattest is taken.
 
         Args:
             candidates: what is tried, each on all vertices.
@@ -235,14 +223,17 @@ class Scan:
         def heights_of(result: Floats) -> Floats:
             return np.asarray(np.einsum("ij,ij->i", result - self.points, self.normals))
 
-        def look(_: int, result: Floats) -> tuple[Floats, float]:
-            return heights_of(result), roughness(result, self.faces)
-
         first, second = part_of(self.progress, 0.0, 0.5), part_of(self.progress, 0.5, 1.0)
-        heights, flatness = zip(*measured(candidates(self.points, NONE_HELD), labels, look, first), strict=True)
+        found = candidates(self.points, NONE_HELD)
+        looks = measured(found, labels, lambda _, result: (heights_of(result), roughness(result, self.faces)), first)
+        heights, flatness = zip(*looks, strict=True)
         noisier = candidates(self.points + _LITTLE * more[:, None] * self.normals, NONE_HELD)
         passed = measured(noisier, labels, lambda at, result: (heights_of(result) - heights[at]) / _LITTLE, second)
-        regions = _regions(self.points, i)
+        # Regions are what is nearest to vertices that lie anywhere.
+        distances = np.linalg.norm(self.points[i] - self.points[i].mean(axis=0), axis=1)
+        middles = i[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
+        middles = middles[np.sort(np.unique(middles, return_index=True)[1])][:_REGIONS]
+        regions = spatial.cKDTree(self.points[middles]).query(self.points[i])[1]
         squares = ((h[i] - h[j]) ** 2 + 2.0 * (more[i] - more[j]) * (g[i] - g[j]) for h, g in zip(heights, passed, strict=True))
         sums = np.array([np.bincount(regions, values, minlength=_REGIONS) / len(i) for values in squares])
         shares = np.bincount(regions, minlength=_REGIONS) / len(i)
@@ -250,30 +241,18 @@ class Scan:
         best = int(means.argmin())
         excess = means - means[best]
         uncertainty = np.sqrt(((sums - sums[best] - excess[:, None] * shares) ** 2).sum(axis=1))
-        chosen = int(np.where(excess <= uncertainty, flatness, np.inf).argmin())
-        scores = Scores(np.sqrt(np.maximum(means, 0.0)), excess, uncertainty, best)
-        return scores.choice(labels, chosen)
-
-
-def _regions(points: Floats, which: Ints) -> Ints:
-    """(k,) for the vertices the region that each is in, around vertices that lie anywhere."""
-    distances = np.linalg.norm(points[which] - points[which].mean(axis=0), axis=1)
-    middles = which[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
-    middles = middles[np.sort(np.unique(middles, return_index=True)[1])][:_REGIONS]
-    return np.asarray(spatial.cKDTree(points[middles]).query(points[which])[1], dtype=np.int64)
+        flattest = int(np.where(excess <= uncertainty, flatness, np.inf).argmin())
+        return Scores(np.sqrt(np.maximum(means, 0.0)), excess, uncertainty, best).choice(labels, flattest)
 
 
 def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) -> tuple[Ints, Ints]:
     """The faces of the patches, by numbers of their own, and the vertex that each of these numbers stands for."""
-    at_vertices = vertex_faces(faces, len(vertices))
-    first, second, third = (edge_lengths(vertices, faces[:, ends]) for ends in ([0, 1], [1, 2], [2, 0]))
-    numbers = ((first + second + third) / edge * _MULTIPLE) % 1.0
-    # The faces with the least numbers, of equal ones the first.
-    low = np.flatnonzero(numbers <= np.partition(numbers, patches - 1)[patches - 1])
-    seeds = low[np.argsort(numbers[low], kind="stable")][:patches]
-    marks = np.full(len(faces), -1, dtype=np.int32)
+    at_vertices, marks = vertex_faces(faces, len(vertices)), np.full(len(faces), -1, dtype=np.int32)
+    perimeters = np.sum([edge_lengths(vertices, faces[:, ends]) for ends in ([0, 1], [1, 2], [2, 0])], axis=0)
+    numbers = (perimeters / edge * 1013.0) % 1.0  # random
+    least = np.flatnonzero(numbers <= np.partition(numbers, patches - 1)[patches - 1])
     parts, origins, count = [], [], 0
-    for number, seed in enumerate(seeds):
+    for number, seed in enumerate(least[np.argsort(numbers[least], kind="stable")][:patches]):
         part = faces[np.sort(_rings_around(faces, at_vertices, seed, size, number, marks))]
         origin, local = np.unique(part, return_inverse=True)
         parts.append(local.reshape(-1, 3).astype(np.int32) + np.int32(count))

@@ -18,9 +18,10 @@ from .quadric_prediction import predicted_heights, put_where_expected
 Label = TypeVar("Label")
 Measure = TypeVar("Measure")
 
-#: Given (n, 3) vertices and the numbers of those that are held out, one iterator a family of filters over (n, 3) results, from
-#: the first to the last of the family. They are read in threads, each only as far as is needed.
-Candidates: TypeAlias = Callable[[Floats, Ints], Sequence[Iterator[Floats]]]
+#: One iterator a family of filters over its (n, 3) results. They are read in threads, each only as far as is needed.
+Runs: TypeAlias = Sequence[Iterator[Floats]]
+#: These, given (n, 3) vertices and the numbers of those that are held out.
+Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
 
 
 @dataclass(frozen=True)
@@ -80,9 +81,6 @@ def scores_of(deviations: Floats) -> Scores:
     the mean of q_k - q_b, vertex by vertex, and its standard error that of a mean of such differences.
     """
     sizes = np.abs(deviations)
-    if sizes.shape[1] == 0:
-        nothing = np.zeros(len(sizes))
-        return Scores(nothing, nothing, nothing, 0)
     squares = np.minimum(sizes, max(tuned.WEAK, tuned.CLIP * float(np.median(sizes, axis=1).min()))) ** 2
     means = squares.mean(axis=1)
     best = int(means.argmin())
@@ -94,17 +92,10 @@ def scores_of(deviations: Floats) -> Scores:
 def initial_positions(
     points: Floats, faces: Ints, *, normals: Floats, scored: Bools, by_means: bool = False
 ) -> Callable[[Ints], Floats]:
-    """Where held-out vertices start: the mean of their neighbours or the quadric through two rings.
+    """Where held-out vertices start: the mean of their neighbours, which passes less noise on, or the quadric through two rings.
 
-    Whichever predicts all scored vertices better is taken: the mean passes less noise on, the quadric follows a surface that is
-    curved within an edge.
-
-    Args:
-        points: (n, 3) coordinates with a mean edge of 1.
-        faces: (m, 3) triangles.
-        normals: (n, 3) unit normals of a smoothed copy.
-        scored: (n,) the vertices that are predicted.
-        by_means: means in any case.
+    That is taken which predicts all vertices that are scored, (n,), better; `by_means` takes means in any case. The (n, 3) points
+    have a mean edge of 1, the (n, 3) unit normals are those of a smoothed copy, the faces (m, 3) triangles.
 
     Returns:
         A function of the numbers of held-out vertices: (n, 3) the points with these moved.
@@ -119,7 +110,7 @@ def initial_positions(
 
 def cross_validate(
     held: Sequence[Ints],
-    run: Callable[[Ints], Sequence[Iterator[Floats]]],
+    run: Callable[[Ints], Runs],
     deviations: Callable[[Ints, int, Floats], Floats],
     labels: Sequence[Sequence[Label]],
     *,
@@ -134,15 +125,15 @@ def cross_validate(
     Args:
         held: the sets, none of them empty.
         run: the candidates without a set, by families.
-        deviations: from the vertices of a set, of a candidate by its number and its result.
+        deviations: in mean edges, from the vertices of a set, of a candidate by its number and its result.
         labels: for each family the labels of its results. The very first should be that of doing nothing.
-        stays: candidates farther behind than so many standard errors are dropped; a huge number to try them all to the end.
+        stays: so many standard errors in place of two; a huge number tries all to the end.
         progress: called after every family that was run; may raise to stop.
     """
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])
     for number, mask in enumerate(held):
-        sets.append(np.zeros((len(kept), len(mask))))
+        sets.append(np.full((len(kept), len(mask)), np.inf))
         share, deviate = part_of(progress, shares[number], shares[number + 1]), partial(deviations, mask)
         if number == 0:
             kept = _race(run(mask), labels, deviate, sets[0], share)
@@ -157,16 +148,12 @@ def cross_validate(
 
 
 def _race(
-    runs: Sequence[Iterator[Floats]],
-    labels: Sequence[Sequence[Label]],
-    deviate: Callable[[int, Floats], Floats],
-    rows: Floats,
-    progress: Progress,
+    runs: Runs, labels: Sequence[Sequence[Label]], deviate: Callable[[int, Floats], Floats], rows: Floats, progress: Progress
 ) -> Bools:
     """Run the families side by side, fill the rows of their candidates, and end those that fall behind: which were reached.
 
-    After each result a family ends if it is behind the best so far by more than two standard errors and errs more than with its
-    result before: families go from little to much, and the errors fall before they rise.
+    A family ends if it is behind the best so far by more than two standard errors and errs more than with its result before:
+    families go from little to much, and the errors fall before they rise.
     """
     reached, starts = np.zeros(len(rows), dtype=np.bool_), np.cumsum([0, *map(len, labels)])
     going, longest = list(range(len(runs))), max(map(len, labels))
@@ -180,15 +167,14 @@ def _race(
         in_parallel(advance, [(k,) for k in going], part_of(progress, step / longest, (step + 1) / longest))
         latest = starts[going] + step
         reached[latest] = True
-        scores = scores_of(rows[reached])
-        errors, near = np.full(len(reached), np.inf), np.zeros_like(reached)
-        errors[reached], near[reached] = scores.errors, scores.within(tuned.STAYS)
+        scores = scores_of(rows)
+        errors, near = scores.errors, scores.within(tuned.STAYS)
         going = [k for k, at in zip(going, latest, strict=True) if step == 0 or near[at] or errors[at] < errors[at - 1]]
     return reached
 
 
 def measured(
-    runs: Sequence[Iterator[Floats]],
+    runs: Runs,
     labels: Sequence[Sequence[Label]],
     measure: Callable[[int, Floats], Measure],
     progress: Progress = ignore_progress,

@@ -3,22 +3,21 @@
 import numpy as np
 
 from ..geometry import mean_edge_length
+from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints
 from ..topology import OneRings, border_vertices, edges
 
 # Probability that a vertex is a candidate; of two adjacent candidates one is dropped, which leaves a ninth of the vertices.
 _CANDIDATES = 0.35
 # A random number is the fractional part of a length times (multiple + step * number of the mask).
-_MULTIPLES = (997.0, 1511.0)
-_STEPS = (137.7, 211.1)
+_MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
 
 
 def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
     """Random independent sets: no two vertices of a set are adjacent.
 
-    The sets are disjoint until less than 35 % of the scored vertices are left; then all may be drawn again. The random numbers
-    follow from the edge lengths at a vertex over the mean length: up to rounding they do not change if the mesh is moved, turned,
-    scaled or renumbered.
+    The sets are disjoint until less than 35 % of the scored vertices are left; then all may be drawn again. Random numbers are
+    made of the edge lengths at a vertex over the mean length: the same for a mesh moved, turned, scaled or renumbered.
 
     Args:
         points: (n, 3) coordinates.
@@ -48,8 +47,7 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:
     """(n,) random signs, 1 or -1: noise with a standard deviation of 1.
 
-    From the lengths of the (e, 2) edges at a vertex and its distance from the centroid, which distinguishes the vertices of a
-    regular mesh, whose edges are equally long.
+    From the lengths of the (e, 2) edges at a vertex, equal in a regular mesh, and its distance from the centroid.
     """
     edge = mean_edge_length(points, pairs)
     distances = np.linalg.norm(points - points.mean(axis=0), axis=1) / edge
@@ -65,10 +63,7 @@ def lengths_around(points: Floats, pairs: Ints, unit: float) -> Floats:
 
 
 def without(points: Floats, rings: OneRings, held: Ints) -> Floats:
-    """(n, 3) the points, with each held-out vertex at the mean of its neighbours that are not held out.
-
-    A vertex without such neighbours stays.
-    """
+    """(n, 3) the points, the held-out vertices at the `means_of_others` that are not held out."""
     result = points.copy()
     result[held] = means_of_others(points, rings, held, marked(held, len(points)))
     return result
@@ -81,16 +76,10 @@ def marked(vertices: Ints, n: int) -> Bools:
 
 def means_of_others(points: Floats, rings: OneRings, vertices: Ints, hidden: Bools) -> Floats:
     """(k, 3) for k vertices the mean of the neighbours that are not hidden; without such neighbours the vertex itself."""
-    counts = np.diff(rings.offsets)[vertices]
-    # Indices into rings.neighbours, vertex after vertex.
-    starts = np.cumsum(counts) - counts
-    places = np.arange(counts.sum()) + np.repeat(rings.offsets[vertices] - starts, counts)
-    owners, near = np.repeat(np.arange(len(vertices)), counts), rings.neighbours[places]
-    visible = ~hidden[near]
-    owners, near = owners[visible], near[visible]
-    degrees = np.bincount(owners, minlength=len(vertices))
-    sums = np.column_stack([np.bincount(owners, points[near, axis], len(vertices)) for axis in range(3)])
-    return np.where(degrees[:, None] > 0, sums / np.maximum(degrees, 1)[:, None], points[vertices])
+    visible = np.where(hidden[rings.neighbours], 0.0, 1.0)
+    around = sparse.csr_matrix((visible, rings.neighbours, rings.offsets), shape=(len(points), len(points)))[vertices]
+    counts = np.asarray(around.sum(axis=1))
+    return np.where(counts > 0.0, around @ points / np.maximum(counts, 1.0), points[vertices])
 
 
 def with_neighbours(vertices: Bools, pairs: Ints) -> Bools:
@@ -117,7 +106,7 @@ def local_means(values: Floats, counted: Bools, pairs: Ints, *, times: int) -> F
     """
     sums, weights = np.where(counted, values, 0.0), counted.astype(np.float64)
     a, b = pairs.T
-    for _ in range(times):
-        for numbers in (sums, weights):
+    for numbers in (sums, weights):
+        for _ in range(times):
             numbers += np.bincount(a, numbers[b], len(numbers)) + np.bincount(b, numbers[a], len(numbers))
     return np.divide(sums, weights, out=np.zeros(len(values)), where=weights > 0.0)

@@ -14,8 +14,7 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import OneRings, one_rings
 from .held_out import marked
 
-# The weight of a vertex at distance r is exp(-r^2 / 2 s^2), s so many mean distances of the one-ring: the second ring counts, but
-# less, since a quadric follows a surface only so far.
+# Mean distances of the one-ring: the second ring counts, but less, since a quadric follows a surface only so far.
 _WIDTH = 1.3
 # A quadric has six numbers, a plane three. Below so many vertices, or where they lie on a curve of second order, it is a plane.
 _ENOUGH = 8
@@ -37,10 +36,9 @@ def predicted_heights(
         heights: (k,) in the unit of the points; 0 where no vertex is around.
         gains: (k,) the standard deviation of the prediction for independent heights of standard deviation 1.
     """
-    heights, gains = np.zeros(len(which)), np.zeros(len(which))
-    unseen = np.zeros(len(points), dtype=np.bool_) if hidden is None else hidden
-    over_range(_predict, len(which), points, rings, normals, which, unseen, heights, gains)
-    return heights, gains
+    found, unseen = np.zeros((2, len(which))), np.zeros(len(points), dtype=np.bool_) if hidden is None else hidden
+    over_range(_predict, len(which), points, rings, normals, which, unseen, found)
+    return found[0], found[1]
 
 
 def height_residuals(points: Floats, rings: OneRings, normals: Floats, hidden: Bools | None = None) -> Floats:
@@ -70,15 +68,7 @@ def medians_around(values: Floats, rings: OneRings, ignored: Bools, wanted: Bool
 
 @compiled(nogil=True)
 def _predict(
-    points: Floats,
-    rings: OneRings,
-    normals: Floats,
-    which: Ints,
-    hidden: Bools,
-    heights: Floats,
-    gains: Floats,
-    begin: int,
-    end: int,
+    points: Floats, rings: OneRings, normals: Floats, which: Ints, hidden: Bools, found: Floats, begin: int, end: int
 ) -> None:
     seen, around = np.full(points.shape[0], -1, dtype=np.int32), np.empty(_MOST, dtype=np.int32)
     samples, work = np.empty((4, _MOST)), np.empty((9, 6))
@@ -90,7 +80,7 @@ def _predict(
         count = _two_rings(rings, i, hidden, seen, around)
         if _project(points, normals, i, scale, around[:count], samples):
             height, gain = height_of_quadric(samples, count, math.inf, work)
-            heights[k], gains[k] = scale * height, gain
+            found[0, k], found[1, k] = scale * height, gain
 
 
 @compiled(nogil=True)
@@ -110,7 +100,7 @@ def _find_medians(
 def _two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints) -> int:
     """Put the vertices of the two rings around i that are not ignored into `around`, as many as there is room for; how many.
 
-    `seen` has a place for every vertex, and holds i nowhere; then it holds i at those that were met.
+    `seen` has a place for every vertex, i at none; it gets i at those that were met.
     """
     offsets, neighbours, _ = rings
     count = 0
@@ -136,7 +126,7 @@ def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) ->
     Args:
         samples: (4, at least `count`) coordinates u and v, of a size around 1, heights, and weights above 0.
         count: how many samples there are; of none the height is 0.
-        most: where the deviation is larger it is a plane's too, and then their mean.
+        most: where the deviation is larger it is a plane's, and then their mean, too.
         work: (9, 6) numbers that are overwritten.
     """
     matrix, terms, solution = work[:7], work[7], work[8]

@@ -12,7 +12,7 @@ import pytest
 from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.denoising import REPERTOIRE, Outliers, replace_outlying
 from pymeshfair.filters.denoising.automatic import AutomaticChoice, automatic_choice, denoise_automatically
-from pymeshfair.filters.denoising.impulses import far_from, standing_out
+from pymeshfair.filters.denoising.impulses import far_from
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.preparation import denoised
 from pymeshfair.filters.denoising.scan import Scan
@@ -236,7 +236,10 @@ def test_a_rounded_edge_hides_no_spike_and_is_none() -> None:
     heights = 0.5 * np.exp(-((x / 5.0) ** 2))
     middle = int(np.linalg.norm(vertices - vertices.mean(axis=0), axis=1).argmin())
     heights[middle] += 2.0
-    assert np.flatnonzero(standing_out(heights, faces, 0.3)).tolist() == [middle]
+    raised, up = vertices.copy(), np.broadcast_to([0.0, 0.0, 1.0], vertices.shape)
+    raised[:, 2] += heights * mean_edge_length(vertices, faces)
+    found = far_from(raised, faces, vertices, up, np.zeros(len(vertices), dtype=np.bool_))
+    assert np.flatnonzero(found).tolist() == [middle]
 
 
 def test_far_from_a_plane_is_what_is_more_than_three_deviations_above_it() -> None:

@@ -1,12 +1,14 @@
 """What denoising chooses from, and what is left of it where something is given."""
 
-from pymeshfair.filters.denoising import REPERTOIRE, Setting, settings
+from pymeshfair.filters.denoising import REPERTOIRE, Scan, Setting, SettingsTried
+from tests.meshes import icosphere
 
 
 def test_the_first_setting_is_to_do_nothing() -> None:
     """So it stays where parameters are given."""
     for given in ({}, {"range_sigma": 0.3}, {"relaxation": 5}, {"outer_iterations": 0}):
-        assert settings("all", of=REPERTOIRE.narrowed(**given))[0][0] == Setting()
+        tried = SettingsTried(Scan.of(*icosphere(1)), border="along", of=REPERTOIRE.narrowed(**given))
+        assert tried.labels[0][0] == Setting()
 
 
 def test_nothing_given_narrows_nothing() -> None:
