@@ -1,10 +1,7 @@
 """Takes the text of a mesh file apart into lines of words and numbers: a number is one to its last character, or a word."""
 
-import functools
-import math
 import re
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -15,20 +12,9 @@ from .errors import ContentsError
 from .references import shown
 
 Bytes: TypeAlias = NDArray[np.uint8]
-Floats: TypeAlias = NDArray[np.float64]
 
-#: the largest power of ten that is tabled, and the least with another sign
-_MOST = 300
-#: added to the kind of a number that is not sure to be the nearest double
-UNSURE = 16
-
-
-@functools.cache
-def powers_of_ten() -> tuple[Floats, Floats]:
-    """Powers of ten, from 10^-300 to 10^300, each as the sum of two doubles."""
-    exact = [Fraction(10) ** power for power in range(-_MOST, _MOST + 1)]
-    high = [float(power) for power in exact]
-    return np.array(high), np.array([float(power - Fraction(first)) for power, first in zip(exact, high, strict=True)])
+#: the largest whole number that a double holds with all its digits
+_EXACT = 1 << 53
 
 
 @compiled
@@ -71,43 +57,6 @@ def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
 
 
 @compiled
-def _product(a: float, b: float) -> tuple[float, float]:
-    """A * b as the sum of two doubles, exactly [dekker1971]."""
-    p = a * b
-    c = 134217729.0 * a
-    a_high = c - (c - a)
-    a_low = a - a_high
-    c = 134217729.0 * b
-    b_high = c - (c - b)
-    b_low = b - b_high
-    return p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low
-
-
-@compiled
-def _decimal(mantissa: int, power: int, high: Floats, low: Floats) -> tuple[float, bool]:
-    """Mantissa * 10 ** power in double precision, and whether that is sure to be the nearest double.
-
-    Twice the digits of a double are computed; what is too near to the middle of two doubles is left to others.
-    """
-    first = float(mantissa)
-    if power == 0 and mantissa <= 9007199254740992:
-        return first, True
-    if mantissa <= 9007199254740992 and -22 <= power <= 22:  # both are doubles, so that one rounding is all
-        return (first / high[_MOST - power] if power < 0 else first * high[_MOST + power]), True
-    if power < -290 or power > 280:
-        return 0.0, False
-    second = float(mantissa - int(first))
-    scale, rest = high[_MOST + power], low[_MOST + power]
-    p, e = _product(first, scale)
-    e += first * rest + second * scale
-    value = p + e
-    left = e - (value - p)
-    half = math.ldexp(1.0, math.frexp(value)[1] - 54)  # of a unit in the last place
-    error = value * 1e-29  # all of this is within 2^-100 of the value
-    return value, abs(abs(left) - half) > error and abs(abs(left) - 0.5 * half) > error
-
-
-@compiled
 def lex(
     text: Bytes,
     slashes: bool,
@@ -117,13 +66,12 @@ def lex(
     starts: Any,
     numbers: Any,
     keywords: Any,
-    places: Any,
-    high: Floats,
-    low: Floats,
+    decimals: Any,
 ) -> tuple[int, int]:
     """Fill the arrays; how many tokens and lines there are.
 
-    The arrays are those of `Tokens`; `places` says where each token begins, `high` and `low` are `powers_of_ten`.
+    The arrays are those of `Tokens`. A number that is not whole, or has too many digits, has the value NaN, and its characters
+    are put into `decimals`, at their places in the text.
     """
     i, n, t, length, line = 0, len(text), 0, 0, 1
     end_of_token = np.zeros(256, np.bool_)
@@ -144,53 +92,41 @@ def lex(
                     i += 1
                 break
             # a number: its sign, its digits, its exponent
-            j, kind, mantissa, digits, power, cut = i, 1, 0, 0, 0, False
+            j, kind, whole, digits = i, 1, 0, 0
             negative = c == 45
             if negative or c == 43:
                 j += 1
             while j < n and 48 <= text[j] <= 57:
-                if mantissa < 100000000000000000:
-                    mantissa = mantissa * 10 + (text[j] - 48)
-                else:
-                    power += 1
-                    cut |= text[j] != 48
+                if whole <= _EXACT:
+                    whole = whole * 10 + (text[j] - 48)
                 digits += 1
                 j += 1
             if j < n and text[j] == 46:
                 kind = 2
                 j += 1
                 while j < n and 48 <= text[j] <= 57:
-                    if mantissa < 100000000000000000:
-                        mantissa = mantissa * 10 + (text[j] - 48)
-                        power -= 1
-                    else:
-                        cut |= text[j] != 48
                     digits += 1
                     j += 1
             if digits > 0 and j + 1 < n and text[j] | 32 == 101:
                 kind = 2
                 j += 1
-                below = text[j] == 45
-                if below or text[j] == 43:
+                if text[j] == 45 or text[j] == 43:
                     j += 1
-                exponent, digits = 0, 0
+                digits = 0
                 while j < n and 48 <= text[j] <= 57:
-                    exponent = min(exponent * 10 + (text[j] - 48), 100000)
                     digits += 1
                     j += 1
-                power += -exponent if below else exponent
             value = 0.0
             if j == n or end_of_token[text[j]]:
                 if j == i:
                     kind = 4
                 elif digits == 0:
                     kind = 0
+                elif kind == 2 or whole > _EXACT:
+                    value = np.nan
+                    decimals[i:j] = text[i:j]
                 else:
-                    value, sure = (0.0, True) if mantissa == 0 else _decimal(mantissa, power, high, low)
-                    if negative:
-                        value = -value
-                    if cut or not sure:
-                        kind += 16
+                    value = -float(whole) if negative else float(whole)
             else:
                 kind = 0
                 while j < n and not end_of_token[text[j]]:
@@ -198,7 +134,6 @@ def lex(
                 kind, value = _not_finite(text, i, j)
             kinds[t] = kind + (8 if after_slash else 0)
             values[t] = value
-            places[t] = i
             if kind == 0 and j - i <= 8 and t == token0:
                 code = np.uint64(0)
                 for k in range(j - 1, i - 1, -1):
@@ -213,7 +148,6 @@ def lex(
                 if i == n or _ends_line(text, i) or text[i] == 32 or text[i] == 9:
                     kinds[t] = 4 + 8
                     values[t] = 0.0
-                    places[t] = i
                     t += 1
                     after_slash = False
         if i < n:
@@ -249,7 +183,6 @@ def spans(text: Bytes, starts: Any, columns: Any, found: Any) -> None:
 WORD, INTEGER, REAL, NOT_FINITE, EMPTY = 0, 1, 2, 3, 4
 #: added to the kind of a token that follows a slash instead of a blank
 AFTER_SLASH = 8
-_TOKEN_END = re.compile(rb"[ \t\r\n/]")
 
 
 @dataclass(frozen=True)
@@ -292,26 +225,17 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
     """The tokens of a text; with `slashes` a slash parts two tokens, as in the faces of OBJ files."""
     text = np.frombuffer(data, dtype=np.uint8)
     n_tokens, n_lines = count(text, slashes)
-    kinds, values, places = np.empty(n_tokens, np.uint8), np.empty(n_tokens), np.empty(n_tokens, np.int64)
+    kinds, values, decimals = np.empty(n_tokens, np.uint8), np.empty(n_tokens), np.full(len(text), 32, np.uint8)
     first, starts, numbers = (np.empty(n_lines + 1, np.int64) for _ in range(3))
     keywords = np.zeros(n_lines, np.uint64)
-    t, k = lex(text, slashes, kinds, values, first, starts, numbers, keywords, places, *powers_of_ten())
+    t, k = lex(text, slashes, kinds, values, first, starts, numbers, keywords, decimals)
     kinds, values = kinds[:t], values[:t]
-    _complete(text, kinds, values, places)
+    unread = np.flatnonzero(np.isnan(values) & (kinds & (AFTER_SLASH - 1) != NOT_FINITE))
+    if len(unread):
+        values[unread] = np.fromstring(decimals.tobytes(), sep=" ")
+        beyond = unread[np.isinf(values[unread])]
+        kinds[beyond] = kinds[beyond] & AFTER_SLASH | NOT_FINITE
     return Tokens(text, kinds, values, first[: k + 1], keywords[:k], starts[:k], numbers[:k])
-
-
-def _complete(text: Bytes, kinds: NDArray[np.uint8], values: NDArray[np.float64], places: NDArray[np.int64]) -> None:
-    """Read the numbers again that were not sure to be the nearest double: with more digits than a double has, or very large."""
-    for t in np.flatnonzero(kinds & UNSURE).tolist():
-        place, length = int(places[t]), 64
-        while not (end := _TOKEN_END.search(text[place : place + length].tobytes())) and place + length < len(text):
-            length *= 16
-        token = text[place : place + (end.start() if end else length)].tobytes()
-        values[t] = float(token)
-        kinds[t] -= UNSURE
-        if not np.isfinite(values[t]):
-            kinds[t] += NOT_FINITE - (kinds[t] & (AFTER_SLASH - 1))
 
 
 def joined(data: bytes) -> bytes:
