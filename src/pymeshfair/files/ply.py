@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData, Source, Texture
-from .ply_header import PlyError, PlyHeader, read_header
+from .errors import ContentsError
+from .ply_header import PlyHeader, read_header
 from .ply_tables import Array, Lists, Table, binary_tables, text_tables
 from .polygons import triangulated
 from .reading import Reading, unended
@@ -74,7 +75,7 @@ def read_ply(path: Path, references: References) -> Reading:
     vertex = tables["vertex"]
     vertices = _vectors(vertex, PLACE, np.float64)
     if vertices is None:
-        raise PlyError("its vertices have no numbers x, y and z")
+        raise ContentsError("its vertices have no numbers x, y and z")
     faces, rows, attributes = _faces(tables, header, vertices)
     others = len(faces) > 0 and not _has_face_rows(tables)
     if "face" in tables and tables["face"].element.count and not _has_face_rows(tables):
@@ -112,13 +113,13 @@ def meant(table: Table) -> set[str]:
 def _check_names(header: PlyHeader) -> None:
     names = [e.name for e in header.elements]
     if "vertex" not in names:
-        raise PlyError("it has no element 'vertex'")
+        raise ContentsError("it has no element 'vertex'")
     if len(set(names)) != len(names):
-        raise PlyError("it declares an element twice")
+        raise ContentsError("it declares an element twice")
     for element in header.elements:
         properties = [p.name for p in element.properties]
         if len(set(properties)) != len(properties):
-            raise PlyError(f"its element {element.name!r} has a property twice")
+            raise ContentsError(f"its element {element.name!r} has a property twice")
 
 
 def _vectors(table: Table, names: tuple[str, ...], dtype: Any) -> NDArray[Any] | None:
@@ -195,14 +196,14 @@ def _faces_of_rows(
 ) -> tuple[NDArray[np.int32], NDArray[np.int32] | None, dict[str, Array]]:
     named = [name for name in CORNERS if table.lists(name) is not None]
     if len(named) > 1:
-        raise PlyError(f"its faces have their corners twice, as {' and as '.join(map(repr, named))}")
+        raise ContentsError(f"its faces have their corners twice, as {' and as '.join(map(repr, named))}")
     if not named:
-        raise PlyError("the corners of its faces are no lists")
+        raise ContentsError("the corners of its faces are no lists")
     lists = table.lists(named[0])
     assert lists is not None
     if lists.lengths.min() < 3:
         k = int(np.argmin(lists.lengths))
-        raise PlyError(f"its face {k + 1:,} has {lists.lengths[k]} vertices")
+        raise ContentsError(f"its face {k + 1:,} has {lists.lengths[k]} vertices")
     corners = _checked(lists.values, len(vertices), "face")
     places, of_polygon = triangulated(vertices, corners, lists.lengths)
     faces = (corners.reshape(-1, 3) if of_polygon is None else corners[places]).astype(np.int32)
@@ -221,7 +222,7 @@ def _faces_of_rows(
         wrong = ~((numbers >= -1) & (numbers < max(textures, 1)))
         if wrong.any():
             k = int(np.argmax(wrong))
-            raise PlyError(f"its face {k + 1:,} has the texture {numbers[k]:.0f}, counted from 0, of {textures}")
+            raise ContentsError(f"its face {k + 1:,} has the texture {numbers[k]:.0f}, counted from 0, of {textures}")
         attributes["texture"] = numbers.astype(np.int32)[rows]
     elif pairs is not None and textures:
         attributes["texture"] = np.zeros(len(faces), np.int32)
@@ -231,9 +232,9 @@ def _faces_of_rows(
 def _checked(values: Array, count: int, what: str, least: int = 0) -> NDArray[np.int64]:
     """Indices of vertices as whole numbers."""
     if values.dtype.kind == "f" and (values != np.rint(values)).any():
-        raise PlyError(f"a {what} of it names a vertex by a number that is no whole one")
+        raise ContentsError(f"a {what} of it names a vertex by a number that is no whole one")
     if values.size and not (values.min() >= least and values.max() < count):
-        raise PlyError(f"a {what} of it names a vertex that is none of its {count:,}")
+        raise ContentsError(f"a {what} of it names a vertex that is none of its {count:,}")
     return values.astype(np.int64)
 
 
@@ -241,7 +242,7 @@ def _wedges(pairs: Lists, lengths: NDArray[np.int64]) -> NDArray[np.float64]:
     """(c, 2) the texture coordinates at the corners of the polygons."""
     if (wrong := pairs.lengths != 2 * lengths).any():
         k = int(np.argmax(wrong))
-        raise PlyError(f"the list 'texcoord' of its face {k + 1:,} has {pairs.lengths[k]} values for {lengths[k]} corners")
+        raise ContentsError(f"the list 'texcoord' of its face {k + 1:,} has {pairs.lengths[k]} values for {lengths[k]} corners")
     return pairs.values.astype(np.float64).reshape(-1, 2)
 
 
@@ -265,10 +266,10 @@ def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
     sizes = {w[0]: int(w[1]) for w in comments if len(w) == 2 and w[0] in ("num_cols", "num_rows") and w[1].isdigit()}
     columns, rows = sizes.get("num_cols", 0), sizes.get("num_rows", 0)
     if columns * rows != len(lists.lengths):
-        raise PlyError(f"it has a grid of {len(lists.lengths):,} places, but num_cols and num_rows say otherwise")
+        raise ContentsError(f"it has a grid of {len(lists.lengths):,} places, but num_cols and num_rows say otherwise")
     grid: NDArray[np.int64] = np.full(len(lists.lengths), -1, np.int64)
     if lists.lengths.max() > 1:
-        raise PlyError("a place of its grid has several vertices")
+        raise ContentsError("a place of its grid has several vertices")
     grid[lists.lengths > 0] = _checked(lists.values, count, "grid", least=-1)
     grid = grid.reshape(rows, columns)
     a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]))
@@ -288,7 +289,7 @@ def _edges(table: Table | None, count: int) -> NDArray[np.int32]:
         return np.empty((0, 2), np.int32)
     wrong = ~((pairs >= 0) & (pairs < count) & (pairs == np.rint(pairs))).all(axis=1)
     if wrong.any():
-        raise PlyError(f"its edge {int(np.argmax(wrong)) + 1:,} ends at a vertex that is none of its {count:,}")
+        raise ContentsError(f"its edge {int(np.argmax(wrong)) + 1:,} ends at a vertex that is none of its {count:,}")
     return pairs.astype(np.int32)
 
 

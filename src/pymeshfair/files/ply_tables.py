@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.compilation import compiled
-from .ply_header import KINDS, SIZES, PlyElement, PlyError, PlyHeader
+from .errors import ContentsError
+from .ply_header import KINDS, SIZES, PlyElement, PlyHeader
 from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, tokenise
 
 #: bytes that may follow the last row: ends of lines, and the padding of some programs
@@ -93,7 +94,7 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
         position = table.bytes[1]
     more = data[position:].tobytes().strip(PADDING)
     if more:
-        raise PlyError(f"{len(more):,} bytes follow behind all that its header declares")
+        raise ContentsError(f"{len(more):,} bytes follow behind all that its header declares")
     return tables
 
 
@@ -151,7 +152,7 @@ def _uneven_table(data: NDArray[np.uint8], position: int, element: PlyElement, o
     places, lengths = np.empty((n, len(properties)), np.int64), np.empty((n, len(properties)), np.int64)
     end = _walk(data, position, n, counts, kinds, sizes, order == ">", places, lengths)
     if end < 0:
-        raise PlyError(f"its element {element.name!r} is cut short, or a list in it has a length that cannot be")
+        raise ContentsError(f"its element {element.name!r} is cut short, or a list in it has a length that cannot be")
     columns: dict[str, Array | Lists] = {}
     for k, p in enumerate(properties):
         kind = np.dtype(order + KINDS[p.type])
@@ -214,12 +215,12 @@ def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Token
     body = text.rstrip(PADDING)
     piece = tokenise(body)
     if b"#" in body:
-        raise PlyError("it has comments behind its header")
+        raise ContentsError("it has comments behind its header")
     tables: dict[str, Table] = {}
     line = 0
     for element in header.elements:
-        if len(piece.lengths) - line < element.count:
-            raise PlyError(f"it declares {element.count:,} of {element.name!r}, but {len(piece.lengths) - line:,} lines follow")
+        if (left := len(piece.lengths) - line) < element.count:
+            raise ContentsError(f"it declares {element.count:,} of {element.name!r}, but {left:,} lines follow")
         tables[element.name] = _text_table(piece, line, element)
         line += element.count
     if line < len(piece.lengths):
@@ -268,5 +269,5 @@ def _refuse(piece: Tokens, line: int, wrong: NDArray[np.bool_], why: str) -> Non
         raise _fail(piece, line + int(np.argmax(wrong)), why)
 
 
-def _fail(piece: Tokens, k: int, why: str) -> PlyError:
-    return PlyError(f"line {piece.numbers[k]:,} behind its header, {piece.line(k)[:60].decode('utf-8', 'replace')!r}, {why}")
+def _fail(piece: Tokens, k: int, why: str) -> ContentsError:
+    return ContentsError(f"line {piece.numbers[k]:,} behind its header, {piece.line(k)[:60].decode('utf-8', 'replace')!r}, {why}")
