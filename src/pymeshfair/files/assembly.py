@@ -131,11 +131,9 @@ def polygons(
     if (lengths < 3).any():
         k = int(np.argmax(lengths < 3))
         raise ContentsError(f"{what}: face {k + 1:,} has {lengths[k]} corners")
-    places, of_polygon = triangulated(vertices[corners], np.arange(len(corners)), lengths)
+    places, of_polygon, face = triangulated(vertices[corners], np.arange(len(corners)), lengths)
     rows = np.arange(len(lengths)) if of_polygon is None else of_polygon
-    face = {name: values[rows] for name, values in (of_polygons or {}).items() if values is not None}
-    if of_polygon is not None:
-        face["polygon"] = np.where(lengths[of_polygon] > 3, of_polygon, -1).astype(np.int32)
+    face = {name: values[rows] for name, values in (of_polygons or {}).items() if values is not None} | face
     vertex: dict[str, NDArray[Any]] = {}
     lost = []
     for name, values in (of_corners or {}).items():

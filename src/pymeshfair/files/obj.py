@@ -85,14 +85,10 @@ def read_obj(path: Path, references: References) -> Reading:
     textured = _texture_coordinates(tokens, notes)
     corners = _corners(tokens, "f", 3, "face", counts, notes)
     lines = _corners(tokens, "l", 2, "polyline", counts, notes)
-    places, of_polygon = triangulated(vertices, corners.indices[:, 0], corners.lengths)
+    places, of_polygon, attributes = triangulated(vertices, corners.indices[:, 0], corners.lengths)
     row = np.arange(len(corners.lines)) if of_polygon is None else of_polygon
     indices = corners.indices[places]
     faces = indices[:, :, 0]
-
-    attributes: dict[str, NDArray[Any]] = {}
-    if of_polygon is not None:
-        attributes["polygon"] = np.where(corners.lengths[row] > 3, row, -1).astype(np.int32)
     bare = (indices[:, :, 1] < 0).all(axis=1)
     if not bare.all():
         wedges = np.append(textured, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]

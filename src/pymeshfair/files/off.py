@@ -137,13 +137,11 @@ def _faces(
     of_edge = counts[of_face] == 2
     polygons = counts[counts > 2]
     corners_of_faces = corners[~of_edge]
-    triangles, of_polygon = triangulated(vertices, corners_of_faces, polygons)
-    row = slice(None) if of_polygon is None else of_polygon
+    triangles, of_polygon, of_polygons = triangulated(vertices, corners_of_faces, polygons)
     attributes: dict[str, NDArray[Any]] = {}
     if sizes[counts > 2].any():
-        attributes["colors"] = colors[counts > 2][row]
-    if of_polygon is not None:
-        attributes["polygon"] = np.where(polygons[of_polygon] > 3, of_polygon, -1).astype(np.int32)
+        attributes["colors"] = colors[counts > 2][slice(None) if of_polygon is None else of_polygon]
+    attributes |= of_polygons
     return corners_of_faces[triangles], corners[of_edge].reshape(-1, 2), attributes
 
 

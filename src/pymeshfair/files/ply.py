@@ -205,7 +205,7 @@ def _faces_of_rows(
         k = int(np.argmin(lists.lengths))
         raise ContentsError(f"its face {k + 1:,} has {lists.lengths[k]} vertices")
     corners = _checked(lists.values, len(vertices), "face")
-    places, of_polygon = triangulated(vertices, corners, lists.lengths)
+    places, of_polygon, of_polygons = triangulated(vertices, corners, lists.lengths)
     faces = (corners.reshape(-1, 3) if of_polygon is None else corners[places]).astype(np.int32)
     rows = slice(None) if of_polygon is None else of_polygon
     attributes: dict[str, Array] = {}
@@ -213,9 +213,7 @@ def _faces_of_rows(
         attributes["colors"] = colors[rows]
     if (scalars := table.numbers(SCALAR)) is not None:
         attributes["scalars"] = scalars.astype(np.float64)[rows]
-    if of_polygon is not None:
-        sizes = lists.lengths[of_polygon]
-        attributes["polygon"] = np.where(sizes > 3, of_polygon, -1).astype(np.int32)
+    attributes |= of_polygons
     if (pairs := table.lists(WEDGES)) is not None:
         attributes["wedge_texture_coordinates"] = _wedges(pairs, lists.lengths)[places]
     if (numbers := table.numbers(TEXTURE_NUMBER)) is not None:

@@ -174,16 +174,9 @@ def _count_at(data: Any, position: int, size: int, kind: int, big: bool) -> int:
         whole = whole * 256 + data[position + b if big else position + size - 1 - b]
     if kind != 102:  # no "f"
         return -1 if kind == 105 and whole >= 1 << (8 * size - 1) else whole
-    # IEEE 754: sign, exponent, fraction
-    digits, bias = (23, 127) if size == 4 else (52, 1023)
-    exponent = (whole >> digits) & (2 * bias + 1)
-    fraction = (whole & ((1 << digits) - 1)) | (1 << digits)
-    if whole == 0 or whole == 1 << (8 * size - 1):
-        return 0
-    shift = exponent - bias - digits
-    if whole >> (8 * size - 1) or exponent < bias or shift > 0 or (fraction & ((1 << -shift) - 1)) != 0:
-        return -1
-    return fraction >> -shift
+    digits = (data[position : position + size][::-1] if big else data[position : position + size]).copy()
+    count = float(digits.view(np.float32)[0]) if size == 4 else float(digits.view(np.float64)[0])
+    return int(count) if 0.0 <= count < 2.0**53 and count == np.floor(count) else -1
 
 
 @compiled
