@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..filters.execution import ignore_progress
 from ..filters.neighbours import CellTree, build_tree
-from .columns import Column
+from .columns import Column, Stored
 from .division import Bucket, Floats, Longs
 
 #: the first cell of each tile, and the one behind its last
@@ -32,23 +32,9 @@ class Cells:
     scale: float  # the power of two that coordinates are divided by, of `tree_scale`
     cell: int = CELL  # points of a cell, the last one of a bucket may have fewer
 
-    @property
-    def points(self) -> Column:
-        """Coordinates by slot, as in the input."""
-        return Column(self.folder / "points", "<f8", 3)
-
-    @property
-    def numbers(self) -> Column:
-        """Numbers by slot."""
-        return Column(self.folder / "numbers", "<i8")
-
-    @property
-    def _starts(self) -> Column:
-        return Column(self.folder / "starts", "<i8")
-
-    @property
-    def _boxes(self) -> Column:
-        return Column(self.folder / "boxes", "<f8", 6)
+    points = Stored("<f8", 3)  # coordinates by slot, as in the input
+    numbers = Stored("<i8")  # by slot
+    _starts, _boxes = Stored("<i8"), Stored("<f8", 6)  # of the cells
 
     @classmethod
     def make(cls, folder: Path, count: int, scale: float) -> Cells:

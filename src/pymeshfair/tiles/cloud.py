@@ -32,7 +32,7 @@ from ..filters.outliers import (
     standard_distances,
 )
 from .cells import Cells, Ranges
-from .columns import Column, Part, in_order
+from .columns import Column, Part, Stored, in_order
 from .division import Bucket, Floats, Longs, divide
 from .memory import cloud_points, points_with_normals, slice_rows
 from .neighbours import TilePoints, search_tile
@@ -75,10 +75,7 @@ class OutlierTiles:
     k: int  # neighbours
     tile: int  # points of a tile
 
-    @property
-    def distances(self) -> Column:
-        """The standard distance by slot, in the unit of trees."""
-        return Column(self.cells.folder / "distances", "<f8")
+    distances = Stored("<f8")  # the standard ones by slot, in the unit of trees
 
     def part(self, first: int) -> Part:
         """The factors of the tile that begins with the cell `first`."""
@@ -109,7 +106,7 @@ class OutlierTiles:
             compare(distances, tile.nearest, 0, count, factors)
             factors[asks] = np.nan
         self.distances.write(tile.begin, tile.by_slot(distances))
-        self.part(first).write(tile.numbers, tile.by_number(factors))
+        self.part(first).write(tile.numbers[tile.index], factors)
         np.savez(self._asking(first), rows=tile.index[asks], own=distances[asks], slots=np.concatenate(asked_slots))
 
     def finish(self, first: int) -> None:
@@ -128,15 +125,8 @@ class Cloud:
     folder: Path  # for the files of the work
     kept: Column | None = None  # of each of its points whether it is left, None if all are
 
-    @property
-    def scalars(self) -> Column:
-        """The probability of each point of the file in the last stage that it was in."""
-        return Column(self.folder / "scalars", "<f8")
-
-    @property
-    def normals(self) -> Column:
-        """The normal of each point of the file in the last stage that gave it one."""
-        return Column(self.folder / "normals", "<f8", 3)
+    scalars = Stored("<f8")  # the probability of each point of the file in the last stage that it was in
+    normals = Stored("<f8", 3)  # the normal of each point of the file in the last stage that gave it one
 
     def left(self, first: int, last: int) -> NDArray[np.bool_]:
         """Which of some points of the file are left."""

@@ -31,7 +31,7 @@ from ..filters.mesh import NormalisedMesh, Whole, check_healthy, normalised_mesh
 from ..filters.topology import border_vertices, proper_faces
 from .cells import Cells, Ranges
 from .cloud import Cloud
-from .columns import Column, Part, in_order
+from .columns import Part, in_order
 from .division import Floats
 from .halo import tile_with_rings
 from .memory import slice_rows, surface_vertices
@@ -121,15 +121,6 @@ class Relaxation:
     whole: Whole  # the box of the vertices that faces use
     is_open: bool  # whether the mesh has borders
 
-    @property
-    def _across(self) -> Column:
-        """The places of vertices of the outline without their displacement along the surface."""
-        return Column(self.surface.cells.folder / "across", "<f8", 3)
-
-    @property
-    def _outline(self) -> Column:
-        return Column(self.surface.cells.folder / "outline", "u1")
-
     def step(self, first: int, last: int) -> tuple[tuple[float, int], tuple[float, int]]:
         """The steps on the vertices of some cells; of `RelaxedPart` the squares."""
         filtering = self.filtering
@@ -145,15 +136,15 @@ class Relaxation:
             is_open=self.is_open,
         )
         begin = self.surface.cells.slots_of(first, last)[0]
-        for column, values in ((self.surface.moved, part.moved), (self._across, part.across), (self._outline, part.outline)):
-            column.write(begin, tile.own_by_slot(values))
+        for name in ("moved", "across", "outline"):
+            getattr(self.surface, name).write(begin, tile.own_by_slot(getattr(part, name)))
         return part.squares
 
     def keep(self, share: float, first: int, last: int) -> tuple[Floats, Floats]:
         """Put the vertices where they are, the outline with that share of its way along; the corners of their box."""
         begin, end = self.surface.cells.slots_of(first, last)
-        moved, across = self.surface.moved.read(begin, end), self._across.read(begin, end)
-        outline = self._outline.read(begin, end) > 0
+        moved, across = self.surface.moved.read(begin, end), self.surface.across.read(begin, end)
+        outline = self.surface.outline.read(begin, end) > 0
         found = np.where(outline[:, None], across + share * (moved - across), moved)
         numbers = self.surface.cells.numbers.read(begin, end)
         check_healthy(self.surface.cells.points.read(begin, end), found, self.whole.diagonal, numbers.astype(np.int32))
@@ -163,7 +154,7 @@ class Relaxation:
     def do(self, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> list[tuple[Floats, Floats]]:
         """All of them, after which the mesh has other coordinates; the box of each tile after them."""
         count = self.surface.cells.count
-        for column in (self.surface.moved, self._across, self._outline, self.surface.next_state):
+        for column in (self.surface.moved, self.surface.across, self.surface.outline, self.surface.next_state):
             tasks.run(column.create, count)
         squares = tasks.map(self.step, tiles, progress)
         sums = [(math.fsum(one[k][0] for one in squares), sum(one[k][1] for one in squares)) for k in (0, 1)]
@@ -175,7 +166,7 @@ class Relaxation:
 
     def forget(self) -> None:
         """Remove the files that nothing needs any more."""
-        for column in (self._across, self._outline):
+        for column in (self.surface.across, self.surface.outline):
             column.path.unlink(missing_ok=True)
 
 
@@ -287,9 +278,7 @@ class MeshTiles:
         """Write down the final coordinates of some cells by number."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
-        numbers = cells.numbers.read(begin, end)
-        order = np.argsort(numbers)
-        self.part(first).write(numbers[order], cells.points.read(begin, end)[order])
+        self.part(first).write(cells.numbers.read(begin, end), cells.points.read(begin, end))
 
 
 def cut(

@@ -63,12 +63,6 @@ class TilePoints:
         ordered[self.slots[self.index] - self.begin] = values
         return ordered
 
-    def by_number(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values by row of the tree in the order of the numbers."""
-        ordered = np.empty_like(values)
-        ordered[self.index] = values
-        return ordered
-
 
 def search_tile(cells: Cells, k: int, most: int, first: int, last: int, inside: Inside, around: Around) -> TilePoints:
     """Find the k nearest points of every point in the cells from `first` to before `last`.
