@@ -1,6 +1,6 @@
 """Parts of a scene, each placed by a matrix, as one mesh; and polygons with values at their corners as such a part."""
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from ..filters.geometry import vertex_normals_by_angle
 from ..filters.topology import proper_faces
-from ..mesh_data import MeshData, Texture
+from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError
 from .indices import check_range
 from .polygons import triangulated
+from .reading import Reading
 from .references import References
 
 #: placements, and vertices and faces of all of them together, of one file
@@ -78,12 +79,11 @@ class Assembly:
             self.textures.append(Texture(name, image()))
         return self._numbers[name]
 
-    def side_files(self) -> tuple[Path, ...]:
-        """The images of the textures."""
-        return tuple(t.image for t in self.textures if isinstance(t.image, Path))
-
-    def mesh(self) -> MeshData:
+    def reading(self, path: Path, format: str, extras: Iterable[str], unit: str | None = None) -> Reading:
         """All parts as one mesh, in the order in which they were placed."""
+        return Reading(replace(self._mesh(), unit=unit, source=Source(path, format, extras=tuple(extras))))
+
+    def _mesh(self) -> MeshData:
         parts = [_placed(*part) for part in self._parts] or [MeshData(vertices=np.empty((0, 3)))]
         self._parts.clear()
         if any("normals" in p.vertex_attributes for p in parts):

@@ -14,7 +14,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh_data import MeshData, Source
+from ..mesh_data import MeshData
 from .assembly import Assembly, levels, polygons, triangles_of
 from .errors import ContentsError
 from .reading import Reading
@@ -48,15 +48,14 @@ def read_gltf(path: Path, references: References) -> Reading:
         reader = _Reader(document, binary, references)
         with np.errstate(all="ignore"):
             reader.read_scene()
-        mesh = reader.assembly.mesh()
         extras = (*_losses(document), *reader.assembly.lost)
+        reading = reader.assembly.reading(path, path.suffix[1:].lower(), extras, "m")
     except (KeyError, TypeError, AttributeError, ValueError, OverflowError, IndexError) as error:
         if isinstance(error, ContentsError):
             raise
         what = f"{type(error).__name__}: {str(error)[:60]}"
         raise ContentsError(f"its document lacks something or has it wrong ({what})") from error
-    mesh = replace(mesh, unit="m", source=Source(path, path.suffix[1:].lower(), extras=extras))
-    return Reading(mesh, side_files=(*reader.files, *reader.assembly.side_files()))
+    return replace(reading, side_files=tuple(reader.files))
 
 
 def _chunks(data: bytes) -> tuple[bytes, bytes | None]:

@@ -167,16 +167,6 @@ def _extras(header: Any, records: Any) -> tuple[str, ...]:
     return (*extras, *([f"records of its header ({others:,})"] if others else []))
 
 
-def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh, with the header of the LAS file that they come from."""
-    return _write(mesh, target, writing, compress=False)
-
-
-def write_laz(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """The same as `write_las`, compressed."""
-    return _write(mesh, target, writing, compress=True)
-
-
 def write_las_pieces(pieces: Callable[[], Iterator[MeshData]], target: BinaryIO) -> tuple[str, ...]:
     """Write pieces of a cloud, which have the same attributes, to a LAS file: once for their extent, and once to be written.
 
@@ -201,7 +191,8 @@ def write_las_pieces(pieces: Callable[[], Iterator[MeshData]], target: BinaryIO)
     return tuple(notes)
 
 
-def _write(mesh: MeshData, target: BinaryIO, writing: Writing, *, compress: bool) -> tuple[str, ...]:
+def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
+    """Write the vertices of a mesh, with the header of the LAS file that they come from; compressed if the output is LAZ."""
     _laspy()
     document = mesh.source.document if mesh.source is not None else None
     notes: list[str] = []
@@ -211,7 +202,7 @@ def _write(mesh: MeshData, target: BinaryIO, writing: Writing, *, compress: bool
     _set_scale(header, mesh.vertices, writing, notes)
     rows = (slice(start, start + _CHUNK) for start in range(0, max(len(mesh.vertices), 1), _CHUNK))
     parts = ((mesh.vertices[part], {name: values[part] for name, values in columns.items()}) for part in rows)
-    _write_points(parts, header, records, stored, target, compress=compress)
+    _write_points(parts, header, records, stored, target, compress=writing.extension == "laz")
     return tuple(notes)
 
 

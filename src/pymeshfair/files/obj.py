@@ -112,7 +112,6 @@ def read_obj(path: Path, references: References) -> Reading:
     own, corner_normals = _normals(len(vertices), normals, indices, notes)
     if own is not None:
         vertex_attributes["normals"] = own
-    textures = tuple(Texture(name, references.find_image(name)) for name in materials.textures)
     images, doubts = _images(materials, references)
     mesh = MeshData(
         vertices=vertices,
@@ -121,7 +120,7 @@ def read_obj(path: Path, references: References) -> Reading:
         vertex_attributes=vertex_attributes,
         face_attributes=attributes,
         keeps_normals=own is not None and len(faces) > 0,
-        textures=textures,
+        textures=tuple(Texture(name, references.find_image(name)) for name in materials.textures),
     )
     others = [f"{what} ({n:,})" for what in _OTHERS if (n := counts[what])]
     document = ObjDocument(
@@ -138,10 +137,9 @@ def read_obj(path: Path, references: References) -> Reading:
         tuple(others),
     )
     extras = (*lost, *others, *notes)
-    side_files = (*files, *(t.image for t in (*textures, *images) if isinstance(t.image, Path)))
     source = Source(path, "obj", document, extras, images=images)
     doubts = (*unended(data), *((_LEVELS,) if levels else ()), *doubts)
-    return Reading(replace(mesh, source=source), doubts, side_files)
+    return Reading(replace(mesh, source=source), doubts, tuple(files))
 
 
 def _counts(tokens: Tokens) -> Counter[str]:

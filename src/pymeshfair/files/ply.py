@@ -81,7 +81,6 @@ def read_ply(path: Path, references: References) -> Reading:
     if "face" in tables and tables["face"].element.count and not _has_face_rows(tables):
         doubts += (f"its {tables['face'].element.count:,} 'face' have no list 'vertex_indices', so that they are no faces",)
     document = PlyDocument(header, tables, data, tokens, rows, others, attributes.get("wedge_texture_coordinates"))
-    textures = [Texture(name, references.find_image(name)) for name in header.textures]
     vertex_attributes = _attributes_of_vertices(vertex)
     mesh = MeshData(
         vertices=vertices,
@@ -90,10 +89,10 @@ def read_ply(path: Path, references: References) -> Reading:
         vertex_attributes=vertex_attributes,
         face_attributes=attributes,
         keeps_normals="normals" in vertex_attributes,
-        textures=tuple(textures),
+        textures=tuple(Texture(name, references.find_image(name)) for name in header.textures),
         source=Source(path, "ply", document, tuple(_extras(document))),
     )
-    return Reading(mesh, doubts, tuple(t.image for t in textures if isinstance(t.image, Path)))
+    return Reading(mesh, doubts)
 
 
 def meant(table: Table) -> set[str]:

@@ -164,16 +164,13 @@ def _expe(path: Path, data: bytes) -> MeshData:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh, with the columns of the text that they come from, else with normals."""
-    return _write(mesh, target, PointsDocument((*_PLACE, *_NORMAL)))
+    """Write the vertices of a mesh, with the columns of the text that they come from.
 
-
-def write_pts(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh as `write_points` does, else with their number, intensities and colours."""
-    return _write(mesh, target, PointsDocument((*_PLACE, "intensity", *_COLOR), counted=True))
-
-
-def _write(mesh: MeshData, target: BinaryIO, document: PointsDocument) -> tuple[str, ...]:
+    From another file they get normals, in .pts their number, intensities and colours.
+    """
+    document = PointsDocument((*_PLACE, *_NORMAL))
+    if writing.extension == "pts":
+        document = PointsDocument((*_PLACE, "intensity", *_COLOR), counted=True)
     if mesh.source is not None and isinstance(mesh.source.document, PointsDocument):
         document = mesh.source.document
     values: dict[str, NDArray[Any]] = dict(zip(_PLACE, mesh.vertices.T, strict=True))

@@ -109,6 +109,7 @@ class Writing:
     textures: Mapping[str, str]  # by the names of the textures their names beside the output
     material_file: str  # the name of the material file beside the output
     materials: list[bytes]  # takes the bytes of the material file, if there is one
+    extension: str = ""  # of the output
 
 
 #: Writes a mesh without a matrix to an open file. Returns, in words, what is left out or otherwise than in the file that the mesh
@@ -120,10 +121,8 @@ _WRITERS: Mapping[str, tuple[str, str]] = {
     "obj": ("obj_write", "write_obj"),
     "off": ("off", "write_off"),
     "stl": ("stl", "write_stl"),
-    **dict.fromkeys(("xyz", "asc", "txt"), ("points", "write_points")),
-    "pts": ("points", "write_pts"),
-    "las": ("las", "write_las"),
-    "laz": ("las", "write_laz"),
+    **dict.fromkeys(("xyz", "asc", "txt", "pts"), ("points", "write_points")),
+    **dict.fromkeys(("las", "laz"), ("las", "write_las")),
     "glb": ("gltf_write", "write_glb"),
     "3mf": ("three_mf", "write_3mf"),
     "wrl": ("vrml", "write_vrml"),
@@ -172,7 +171,7 @@ def save_mesh(
         plan = stage_textures((*mesh.textures, *images), output, stage, record=record, own=own_texture_names)
         side_files, reused, names = list(plan.files), plan.reused, plan.names
         warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in plan.missing]
-    writing = Writing(resolution, names, material_path(output).name, [])
+    writing = Writing(resolution, names, material_path(output).name, [], extension(output))
     staged = stage / output.name
     module, function = _WRITERS[extension(output)]
     write: Writer = getattr(importlib.import_module(f".{module}", __package__), function)
