@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -206,19 +206,15 @@ def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     return tuple(notes)
 
 
-@dataclass(frozen=True)
-class _Stored:
-    """The dimension that holds a column, and what the column's numbers are multiplied with."""
-
-    name: str
-    factor: float = 1.0
+#: by column, the dimension that holds it, and what its numbers are multiplied with
+_Stored: TypeAlias = dict[str, tuple[str, float]]
 
 
 def _write_points(
     parts: Iterable[tuple[NDArray[np.float64], dict[str, NDArray[Any]]]],
     header: Any,
     records: Any,
-    stored: dict[str, _Stored],
+    stored: _Stored,
     target: BinaryIO,
     *,
     compress: bool,
@@ -231,8 +227,8 @@ def _write_points(
                 made = laspy.ScaleAwarePointRecord.zeros(len(places), header=header)
                 for k, name in enumerate(_PLACE):
                     made.array[name] = np.rint((places[:, k] - header.offsets[k]) / header.scales[k])
-                for name, to in stored.items():
-                    made[to.name] = columns[name] if to.factor == 1.0 else np.rint(columns[name] * to.factor)
+                for name, (dimension, factor) in stored.items():
+                    made[dimension] = columns[name] if factor == 1.0 else np.rint(columns[name] * factor)
                 writer.write_points(made)
             if records:
                 writer.write_evlrs(records)
@@ -313,7 +309,7 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, NDArray[
     return columns
 
 
-def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, notes: list[str]) -> dict[str, _Stored]:
+def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, notes: list[str]) -> _Stored:
     """The dimension of each column: missing ones are declared in the header, columns that the format cannot hold are left out.
 
     A column of the name of one of the format's own dimensions, which cannot hold its numbers, gets a dimension with "_" behind
@@ -323,19 +319,19 @@ def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, 
 
     own = {dimension.name: dimension for dimension in header.point_format.standard_dimensions}
     there = set(header.point_format.dimension_names)
-    stored: dict[str, _Stored] = {}
+    stored: _Stored = {}
     for name, values in columns.items():
         least, most, whole = extent.columns.get(name, (0.0, 0.0, True))
         kept = name
         if name in own and own[name].kind != laspy.point.dims.DimensionKind.FloatingPoint:
             if name == "intensity" and not whole and least >= 0.0 and most <= 1.0:
                 notes.append("its intensity from 0 to 1 became one from 0 to 65535, rounded")
-                stored[name] = _Stored(name, 65535.0)
+                stored[name] = name, 65535.0
                 continue
             if not (whole and own[name].min <= least and most <= own[name].max):
                 kept = f"{name}_"
                 notes.append(f"the format's {name!r} cannot hold numbers from {least:g} to {most:g}: they are in {kept!r}")
-        stored[name] = _Stored(kept)
+        stored[name] = kept, 1.0
         if kept in there:
             continue
         kind = "u1" if values.dtype.kind == "b" else values.dtype.str[1:]

@@ -4,7 +4,6 @@ import mmap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +72,7 @@ def read_ply(path: Path, references: References) -> Reading:
     else:
         tables = binary_tables(data, header)
     vertex = tables["vertex"]
-    vertices = _vectors(vertex, PLACE, np.float64)
+    vertices = _vectors(vertex, PLACE)
     if vertices is None:
         raise ContentsError("its vertices have no numbers x, y and z")
     faces, rows, attributes = _faces(tables, header, vertices)
@@ -121,15 +120,10 @@ def _check_names(header: PlyHeader) -> None:
             raise ContentsError(f"its element {element.name!r} has a property twice")
 
 
-def _vectors(table: Table, names: tuple[str, ...], dtype: Any) -> NDArray[Any] | None:
+def _vectors(table: Table, names: tuple[str, ...]) -> NDArray[np.float64] | None:
     """(n, k) the numbers of these names; None if one is missing."""
-    columns = [table.numbers(name) for name in names]
-    if any(column is None for column in columns):
-        return None
-    vectors = np.empty((table.element.count, len(names)), dtype)
-    for k, column in enumerate(columns):
-        vectors[:, k] = column
-    return vectors
+    columns = [column for name in names if (column := table.numbers(name)) is not None]
+    return np.stack(columns, axis=1, dtype=np.float64) if len(columns) == len(names) else None
 
 
 def colors_of(table: Table) -> NDArray[np.uint8] | None:
@@ -163,9 +157,9 @@ def texture_names(table: Table) -> tuple[str, str] | None:
 
 def _attributes_of_vertices(table: Table) -> dict[str, Array]:
     attributes: dict[str, Array | None] = {
-        "normals": _vectors(table, NORMAL, np.float64),
+        "normals": _vectors(table, NORMAL),
         "colors": colors_of(table),
-        "texture_coordinates": _vectors(table, texture_names(table) or ("",), np.float64),
+        "texture_coordinates": _vectors(table, texture_names(table) or ("",)),
     }
     for name, attribute in ((SCALAR, "scalars"), (RADIUS, "radii")):
         column = table.numbers(name)
@@ -281,7 +275,7 @@ def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
 
 
 def _edges(table: Table | None, count: int) -> NDArray[np.int32]:
-    pairs = None if table is None else _vectors(table, EDGE, np.float64)
+    pairs = None if table is None else _vectors(table, EDGE)
     if table is None or pairs is None:
         return np.empty((0, 2), np.int32)
     wrong = ~((pairs >= 0) & (pairs < count) & (pairs == np.rint(pairs))).all(axis=1)

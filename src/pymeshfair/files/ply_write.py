@@ -4,7 +4,7 @@ What has not changed is written as it was, byte for byte. Rows of deleted elemen
 properties without a value are 0.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import BinaryIO
 
@@ -120,21 +120,14 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, resolution: Callable[[],
     if table is None or (rows.source is None and mesh.vertex_ids is None):
         return rows
     narrow = [p for p in table.element.properties if p.name in PLACE and p.type != "double"]
-    if narrow and _is_too_coarse(mesh, narrow, rows, resolution):
+    moves = [np.abs(mesh.vertices[:, PLACE.index(p.name)] - rows.columns[p.name]).max(initial=0.0) for p in narrow]
+    apart = max(moves, default=0.0)  # by the types of the file
+    if apart > 0.0 and resolution is not None and apart > _ROUNDING * resolution():
         notes.append(f"coordinates are written as double, as {narrow[0].type} would round them")
         properties = tuple(replace(p, type="double") if p.name in PLACE else p for p in rows.element.properties)
         columns = {**rows.columns, **dict(zip(PLACE, mesh.vertices.T, strict=True))}
         rows = _Rows(replace(rows.element, properties=properties), columns)
     return rows
-
-
-def _is_too_coarse(mesh: MeshData, narrow: Sequence[PlyProperty], rows: _Rows, resolution: Callable[[], float] | None) -> bool:
-    """Whether the types of the file would move vertices by more than a small share of an edge."""
-    apart = 0.0
-    for p in narrow:
-        column = mesh.vertices[:, PLACE.index(p.name)]
-        apart = max(apart, float(np.abs(column - rows.columns[p.name]).max(initial=0.0)))
-    return apart > 0.0 and resolution is not None and apart > _ROUNDING * resolution()
 
 
 def _rows(
@@ -170,7 +163,9 @@ def _rows(
     for name, value in values.items():
         if name not in columns:
             columns[name] = value
-            properties.append(PlyProperty(name, types.get(name) or _type_of(value)))
+            small = "uchar" if value.dtype.itemsize == 1 else "uint"
+            own = {"b": "uchar", "i": "int", "u": small}.get(value.dtype.kind, "double")
+            properties.append(PlyProperty(name, types.get(name, own)))
     colors = attributes.get("colors")
     if colors is not None:
         changed |= _put_colors(colors, table, ids, columns, properties)
@@ -199,10 +194,6 @@ def _cast(values: Array, type_: str) -> Array:
             return values.astype(kind)
     limits = np.iinfo(kind)
     return np.clip(np.rint(values), limits.min, limits.max).astype(kind)
-
-
-def _type_of(values: Array) -> str:
-    return {"b": "uchar", "i": "int", "u": "uchar" if values.dtype.itemsize == 1 else "uint"}.get(values.dtype.kind, "double")
 
 
 def _custom(attributes: Mapping[str, Array], known: frozenset[str]) -> dict[str, Array]:
