@@ -45,6 +45,11 @@ class Summary:
         return cls(outcomes, outliers(outcomes), names, planned, template, started, finished, seconds)
 
     @property
+    def rows(self) -> list[tuple[Outcome, str, tuple[str, ...]]]:
+        """Of each outcome its short name, and in what it lies far from the others."""
+        return list(zip(self.outcomes, self.labels, self.far, strict=True))
+
+    @property
     def counts(self) -> dict[str, int]:
         """The number of scans: in all, by status, done before, and not done yet."""
         by_status = Counter(outcome.status for outcome in self.outcomes)
@@ -70,7 +75,7 @@ class Summary:
                 "counts": self.counts,
                 "scans": [
                     {"name": name, **outcome.to_document(), "resumed": outcome.resumed, "far_in": far}
-                    for outcome, far, name in zip(self.outcomes, self.far, self.labels, strict=True)
+                    for outcome, name, far in self.rows
                 ],
             }
         )
@@ -79,10 +84,7 @@ class Summary:
     def table(self) -> str:
         """The summary as comma-separated values, one row a scan."""
         text = io.StringIO()
-        rows = [
-            {"name": name, **as_row(outcome, far)}
-            for outcome, far, name in zip(self.outcomes, self.far, self.labels, strict=True)
-        ]
+        rows = [{"name": name, **as_row(outcome, far)} for outcome, name, far in self.rows]
         writer = csv.DictWriter(text, rows[0] if rows else ["name"], lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
