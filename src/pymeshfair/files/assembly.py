@@ -87,7 +87,9 @@ class Assembly:
         parts = [_placed(*part) for part in self._parts] or [MeshData(vertices=np.empty((0, 3)))]
         self._parts.clear()
         if any("normals" in p.vertex_attributes for p in parts):
-            parts = [_with_normals(p) for p in parts]
+            for k, part in enumerate(parts):
+                if "normals" not in part.vertex_attributes:
+                    parts[k] = part.with_attributes({"normals": vertex_normals_by_angle(part.vertices, part.faces)})
         starts = np.cumsum([0, *(len(p.vertices) for p in parts)])
         first = 0
         for k, part in enumerate(parts):
@@ -204,12 +206,6 @@ def _placed(part: MeshData, matrix: NDArray[np.float64]) -> MeshData:
             lengths = np.linalg.norm(normals, axis=1, keepdims=True)
             placed = placed.with_attributes({"normals": normals / np.where(lengths > 0, lengths, 1.0)})
     return turned_over(placed) if side < 0 else placed
-
-
-def _with_normals(part: MeshData) -> MeshData:
-    if "normals" in part.vertex_attributes:
-        return part
-    return part.with_attributes({"normals": vertex_normals_by_angle(part.vertices, part.faces)})
 
 
 def _joined(attributes: Sequence[Mapping[str, NDArray[Any]]], counts: Sequence[int]) -> dict[str, NDArray[Any]]:

@@ -159,11 +159,11 @@ def write_off(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         columns += list(pairs.T)
         prefix = f"ST{prefix}"
     shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
-    corners = mesh.faces.ravel()[shape.places].tolist()
+    corners = [str(v) for v in mesh.faces.ravel()[shape.places].tolist()]
     count = len(shape.lengths) + len(mesh.edges)
     target.write(f"{prefix}OFF\n{len(mesh.vertices)} {count} 0\n".encode("ascii"))
     target.writelines(rows(" ".join(["%r"] * len(columns)), columns))
-    lines = [f"{k} {run}" for k, run in zip(shape.lengths.tolist(), runs([str(v) for v in corners], shape.lengths), strict=True)]
+    lines = [f"{len(run)} {' '.join(run)}" for run in runs(corners, shape.lengths)]
     if (colors := mesh.face_attributes.get("colors")) is not None:
         lines = [f"{line} %d %d %d %d" % tuple(c) for line, c in zip(lines, colors[shape.triangles].tolist(), strict=True)]
     lines += [f"2 {a} {b}" for a, b in mesh.edges.tolist()]

@@ -239,16 +239,13 @@ def _wedges(pairs: Lists, lengths: NDArray[np.int64]) -> NDArray[np.float64]:
 
 def _of_strips(values: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int32]:
     """The triangles of strips, which a -1 parts; every second one the other way round."""
-    triples = np.stack([values[:-2], values[1:-1], values[2:]], axis=1) if len(values) > 2 else np.empty((0, 3), np.int64)
-    breaks = values < 0
-    begins = np.zeros(len(values), np.bool_)
-    begins[(np.cumsum(lengths) - lengths)[lengths > 0]] = True
-    whole = ~(breaks[:-2] | breaks[1:-1] | breaks[2:] | begins[1:-1] | begins[2:]) if len(triples) else np.empty(0, np.bool_)
-    first = np.arange(len(values))
-    opening = np.maximum.accumulate(np.where(breaks, first + 1, np.where(begins, first, 0)))
-    odd = ((first - opening) % 2 == 1)[: len(triples)]
+    place, breaks = np.arange(len(values)), values < 0
+    begins = np.isin(place, np.cumsum(lengths) - lengths)
+    opening = np.maximum.accumulate(np.where(breaks, place + 1, np.where(begins, place, 0)))
+    triples = np.stack([values[:-2], values[1:-1], values[2:]], axis=1)
+    odd = (place - opening)[:-2] % 2 == 1
     triples[odd] = triples[odd][:, [1, 0, 2]]
-    return triples[whole].astype(np.int32)
+    return np.asarray(triples[(opening[:-2] == opening[2:]) & ~breaks[:-2]], np.int32)
 
 
 def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
@@ -264,14 +261,10 @@ def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
     grid[lists.lengths > 0] = _checked(lists.values, count, "grid", least=-1)
     grid = grid.reshape(rows, columns)
     a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]))
-    first, second = (a >= 0) & (c >= 0) & (d >= 0), (a >= 0) & (d >= 0) & (b >= 0)
-    alone = ~(first | second)
-    third, fourth = alone & (c >= 0) & (a >= 0) & (b >= 0), alone & (b >= 0) & (d >= 0) & (c >= 0)
-    corners_of_edges = np.full((len(a), 2, 3), -1, np.int64)
-    for there, place, corners in ((first, 0, (d, c, a)), (second, 1, (a, b, d)), (third, 0, (c, a, b)), (fourth, 1, (b, d, c))):
-        corners_of_edges[there, place] = np.stack(corners, axis=1)[there]
-    triangles = corners_of_edges.reshape(-1, 3)
-    return triangles[triangles[:, 0] >= 0].astype(np.int32)
+    third, fourth = np.where(d < 0, c, -1), np.where(a < 0, b, -1)  # corners of triangles where the first two are none
+    corners = ((d, c, a), (a, b, d), (third, a, b), (fourth, d, c))
+    triangles = np.stack([np.stack(each, axis=1) for each in corners], axis=1)
+    return triangles[(triangles >= 0).all(axis=2)].astype(np.int32)
 
 
 def _edges(table: Table | None, count: int) -> NDArray[np.int32]:

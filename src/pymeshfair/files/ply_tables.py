@@ -48,7 +48,6 @@ class Table:
 
     element: PlyElement  # its declaration in the header
     columns: Mapping[str, Array | Lists]  # by property, (n,) values, or lists
-    rows: Array | None = None  # the rows as they are in a binary file where they are equally long; None elsewhere
     bytes: tuple[int, int] = (0, 0)  # where they begin and end in the file
     lines: NDArray[np.int64] | None = None  # (n,) the lines of a text that they are, as `Tokens` counts them
 
@@ -102,7 +101,7 @@ def _binary_table(data: NDArray[np.uint8], position: int, element: PlyElement, o
     lists = [p for p in element.properties if p.count_type]
     if not element.count or not element.properties:
         empty = np.empty(0, row_type(element, order, {p.name: 0 for p in lists}))
-        return Table(element, _columns(empty, element), empty, (position, position))
+        return Table(element, _columns(empty, element), (position, position))
     # All rows may be like the first.
     widths = _first_widths(data, position, element, order)
     if widths is not None:
@@ -111,7 +110,7 @@ def _binary_table(data: NDArray[np.uint8], position: int, element: PlyElement, o
         if end <= len(data):
             rows = np.frombuffer(data, kind, element.count, position)
             if all((rows[f"{p.name} count"] == widths[p.name]).all() for p in lists):
-                return Table(element, _columns(rows, element), rows, (position, end))
+                return Table(element, _columns(rows, element), (position, end))
     return _uneven_table(data, position, element, order)
 
 
@@ -163,7 +162,7 @@ def _uneven_table(data: NDArray[np.uint8], position: int, element: PlyElement, o
         each = data[at[:, None] + np.arange(kind.itemsize)] if len(at) else np.empty((0, kind.itemsize), np.uint8)
         values = np.ascontiguousarray(each).view(kind)[:, 0]
         columns[p.name] = Lists(values, lengths[:, k].copy()) if p.count_type else values
-    return Table(element, columns, None, (position, end))
+    return Table(element, columns, (position, end))
 
 
 @compiled

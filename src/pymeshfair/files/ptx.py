@@ -40,7 +40,10 @@ def read_ptx(path: Path, references: References) -> Reading:
             extras.append(f"the scanner's place {' '.join(f'{x:g}' for x in position)}")
         line = first + count
         grids.append(_placed(numbers_of(tokens, np.arange(first, line), 0, width), matrix))
-    rows = np.concatenate([_coloured(grid, any(g.shape[1] == _COLOURED for g in grids)) for grid in grids] or [np.empty((0, 4))])
+    widest = max((grid.shape[1] for grid in grids), default=_PLAIN)
+    # White in a grid without colours, if another one has some.
+    grids = [np.pad(grid, ((0, 0), (0, widest - grid.shape[1])), constant_values=255.0) for grid in grids]
+    rows = np.concatenate([np.empty((0, widest)), *grids])
     if not len(rows):
         raise ContentsError("it holds no points")
     measured = rows[~np.isnan(rows[:, 0])]
@@ -72,13 +75,6 @@ def _placed(rows: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[n
     placed = np.concatenate([places, rows[:, 3:]], axis=1)
     placed[missing, :3] = np.nan
     return placed
-
-
-def _coloured(rows: NDArray[np.float64], coloured: bool) -> NDArray[np.float64]:
-    """The rows with a colour if any grid has colours: white for a grid without."""
-    if not coloured or rows.shape[1] == _COLOURED:
-        return rows
-    return np.concatenate([rows, np.full((len(rows), 3), 255.0)], axis=1)
 
 
 def _count(tokens: Tokens, line: int) -> int:

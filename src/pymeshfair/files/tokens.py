@@ -23,25 +23,6 @@ def _ends_line(text: Bytes, i: int) -> bool:
 
 
 @compiled
-def count(text: Bytes, slashes: bool) -> tuple[int, int]:
-    """Upper bounds of the number of tokens and of lines."""
-    tokens, lines, blank = 0, 1, True
-    for c in text:
-        if c == 10 or c == 13:
-            lines += 1
-            blank = True
-        elif c == 32 or c == 9:
-            blank = True
-        elif c == 47 and slashes:
-            tokens += 1 + blank  # nothing before it is a token as well
-            blank = False
-        else:
-            tokens += blank
-            blank = False
-    return tokens, lines
-
-
-@compiled
 def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
     """NOT_FINITE and its value for nan, inf and infinity, WORD for everything else."""
     negative = text[i] == 45
@@ -162,23 +143,6 @@ def lex(
     return t, length
 
 
-@compiled
-def spans(text: Bytes, starts: Any, columns: Any, found: Any) -> None:
-    """Find the first and last byte + 1 of chosen `columns` of the lines that begin at `starts`, into (r, c, 2) `found`."""
-    for r in range(len(starts)):
-        i, token, k = starts[r], -1, 0
-        while k < len(columns):
-            while text[i] == 32 or text[i] == 9:
-                i += 1
-            begin = i
-            while i < len(text) and text[i] != 32 and text[i] != 9 and text[i] != 10 and text[i] != 13:
-                i += 1
-            token += 1
-            if token == columns[k]:
-                found[r, k, 0], found[r, k, 1] = begin, i
-                k += 1
-
-
 #: kinds of tokens: a word, a whole number, a number, one that is not finite; empty between slashes or after the last
 WORD, INTEGER, REAL, NOT_FINITE, EMPTY = 0, 1, 2, 3, 4
 #: added to the kind of a token that follows a slash instead of a blank
@@ -205,9 +169,9 @@ class Tokens:
 
     def spans(self, lines: NDArray[np.int64], columns: list[int]) -> NDArray[np.int64]:
         """(l, c, 2) the begin and end in the text of tokens of lines, counted from 0 and ascending."""
-        found = np.empty((len(lines), len(columns), 2), np.int64)
-        spans(self.text, self.starts[lines], np.array(columns, np.int64), found)
-        return found
+        inside = _inside_words(self.text.tobytes())
+        words = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
+        return np.asarray(words[np.searchsorted(words[:, 0], self.starts[lines])[:, None] + columns])
 
     def line(self, k: int) -> bytes:
         """The bytes of a line, without its end."""
@@ -221,10 +185,17 @@ def word(text: bytes) -> np.uint64:
     return np.uint64(int.from_bytes(text, "little"))
 
 
+def _inside_words(text: bytes) -> NDArray[np.bool_]:
+    """Which characters are none between words."""
+    return np.frombuffer(text.translate(bytes(c not in b"\t\n\r " for c in range(256))), np.bool_)
+
+
 def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
     """The tokens of a text; with `slashes` a slash parts two tokens, as in the faces of OBJ files."""
     text = np.frombuffer(data, dtype=np.uint8)
-    n_tokens, n_lines = count(text, slashes)
+    inside = _inside_words(data)
+    n_tokens = 1 + int(np.count_nonzero(inside[1:] > inside[:-1])) + data.count(b"/") * slashes  # those of comments, too
+    n_lines = 1 + data.count(b"\n") + data.count(b"\r")
     kinds, values, decimals = np.empty(n_tokens, np.uint8), np.empty(n_tokens), np.full(len(text), 32, np.uint8)
     first, starts, numbers = (np.empty(n_lines + 1, np.int64) for _ in range(3))
     keywords = np.zeros(n_lines, np.uint64)
