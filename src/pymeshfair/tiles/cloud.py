@@ -206,10 +206,11 @@ class Judgement:
     def gather(self, size: int) -> float:
         """Put it in order; the spread of factors, 0 of stray points."""
         self.cloud.put_in_order(self.found, self.parts, self.count, size)
-        return spread_of(self._blocks, self.selection.values["extent"]) if self.selection.filter == LOOP else 0.0
 
-    def _blocks(self) -> Iterable[Floats]:
-        return (self.found.read(at, min(at + SPREAD_BLOCK, self.count)) for at in range(0, self.count, SPREAD_BLOCK))
+        def blocks() -> Iterable[Floats]:
+            return (self.found.read(at, min(at + SPREAD_BLOCK, self.count)) for at in range(0, self.count, SPREAD_BLOCK))
+
+        return spread_of(blocks, self.selection.values["extent"]) if self.selection.filter == LOOP else 0.0
 
     def select(self, spread: float, size: int) -> dict[str, Any]:
         """Write down what is left, and probabilities if there are any; what the filter reports."""

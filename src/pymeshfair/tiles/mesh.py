@@ -6,6 +6,7 @@ Normal filtering goes round by round: after each all tiles see what the others h
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -307,16 +308,12 @@ def cut(
     tasks.run(surface.slots.create, count)
     filled = tasks.map(surface.fill, list(zip(buckets, starts, strict=False)), part_of(progress, 0.2, 0.4))
     tasks.run(cells.index, filled, buckets)
-    faces = tasks.run(_sort_faces, surface, mesh, size)
+    faces = tasks.run(surface.sort_in, partial(mesh.faces, size))
     progress(0.7)
     tasks.map(surface.order_faces, [(bucket,) for bucket in range(len(buckets))], part_of(progress, 0.7, 1.0))
     tasks.run(surface.remove_unordered)
     known = {"points": count, "faces": faces, "low": low.tolist(), "high": high.tolist(), "points_per_tile": vertices}
     return surface, known
-
-
-def _sort_faces(surface: Surface, mesh: MeshFile, size: int) -> int:
-    return surface.sort_in(lambda: mesh.faces(size))
 
 
 def do_move(

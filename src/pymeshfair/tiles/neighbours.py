@@ -65,16 +65,10 @@ class TilePoints:
 
 
 def search_tile(cells: Cells, k: int, most: int, first: int, last: int, inside: Inside, around: Around) -> TilePoints:
-    """Find the k nearest points of every point in the cells from `first` to before `last`.
+    """Find the k nearest points of every point in the cells from `first` to before `last`; a tile has at most `most` points.
 
-    Args:
-        cells: the cloud.
-        k: neighbours.
-        most: points of a tile.
-        first: a cell.
-        last: another.
-        inside: called with what is found in the tile, in parallel for different rows; not if the tile has too few points.
-        around: called afterwards with the points that have, or may have, neighbours in other tiles, some at a time.
+    `inside` is called with what is found in the tile, in parallel for different rows; not if the tile has too few points.
+    `around` is called afterwards with the points that have, or may have, neighbours in other tiles, some at a time.
     """
     begin, end = cells.slots_of(first, last)
     numbers = cells.numbers.read(begin, end)

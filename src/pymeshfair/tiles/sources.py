@@ -18,7 +18,6 @@ from ..files.ply import SCALAR
 from ..files.ply_header import PlyElement, PlyProperty, header_bytes
 from ..files.ply_write import write_ply
 from ..files.writing import to_disk
-from ..mesh_data import MeshData
 from .ply_slices import PlySlices
 
 #: the LAS dimension of the outlier probability
@@ -157,14 +156,11 @@ class E57Cloud:
     @property
     def row(self) -> int:
         """Bytes of a point of that file, and of the output."""
-        attributes = self._first().vertex_attributes.values()
+        attributes = next(e57_pieces(self.path, 1000)).vertex_attributes.values()
         return 2 * (24 + sum(values.itemsize * math.prod(values.shape[1:]) for values in attributes))
 
     def __len__(self) -> int:
         return e57_survey(self.path)[0]
-
-    def _first(self) -> MeshData:
-        return next(e57_pieces(self.path, 1000))
 
     def rewrite(self, target: Path, size: int) -> tuple[str, ...]:
         """Write a .ply or .las file without compression, with what `run` gives the points, `size` at a time; notes about it."""
