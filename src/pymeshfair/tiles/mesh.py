@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from ..errors import FilterInputError
 from ..files.errors import ContentsError
 from ..files.ply import CORNERS
-from ..files.ply_header import PlyProperty, header_bytes
-from ..files.writing import to_disk
 from ..filters.denoising import (
     RelaxedPart,
     distances_of_part,
@@ -173,8 +171,6 @@ class Relaxation:
 
 #: vertices of the sample that settings are chosen on, and cells of each of its patches
 _SAMPLE, _PATCH = 60_000, 4
-#: bytes that are copied at a time
-_COPIED = 1 << 24
 
 
 @dataclass(frozen=True)
@@ -182,11 +178,6 @@ class MeshFile:
     """A binary PLY file of triangles."""
 
     file: PlySlices
-
-    @property
-    def corners(self) -> str:
-        """The name of the lists of corners."""
-        return next(p.name for p in self.file.tables["face"].element.properties if p.name in CORNERS)
 
     def check(self) -> None:
         """Refuse what is no mesh of triangles."""
@@ -200,39 +191,21 @@ class MeshFile:
 
     def faces(self, size: int) -> Iterator[NDArray[Any]]:
         """(m, 3) numbers of vertices, so many faces at a time."""
-        table, name = self.file.tables["face"], self.corners
-        for first in range(0, table.element.count, size):
-            yield table.read(first, min(first + size, table.element.count))[name].astype(np.int64)
+        table = self.file.tables["face"]
+        name = next(p.name for p in table.element.properties if p.name in CORNERS)
+        for rows in table.slices(size):
+            yield rows[name].astype(np.int64)
 
     def write(self, target: Path, parts: tuple[Part, ...], size: int) -> None:
         """Write the mesh with other coordinates, which are then numbers of double precision; all else as it was."""
-        header, table = self.file.header, self.file.vertices
-        order = header.byte_order
-        properties = tuple(PlyProperty(p.name, "double") if p.name in "xyz" else p for p in table.element.properties)
-        made = np.dtype([(p.name, f"{order}f8" if p.name in "xyz" else table.dtype[p.name]) for p in properties])
-        elements = [replace(e, properties=properties) if e.name == "vertex" else e for e in header.elements]
-        with target.open("wb") as file:
-            file.write(header_bytes(header, elements))
-            for element in header.elements:
-                if element.name != "vertex":
-                    self._copy(element.name, file)
-                    continue
-                for rows, places in zip(self.file.rows(size), in_order(parts, len(self.file), size), strict=True):
-                    new = np.empty(len(rows), made)
-                    for p in properties:
-                        new[p.name] = places[:, "xyz".index(p.name)] if p.name in "xyz" else rows[p.name]
-                    file.write(new.tobytes())
-            to_disk(file)
-
-    def _copy(self, name: str, file: Any) -> None:
-        table = self.file.tables[name]
-        with self.file.path.open("rb") as source:
-            source.seek(table.offset)
-            left = table.end - table.offset
-            while left:
-                data = source.read(min(left, _COPIED))
-                file.write(data)
-                left -= len(data)
+        properties = self.file.vertices.element.properties
+        other = tuple(replace(p, type="double") if p.name in "xyz" else p for p in properties)
+        elements = [replace(e, properties=other) if e.name == "vertex" else e for e in self.file.header.elements]
+        vertices = (
+            {p.name: places[:, "xyz".index(p.name)] if p.name in "xyz" else rows[p.name] for p in properties}
+            for rows, places in zip(self.file.vertices.slices(size), in_order(parts, len(self.file), size), strict=True)
+        )
+        self.file.rewrite(target, elements, vertices, size)
 
 
 @dataclass(frozen=True)

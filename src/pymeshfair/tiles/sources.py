@@ -15,7 +15,7 @@ from ..files.errors import ContentsError
 from ..files.formats import extension
 from ..files.las import NORMAL, chunks, header_of, las_unit, opened, write_las_pieces
 from ..files.ply import SCALAR
-from ..files.ply_header import PlyElement, PlyProperty, header_bytes
+from ..files.ply_header import PlyElement, PlyProperty
 from ..files.ply_write import write_ply
 from ..files.writing import to_disk
 from .ply_slices import PlySlices
@@ -128,22 +128,15 @@ class PlyCloud(PlySlices):
         new_names = [name for one in added for name in _PLY[one]]
         old = tuple(p for p in self.vertices.element.properties if p.name not in new_names)
         more = tuple(PlyProperty(name, "double") for name in new_names)
-        element = PlyElement("vertex", count, (*old, *more))
-        with target.open("wb") as file:
-            file.write(header_bytes(self.header, (element,)))
-            names = [p.name for p in old]
-            order = self.vertices.dtype["x"].byteorder
-            wider = [(p.name, ">f8" if order == ">" else "<f8") for p in more]
-            row_type = np.dtype([*((n, self.vertices.dtype[n]) for n in names), *wider])
-            for rows, (kept, values) in zip(self.rows(size), marks, strict=True):
-                new = np.empty(int(kept.sum()), row_type)
-                for name in names:
-                    new[name] = rows[name][kept]
+
+        def columns() -> Iterator[dict[str, NDArray[Any]]]:
+            for rows, (kept, values) in zip(self.vertices.slices(size), marks, strict=True):
+                new = {p.name: rows[p.name][kept] for p in old}
                 for one, column in values.items():
-                    for name, numbers in zip(_PLY[one], np.atleast_2d(column[kept].T), strict=True):
-                        new[name] = numbers
-                file.write(new.tobytes())
-            to_disk(file)
+                    new |= zip(_PLY[one], np.atleast_2d(column[kept].T), strict=True)
+                yield new
+
+        self.rewrite(target, [PlyElement("vertex", count, (*old, *more))], columns(), size)
 
 
 @dataclass(frozen=True)
