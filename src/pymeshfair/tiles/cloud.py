@@ -38,7 +38,7 @@ from .memory import cloud_points, points_with_normals, slice_rows
 from .neighbours import TilePoints, search_tile
 from .plan import DUPLICATES, LOOP, POINT_NORMALS, SURPLUS, CloudStep
 from .point_normals import NormalTiles
-from .sources import Added, Source
+from .sources import Source
 from .strays import StrayTiles
 from .workers import Tasks
 
@@ -351,11 +351,13 @@ def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
     """Write what is left, as it was read, with the probabilities and the normals if there are any; how many points that are."""
     total = len(cloud.source)
     slices = [(first, min(first + size, total)) for first in range(0, total, size)]
-    columns = [
-        (name, column) for name, column in (("scalars", cloud.scalars), ("normals", cloud.normals)) if column.path.exists()
-    ]
+    names = cloud.source.names
+    found = (("scalars", cloud.scalars), ("normals", cloud.normals))
+    columns = [(names[name], column) for name, column in found if column.path.exists()]
     count = sum(int(np.count_nonzero(cloud.left(*rows))) for rows in slices)
-    marks = ((cloud.left(*rows), {name: column.read(*rows) for name, column in columns}) for rows in slices)
-    added: Added = tuple(name for name, _ in columns)
-    cloud.source.write(target, count, marks, size, added=added)
+    marks = (
+        (cloud.left(*rows), {n: v for own, c in columns for n, v in zip(own, np.atleast_2d(c.read(*rows).T), strict=True)})
+        for rows in slices
+    )
+    cloud.source.write(target, count, marks, size, added=tuple(name for own, _ in columns for name in own))
     return count

@@ -116,7 +116,8 @@ def _by_tiles(
         keep = (BaseException,) if tiling.resume else (LostSchedulerError,)
         work = opened.enter_context(work_folder(job.output, key, resume=tiling.resume, keep=keep))
         tasks.work = work
-        report = _Course(job, tiling, share, tasks, work.path, stage / "new" / job.output.name, on_event).run(plan)
+        course = _Course(job, tiling, share, tasks, work.path, stage / "new" / job.output.name, on_event)
+        report = course.do_cloud(plan.cloud) if plan.cloud else course.move(plan.moves)
     peaks = sorted(tasks.peaks.values())[-share.workers :]
     workers = {"workers": share.workers, "memory_limit": memory, "processor_seconds": round(tasks.seconds, 3)}
     return replace(
@@ -141,11 +142,8 @@ class _Course:
     on_event: Callable[[Event], None]
     steps: list[StepDone] = field(default_factory=list)
 
-    def run(self, plan: Plan) -> Report:
-        """Do the steps and write the result; the report."""
-        return self._do_cloud(plan.cloud) if plan.cloud else self._move(plan.moves)
-
-    def _do_cloud(self, plan: tuple[CloudStep, ...]) -> Report:
+    def do_cloud(self, plan: tuple[CloudStep, ...]) -> Report:
+        """Do the steps on a cloud and write the result; the report."""
         source, notes = open_cloud(self.job.input), tuple[str, ...]()
         if isinstance(source, E57Cloud):
             rewritten = self.folder / ("input.ply" if extension(self.job.output) == "ply" else "input.las")
@@ -184,7 +182,8 @@ class _Course:
             with self._step(passed, {}):
                 pass
 
-    def _move(self, plan: tuple[Move, ...]) -> Report:
+    def move(self, plan: tuple[Move, ...]) -> Report:
+        """Move the vertices of a mesh and write the result; the report."""
         mesh, folder = MeshFile(PlySlices(self.job.input)), self.folder
         for move in plan:
             values: dict[str, Any] = {}
