@@ -67,7 +67,7 @@ def _verdict(summary: Summary) -> Verdict:
         )
         if counts[name]
     ]
-    apart = sum(bool(words) for words in summary.far)
+    apart = sum(bool(far) for _, _, far in summary.rows)
     lines += [f"{apart:,} {'lies' if apart == 1 else 'lie'} far from the others."] if apart else []
     bad = counts["failed"] or counts["broken"]
     return Verdict("bad" if bad else "warn" if apart or counts["left"] else "good", told, tuple(lines))

@@ -299,7 +299,7 @@ class Task:
                 if record.outcomes:  # else nothing was begun, and what is known of a former batch stays
                     outcomes = [record.outcomes[scan.number] for scan in self.scans if scan.number in record.outcomes]
                     finished, seconds = now(), time.monotonic() - clock
-                    summary = Summary.of(
+                    summary = Summary(
                         outcomes, len(self.scans), self.template, started=started, finished=finished, seconds=seconds
                     )
                     self.written = (*summary.write(self.folder), journal.path)
