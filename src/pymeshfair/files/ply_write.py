@@ -120,7 +120,7 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, resolution: Callable[[],
         return rows
     narrow = [p for p in table.element.properties if p.name in PLACE and p.type != "double"]
     moves = [np.abs(mesh.vertices[:, PLACE.index(p.name)] - rows.columns[p.name]).max(initial=0.0) for p in narrow]
-    apart = max(moves, default=0.0)  # by the types of the file
+    apart = max([0.0, *moves])  # by the types of the file
     if apart > 0.0 and resolution is not None and apart > _ROUNDING * resolution():
         notes.append(f"coordinates are written as double, as {narrow[0].type} would round them")
         properties = tuple(replace(p, type="double") if p.name in PLACE else p for p in rows.element.properties)

@@ -10,7 +10,7 @@ from ..mesh_data import MeshData, Source
 from .errors import ContentsError
 from .reading import Reading, unended
 from .references import References
-from .tokens import INTEGER, Tokens, at_line, numbers_of, tokenise
+from .tokens import INTEGER, Tokens, at_line, numbers_of, refuse, tokenise
 
 #: numbers in the lines of a head: columns, rows, four lines of the scanner's pose, four of a matrix
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
@@ -93,7 +93,6 @@ def _width(tokens: Tokens, line: int, points: int) -> int:
     if len(lengths) < points:
         raise ContentsError(f"one of its grids declares {points:,} points, but {len(lengths):,} lines follow")
     wrong = (lengths != lengths[:1]) | ~np.isin(lengths, (_PLAIN, _COLOURED))
-    if wrong.any():
-        k = int(np.argmax(wrong))
-        raise at_line(tokens, line + k, f"has {lengths[k]} numbers; points have 4 or 7, the same in the whole grid")
+    why = "has {} numbers; points have 4 or 7, the same in the whole grid"
+    refuse(tokens, np.arange(line, line + points), wrong, why, lengths)
     return int(lengths[0]) if points else _PLAIN

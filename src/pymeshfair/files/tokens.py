@@ -226,10 +226,15 @@ def numbers_of(tokens: Tokens, lines: NDArray[np.int64], skipped: int, width: in
     """(l, width) the numbers on lines, behind some words."""
     chosen = tokens.first[lines][:, None] + np.arange(skipped, skipped + width)
     strange = ~np.isin(tokens.kinds[chosen], (INTEGER, REAL, NOT_FINITE)).all(axis=1)
-    if strange.any():
-        k = int(lines[np.argmax(strange)])
-        raise at_line(tokens, k, "has something else than numbers; decimals are written with a point")
+    refuse(tokens, lines, strange, "has something else than numbers; decimals are written with a point")
     return np.asarray(tokens.values[chosen])
+
+
+def refuse(tokens: Tokens, lines: NDArray[np.int64], wrong: Any, why: str, counts: NDArray[np.int64] | None = None) -> None:
+    """Refuse the first of some lines that is wrong; in the reason its count stands for {}."""
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        raise at_line(tokens, int(lines[k]), why if counts is None else why.format(counts[k]))
 
 
 def at_line(tokens: Tokens, k: int, why: str) -> ContentsError:

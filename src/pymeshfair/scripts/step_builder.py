@@ -11,7 +11,7 @@ from ..meshlab.former import former_filter, former_parameters
 from ..registry import find_filter
 from .elements import Document, FilterElement, ParamElement
 from .expressions import expression_error, is_expression
-from .param_types import WHOLE, Attributes, Complaint, is_number, parsed, type_complaints
+from .param_types import WHOLE, Attributes, Complaint, parsed, type_complaints
 from .problems import MOST_PROBLEMS, Problem, ScriptError, shortened
 from .script import Script, Step
 from .settings import Setting, is_name
@@ -69,7 +69,7 @@ def _number(parameter: Parameter, text: str) -> float:
     number = parsed(text)
     if number is None:
         pointed = text.replace(",", ".")
-        suggestion = pointed if pointed != text and is_number(pointed) else None
+        suggestion = pointed if pointed != text and parsed(pointed) is not None else None
         raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(text)!r}", suggestion)
     return number
 
