@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.files.ply_header import ContentsError, parse_header, read_header
+from pymeshfair.files.errors import ContentsError
+from pymeshfair.files.ply_header import parse_header, read_header
 
 from ..running.runs import BONE, RANGE_MAP, ply_bytes, xyz
 

@@ -69,7 +69,7 @@ class BatchBar(BatchLines):
         self._failed = 0
         self._worst: tuple[float, str] | None = None
 
-    def __enter__(self) -> BatchLines:
+    def __enter__(self) -> BatchBar:
         self._bar.start()
         return self
 

@@ -93,7 +93,7 @@ class ProgressBar(ProgressLines):
         self._task = self._bar.add_task("starting", total=None)
         self._doing = "starting"
 
-    def __enter__(self) -> ProgressLines:
+    def __enter__(self) -> ProgressBar:
         self._bar.start()
         return self
 
