@@ -182,7 +182,7 @@ def whole(folder: Path, points: list[int], memory: str) -> bool:
         seconds = time.process_time() - started
         kept = np.flatnonzero(probabilities <= THRESHOLD)
         same, first = len(kept) == len(output), 0
-        for rows in output.rows(SLICE):
+        for rows in output.vertices.slices(SLICE):
             here = kept[first : first + len(rows)]
             first += len(rows)
             same &= np.array_equal(rows["quality"], probabilities[here])

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from .declaration import Filter, FilterClass
 from .declaration import Mesh as MeshParameter
 from .files.errors import ContentsError
+from .files.ply_write import write_ply
 from .files.reading import Reading
 from .filters.topology import proper_faces
 from .mesh_data import MeshData, Source, Texture, as_levels
@@ -137,7 +138,8 @@ class Door:
         folder.mkdir(parents=True)
         path = folder / "mesh.ply"
         names = [_place_texture(texture, folder, k) for k, texture in enumerate(mesh.textures)]
-        _write_for_meshlab(mesh, path, names)
+        with path.open("xb") as file:
+            write_ply(_for_meshlab(mesh, names), file)
         BASE.load_new_mesh(self._meshset, str(path))
         path.unlink()
         inside = BASE.current_mesh(self._meshset)
@@ -438,70 +440,28 @@ def _faux(mesh: MeshData) -> NDArray[np.int32]:
     return marks
 
 
-def _write_for_meshlab(mesh: MeshData, path: Path, textures: list[str]) -> None:
-    vertex: list[tuple[str, str, Any]] = [("double", name, mesh.vertices[:, k]) for k, name in enumerate("xyz")]
-    attributes, of_faces = mesh.vertex_attributes, mesh.face_attributes
-    if (normals := attributes.get("normals")) is not None:
-        vertex += [("double", f"n{axis}", normals[:, k]) for k, axis in enumerate("xyz")]
-    if (selection := attributes.get("selection")) is not None:
-        vertex.append(("int", "flags", selection * np.int32(_SELECTED)))
-    for name, attribute in (("quality", "scalars"), ("radius", "radii")):
-        if attribute in attributes:
-            vertex.append(("double", name, attributes[attribute]))
-    if (places := attributes.get("texture_coordinates")) is not None:
-        vertex += [("double", name, places[:, k]) for k, name in enumerate(("texture_u", "texture_v"))]
-    vertex += _color_columns(attributes)
-    chosen = proper_faces(mesh.faces)
-    face: list[tuple[str, str, Any]] = [("list uchar int", "vertex_indices", mesh.faces)]
+def _for_meshlab(mesh: MeshData, textures: list[str]) -> MeshData:
+    """What MeshLab reads of a mesh, without faces that have a vertex twice; selections and polygons as marks, see `_SELECTED`."""
+    of_vertices, of_faces, chosen = mesh.vertex_attributes, mesh.face_attributes, proper_faces(mesh.faces)
+    vertex = {name: of_vertices[name] for name in ("normals", "texture_coordinates", "colors") if name in of_vertices}
+    vertex |= {name: of_vertices[name].astype(np.float64) for name in ("scalars", "radii") if name in of_vertices}
+    if "selection" in of_vertices:
+        vertex["flags"] = mesh.vertex_selection * np.int32(_SELECTED)
+    face = {name: of_faces[name] for name in ("scalars", "colors", "wedge_texture_coordinates") if name in of_faces}
     if "selection" in of_faces or "polygon" in of_faces:
         marks = mesh.face_selection * np.int32(_SELECTED)
-        face.append(("int", "flags", marks | _faux(mesh) if "polygon" in of_faces else marks))
-    if "scalars" in of_faces:
-        face.append(("double", "quality", of_faces["scalars"]))
-    face += _color_columns(of_faces)
-    if (wedges := of_faces.get("wedge_texture_coordinates")) is not None:
-        face.append(("list uchar float", "texcoord", wedges.reshape(-1, 6)))
-        if "texture" in of_faces:
-            face.append(("int", "texnumber", of_faces["texture"]))
-    edge = [("int", name, mesh.edges[:, k]) for k, name in enumerate(("vertex1", "vertex2"))]
-    lines = ["ply", "format binary_little_endian 1.0", *(f"comment TextureFile {name}" for name in textures)]
-    tables = []
-    for element, columns, rows in (("vertex", vertex, None), ("face", face, chosen), ("edge", edge, None)):
-        table = _table(columns, rows)
-        if element != "vertex" and not len(table):
-            continue
-        tables.append(table)
-        lines.append(f"element {element} {len(table)}")
-        lines += [f"property {kind} {name}" for kind, name, _ in columns]
-    with path.open("xb") as file:
-        file.write("\n".join([*lines, "end_header", ""]).encode("utf-8"))
-        for table in tables:
-            file.write(table.data)
-
-
-def _color_columns(attributes: Mapping[str, Any]) -> list[tuple[str, str, Any]]:
-    colors = attributes.get("colors")
-    if colors is None:
-        return []
-    return [("uchar", name, colors[:, k]) for k, name in enumerate(("red", "green", "blue", "alpha"))]
-
-
-def _table(columns: list[tuple[str, str, Any]], chosen: NDArray[np.bool_] | None) -> NDArray[Any]:
-    kinds = {"double": "<f8", "int": "<i4", "uchar": "u1", "float": "<f4"}
-    fields: list[Any] = []
-    for kind, name, values in columns:
-        if kind.startswith("list"):
-            fields += [(f"{name} count", "u1"), (name, kinds[kind.split()[2]], (values.shape[1],))]
-        else:
-            fields.append((name, kinds[kind]))
-    every = chosen is None or bool(chosen.all())
-    count = len(columns[0][2]) if every or chosen is None else int(chosen.sum())
-    table = np.empty(count, fields)
-    for kind, name, values in columns:
-        table[name] = values if every else values[chosen]
-        if kind.startswith("list"):
-            table[f"{name} count"] = values.shape[1]
-    return table
+        face["flags"] = marks | _faux(mesh) if "polygon" in of_faces else marks
+    if "wedge_texture_coordinates" in of_faces and "texture" in of_faces:
+        face["texnumber"] = of_faces["texture"]
+    return MeshData(
+        vertices=mesh.vertices,
+        faces=mesh.faces[chosen],
+        edges=mesh.edges,
+        vertex_attributes=vertex,
+        face_attributes={name: values[chosen] for name, values in face.items()},
+        keeps_normals="normals" in vertex,
+        textures=tuple(Texture(name, None) for name in textures),
+    )
 
 
 def load_unchecked(path: Path, folder: Path) -> Reading:

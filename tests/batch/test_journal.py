@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -30,7 +31,7 @@ def test_torn_lines_are_passed_over(tmp_path: Path) -> None:
         journal.append(Outcome("in", "a", "failed", 1.0))
         journal.append(Outcome("in", "b", "done", 1.0))
     with journal.path.open("ab") as file:
-        file.write(Outcome("in", "c", "done", 1.0).line()[:40])
+        file.write(json.dumps(Outcome("in", "c", "done", 1.0).to_document()).encode()[:40])
     with Journal(tmp_path, resume=True) as journal:
         assert set(journal.before) == {"a", "b"}
         journal.append(Outcome("in", "a", "done", 2.0))

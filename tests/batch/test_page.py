@@ -24,7 +24,7 @@ def summary_of(folder: Path, count: int) -> Summary:
         done = Outcome(f"/in/{k:02}.ply", output, "done", 1.0, before=measures, after=measures, displacement=moved)
         outcomes.append(replace(done, warnings=warnings))
     job = Job(load_recipe("smooth_taubin"), folder, folder)
-    return Summary.of(outcomes, count, job, started="then", finished="now", seconds=20.0)
+    return Summary(outcomes, count, job, started="then", finished="now", seconds=20.0)
 
 
 def test_warnings_are_grouped_by_kind(tmp_path: Path) -> None:

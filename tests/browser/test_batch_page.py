@@ -30,7 +30,7 @@ def names(page: Any) -> list[str]:
 def test_the_page_sorts(tmp_path: Path, page: Any, errors: list[str]) -> None:
     """Failures first; then by the column that was pressed, numbers as numbers, downwards, then upwards; unknown ones last."""
     outcomes = [outcome(tmp_path, *row) for row in (("a.ply", 9.0, 0.2), ("b.ply", 10.0, 0.1), ("c.ply", 1.0, None))]
-    summary = Summary.of(
+    summary = Summary(
         outcomes, 3, Job(load_recipe("smooth_taubin"), tmp_path, tmp_path), started="then", finished="now", seconds=20.0
     )
     path = write_page(tmp_path, summary, {})

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.files.ply_header import PlyError, parse_header, read_header
+from pymeshfair.files.errors import ContentsError
+from pymeshfair.files.ply_header import parse_header, read_header
 
 from ..running.runs import BONE, RANGE_MAP, ply_bytes, xyz
 
@@ -56,7 +57,7 @@ def test_samples_of_the_wheel(tmp_path: Path) -> None:
 )
 def test_bad_headers_are_refused(data: bytes, reason: str) -> None:
     """A header that is broken is refused with the reason and, where there is one, the line."""
-    with pytest.raises(PlyError, match=reason):
+    with pytest.raises(ContentsError, match=reason):
         parse_header(data)
 
 
@@ -65,7 +66,7 @@ def test_declarations_beyond_the_file_are_refused(tmp_path: Path, count: int) ->
     """A small file that declares millions of vertices is refused from its header, by the bytes that they would take."""
     path = tmp_path / "bomb.ply"
     path.write_bytes(ply_bytes(xyz(), faces=()).replace(b"element vertex 4", f"element vertex {count}".encode()))
-    with pytest.raises(PlyError, match=f"declares {count:,} of 'vertex', which take at least {24 * count:,} bytes"):
+    with pytest.raises(ContentsError, match=f"declares {count:,} of 'vertex', which take at least {24 * count:,} bytes"):
         read_header(path)
 
 
@@ -75,5 +76,5 @@ def test_text_files_are_held_to_their_size_too(tmp_path: Path) -> None:
     path.write_bytes(HEADER[:-1])
     assert read_header(path).element("vertex").count == 3
     path.write_bytes(HEADER[:-1].replace(b"vertex 3", b"vertex 4"))
-    with pytest.raises(PlyError, match="declares 4"):
+    with pytest.raises(ContentsError, match="declares 4"):
         read_header(path)

@@ -45,7 +45,7 @@ def test_every_pixel_shows_the_nearest_triangle() -> None:
     faces = rng.integers(0, 60, (40, 3)).astype(np.int32)
     faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
     buffer = DepthBuffer.empty(30, 40)
-    draw_triangles(buffer, screen, faces)
+    draw_triangles(screen, faces, *buffer)
     for row in range(30):
         for column in range(40):
             found, depth = -1, -np.inf
@@ -64,7 +64,7 @@ def test_a_surface_has_no_cracks() -> None:
     """A rectangle of 20,000 triangles fills every pixel of its outline, however small they are."""
     vertices, faces = grid(100, 100, 0.37)
     buffer = DepthBuffer.empty(50, 50)
-    draw_triangles(buffer, vertices * [1.2, 1.2, 1.0], faces)
+    draw_triangles(vertices * [1.2, 1.2, 1.0], faces, *buffer)
     covered = buffer.elements >= 0
     expected = np.arange(50) + 0.5 < 37 * 1.2
     np.testing.assert_array_equal(covered, expected[:, None] & expected)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import fields
 from pathlib import Path
 
 from ..errors import PymeshfairError
@@ -56,7 +57,8 @@ class Journal:
             if self._is_old:
                 self._file.truncate(0)
                 self._is_old = False
-            self._file.write(outcome.line())
+            line = json.dumps(outcome.to_document(), ensure_ascii=False)
+            self._file.write(line.encode("utf-8", "surrogateescape") + b"\n")
             os.fsync(self._file.fileno())
         except OSError as error:
             raise BatchError(f"cannot write the journal {self.path}: {error.strerror or error}") from error
@@ -79,7 +81,8 @@ def read_journal(path: Path) -> dict[str, Outcome]:
         return outcomes
     for line in lines:
         try:
-            outcome = Outcome.from_document(json.loads(line))
+            document = json.loads(line)
+            outcome = Outcome(**{f.name: document[f.name] for f in fields(Outcome) if f.name in document})
         except (ValueError, TypeError, AttributeError):
             continue
         outcomes[outcome.output] = outcome

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, Literal
 
 from ..errors import PymeshfairError
 from ..files.provenance import read_provenance
-from ..running.job import Job, RunResult
 
 #: done; written although a guard was broken, as `keep_broken` asks; or not written
 Status = Literal["done", "broken", "failed"]
@@ -44,11 +42,6 @@ class Outcome:
     former: str = ""  # of a scan that failed, the file that lies at the place of its output; empty if there is none
     resumed: bool = False  # whether it was done before this batch began
     unit: str | None = None  # of the lengths, if it is known
-
-    @classmethod
-    def of_result(cls, job: Job, result: RunResult, host: str) -> Outcome:
-        """Of a run that wrote its output."""
-        return replace(cls.of_record(result.record, job.input, job.output), finished=now(), host=host)
 
     @classmethod
     def of_error(cls, input: Any, output: Any, error: BaseException, seconds: float, host: str) -> Outcome:
@@ -87,18 +80,9 @@ class Outcome:
             unit=record["measures"]["unit"],
         )
 
-    @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> Outcome:
-        """Of a line of a journal."""
-        return cls(**{f.name: document[f.name] for f in fields(cls) if f.name in document})
-
     def to_document(self) -> dict[str, Any]:
         """The outcome in the types of JSON."""
         return {name: value for name, value in asdict(self).items() if name != "resumed"}
-
-    def line(self) -> bytes:
-        """The outcome as one line."""
-        return json.dumps(self.to_document(), ensure_ascii=False).encode("utf-8", "surrogateescape") + b"\n"
 
 
 def _former(output: Path) -> str:

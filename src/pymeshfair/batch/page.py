@@ -33,8 +33,7 @@ _COLUMNS = (
 
 def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, Any]]) -> Path:
     """Write the page; `made` has of each output what `pymeshfair.batch.drawing.draw` gave back, ``"problem"``, or nothing."""
-    far = {outcome.output: words for outcome, words in zip(summary.outcomes, summary.far, strict=True)}
-    labels = {outcome.output: name for outcome, name in zip(summary.outcomes, summary.labels, strict=True)}
+    told = {outcome.output: (name, far) for outcome, name, far in summary.rows}
     moved = sorted(summary.outcomes, key=lambda outcome: -(displacement_in_edges(outcome) or 0.0))
     pictured = {outcome.output for outcome in [o for o in moved if "source" in made.get(o.output, {})][:_PICTURES]}
     recipe = summary.template.recipe
@@ -46,7 +45,7 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
         verdict=_verdict(summary),
         headers=("scan", "state", *(head for head, _ in _COLUMNS)),
         rows=[
-            _row(folder, o, labels[o.output], far[o.output], made.get(o.output, {}), has_picture=o.output in pictured)
+            _row(folder, o, *told[o.output], made.get(o.output, {}), has_picture=o.output in pictured)
             for o in worst_first(summary.outcomes)
         ],
         warnings=warning_kinds(summary),
@@ -68,7 +67,7 @@ def _verdict(summary: Summary) -> Verdict:
         )
         if counts[name]
     ]
-    apart = sum(bool(words) for words in summary.far)
+    apart = sum(bool(far) for _, _, far in summary.rows)
     lines += [f"{apart:,} {'lies' if apart == 1 else 'lie'} far from the others."] if apart else []
     bad = counts["failed"] or counts["broken"]
     return Verdict("bad" if bad else "warn" if apart or counts["left"] else "good", told, tuple(lines))
@@ -81,7 +80,7 @@ def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
     """
     kinds: dict[str, dict[str, None]] = {}
     texts: dict[str, str] = {}
-    for outcome, label in zip(summary.outcomes, summary.labels, strict=True):
+    for outcome, label, _ in summary.rows:
         for text in outcome.warnings:
             kind = re.sub(r"[-+]?\d[\d.,e+-]*", "#", text)
             texts.setdefault(kind, text)

@@ -22,7 +22,7 @@ from ..running.job import Job, RunResult
 from ..running.memory import default_memory
 from ..running.supervise import run_job, workers_of_runs
 from .drawing import draw, page_path
-from .outcome import Outcome
+from .outcome import Outcome, now
 from .plan import Scan, job_of
 
 #: seconds to wait for another run of the same output: of a lost worker, which may still be clearing up
@@ -76,7 +76,8 @@ class Station:
         started = time.monotonic()
         try:
             job = job_of(self._template, scan, threads=self._threads, memory=self._memory)
-            return Outcome.of_result(job, self._run(key, job), self._host)
+            record = self._run(key, job).record
+            return replace(Outcome.of_record(record, job.input, job.output), finished=now(), host=self._host)
         except Exception as error:
             return Outcome.of_error(scan.input, scan.output, error, time.monotonic() - started, self._host)
 

@@ -8,6 +8,7 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -28,21 +29,17 @@ class Summary:
     """The results of a batch."""
 
     outcomes: Sequence[Outcome]  # of the scans that have one, in the order of the batch
-    far: Sequence[tuple[str, ...]]  # of each, in what it lies far from the others
-    labels: Sequence[str]  # of each a short name that no other has
     planned: int  # how many scans the batch has
     template: Job  # of the runs of the batch
     started: str  # when, in UTC
     finished: str  # when, in UTC
     seconds: float  # from start to end
 
-    @classmethod
-    def of(
-        cls, outcomes: Sequence[Outcome], planned: int, template: Job, *, started: str, finished: str, seconds: float
-    ) -> Summary:
-        """The summary of these outcomes."""
-        names = labels([Path(o.input) for o in outcomes], [Path(o.output) for o in outcomes])
-        return cls(outcomes, outliers(outcomes), names, planned, template, started, finished, seconds)
+    @cached_property
+    def rows(self) -> list[tuple[Outcome, str, tuple[str, ...]]]:
+        """Of each outcome a short name that no other has, and in what it lies far from the others."""
+        names = labels([Path(o.input) for o in self.outcomes], [Path(o.output) for o in self.outcomes])
+        return list(zip(self.outcomes, names, outliers(self.outcomes), strict=True))
 
     @property
     def counts(self) -> dict[str, int]:
@@ -70,7 +67,7 @@ class Summary:
                 "counts": self.counts,
                 "scans": [
                     {"name": name, **outcome.to_document(), "resumed": outcome.resumed, "far_in": far}
-                    for outcome, far, name in zip(self.outcomes, self.far, self.labels, strict=True)
+                    for outcome, name, far in self.rows
                 ],
             }
         )
@@ -79,10 +76,7 @@ class Summary:
     def table(self) -> str:
         """The summary as comma-separated values, one row a scan."""
         text = io.StringIO()
-        rows = [
-            {"name": name, **as_row(outcome, far)}
-            for outcome, far, name in zip(self.outcomes, self.far, self.labels, strict=True)
-        ]
+        rows = [{"name": name, **as_row(outcome, far)} for outcome, name, far in self.rows]
         writer = csv.DictWriter(text, rows[0] if rows else ["name"], lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)

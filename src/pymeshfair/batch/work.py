@@ -40,7 +40,8 @@ def sample(scans: Sequence[Scan], count: int) -> list[Scan]:
     if count >= len(scans):
         return list(scans)
     by_size = sorted(scans, key=lambda scan: (scan.input.stat().st_size if scan.input.is_file() else 0, scan.number))
-    opened = [by_size[i] for i in _spread(len(by_size), min(len(by_size), _OPENED * count))]
+    steps = min(len(by_size), _OPENED * count) - 1
+    opened = [by_size[i] for i in sorted({round(k * (len(by_size) - 1) / max(1, steps)) for k in range(steps + 1)})]
     noise = [_noise(scan.input) for scan in opened]
     ranked = {k: r for r, k in enumerate(sorted(range(len(opened)), key=lambda k: noise[k]))}
     places = [(k / len(opened), ranked[k] / len(opened)) for k in range(len(opened))]
@@ -49,11 +50,6 @@ def sample(scans: Sequence[Scan], count: int) -> list[Scan]:
         left = (k for k in range(len(opened)) if k not in chosen)
         chosen.append(max(left, key=lambda k: (min(math.dist(places[k], places[c]) for c in chosen), k)))
     return sorted((opened[k] for k in chosen), key=lambda scan: scan.number)
-
-
-def _spread(total: int, count: int) -> list[int]:
-    """So many different numbers from 0 to `total` - 1, both among them."""
-    return sorted({round(i * (total - 1) / max(1, count - 1)) for i in range(count)})
 
 
 def _noise(path: Path) -> float:
@@ -303,7 +299,7 @@ class Task:
                 if record.outcomes:  # else nothing was begun, and what is known of a former batch stays
                     outcomes = [record.outcomes[scan.number] for scan in self.scans if scan.number in record.outcomes]
                     finished, seconds = now(), time.monotonic() - clock
-                    summary = Summary.of(
+                    summary = Summary(
                         outcomes, len(self.scans), self.template, started=started, finished=finished, seconds=seconds
                     )
                     self.written = (*summary.write(self.folder), journal.path)

@@ -22,21 +22,11 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
 command = app.command(cls=Command)  # the name of each is that of its function
-command(demo.demo)
-command(run.run)
-command(batch.batch)
-command(verify.verify)
-command(check.check)
-command(upgrade.upgrade)
-command(export.export)
+for function in (demo.demo, run.run, batch.batch, verify.verify, check.check, upgrade.upgrade, export.export):
+    command(function)
 app.add_typer(list.app, name="list")
-command(info.info)
-command(suggest.suggest)
-command(spectrum.spectrum)
-command(compare.compare)
-command(picture.picture)
-command(tune.tune)
-command(doctor.doctor)
+for other in (info.info, suggest.suggest, spectrum.spectrum, compare.compare, picture.picture, tune.tune, doctor.doctor):
+    command(other)
 
 
 @app.callback()

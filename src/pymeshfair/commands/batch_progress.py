@@ -49,10 +49,11 @@ class BatchLines:
             self.note(f"{scan.label}: no page: {made['problem']}")
 
 
-class BatchBar:
+class BatchBar(BatchLines):
     """A bar over all scans with their rate, the time left and the worst so far; those that fail stay above it."""
 
     def __init__(self) -> None:
+        super().__init__()
         self._bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -65,7 +66,6 @@ class BatchBar:
         )
         self._task = self._bar.add_task("preparing", total=None)
         self._started = time.monotonic()
-        self._ended = 0
         self._failed = 0
         self._worst: tuple[float, str] | None = None
 
@@ -77,16 +77,13 @@ class BatchBar:
         self._bar.stop()
 
     def begin(self, total: int) -> None:
-        """So many scans are to do."""
         self._started = time.monotonic()
         self._bar.update(self._task, total=total, description="starting")
 
     def note(self, text: str) -> None:
-        """Say something about the batch as a whole."""
         self._bar.console.print(printable(text), markup=False)
 
     def outcome(self, scan: Scan, outcome: Outcome) -> None:
-        """A scan has ended."""
         self._ended += 1
         self._failed += outcome.status != "done"
         moved = displacement_in_edges(outcome)
@@ -101,9 +98,7 @@ class BatchBar:
         self._bar.update(self._task, completed=self._ended, description=escape(printable(", ".join(words))))
 
     def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
-        """A page was made."""
-        if "problem" in made:
-            self.note(f"{scan.label}: no page: {made['problem']}")
+        super().page(scan, made)
         self._bar.update(self._task, description=escape(printable(f"page of {scan.label}")))
 
 
@@ -126,6 +121,6 @@ def counted_warnings(outcome: Outcome) -> str:
     return "1 warning" if len(outcome.warnings) == 1 else f"{len(outcome.warnings)} warnings"
 
 
-def batch_progress() -> BatchBar | BatchLines:
+def batch_progress() -> BatchLines:
     """A bar if stderr is a terminal, else lines, which `say` prints."""
     return BatchBar() if sys.stderr.isatty() and talk() == Talk.USUAL else BatchLines()

@@ -31,11 +31,10 @@ def show_summary(summary: Summary, task: Task) -> None:
 
 
 def _show_rows(summary: Summary, task: Task) -> None:
-    far = {outcome.output: words for outcome, words in zip(summary.outcomes, summary.far, strict=True)}
+    told = {outcome.output: (name, far) for outcome, name, far in summary.rows}
     shown = list(summary.outcomes) if len(summary.outcomes) <= _LISTED else worst_first(summary.outcomes)[:_LISTED]
     headers = ["scan", "", "vertices", "moved (edges)", "at most", "area %", "seconds", ""]
-    labels = {outcome.output: name for outcome, name in zip(summary.outcomes, summary.labels, strict=True)}
-    rows = [_row(outcome, labels[outcome.output], far[outcome.output]) for outcome in shown]
+    rows = [_row(outcome, *told[outcome.output]) for outcome in shown]
     console().print(table(headers, rows, numbers=range(2, 7)))
     if len(shown) < len(summary.outcomes):
         typer.echo(f"  and {len(summary.outcomes) - len(shown):,} that went better; batch.csv has them all")

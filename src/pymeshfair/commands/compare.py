@@ -9,9 +9,9 @@ import typer
 
 from . import options
 from .json_document import print_document
-from .report_file import Report, Up, check_report, compared_files, page_numbers, say_report
+from .report_file import Report, Up, check_report, compared_files, page_numbers
 from .standard_files import STANDARD, check_text, save_text
-from .streams import warn
+from .streams import say, warn
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
@@ -127,7 +127,7 @@ def compare(
             unit=unit,
         )
         write_file(report, page, overwrite=overwrite)
-        say_report(report)
+        say(f"Report: {report}", err=True)
     if json:
         print_document(numbers)
     elif deviations != STANDARD:

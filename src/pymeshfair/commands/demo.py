@@ -24,6 +24,8 @@ def demo(
     It is the face of 85,849 vertices from a laser scanner that the pymeshlab wheel carries. FOLDER gets a copy of it, face.ply,
     and the result, face_clean.ply, in place of that of an earlier demo.
     """
+    from shlex import quote
+
     from ..running.supervise import workers_of_runs
 
     with workers_of_runs() as workers:
@@ -45,7 +47,7 @@ def demo(
         carry_out(job, json=json, workers=workers)
     say(
         f"\nTry next:\n  pymeshfair info {_RECIPE}\n"
-        f"  pymeshfair run {_RECIPE} {_quoted(scan)} -o {_quoted(folder / 'smoother.ply')} --set detail_size=10edge\n"
+        f"  pymeshfair run {_RECIPE} {quote(str(scan))} -o {quote(str(folder / 'smoother.ply'))} --set detail_size=10edge\n"
         f"  pymeshfair list recipes",
         err=True,
     )
@@ -64,9 +66,3 @@ def sample_scan() -> Path:
             scan, "this pymeshlab came without its samples; the wheels of pymeshlab 2025.7 and later on PyPI have them"
         )
     return scan
-
-
-def _quoted(path: Path) -> str:
-    import shlex
-
-    return shlex.quote(str(path))

@@ -36,15 +36,11 @@ class Failure:
         message = f"unexpected {kind}: {message}\nthis is a defect of pymeshfair or of a plugin; --debug shows where it happened"
         return cls(kind, message, 1)
 
-    def document(self) -> dict[str, Any]:
-        """The value of ``"error"`` in the JSON document."""
-        return {**self.details, "kind": self.kind, "message": self.message}
-
     def show(self, *, json: bool) -> None:
         """Print the message on stderr and, with `json`, the document on stdout."""
         complain(self.message, color=False if os.environ.get("NO_COLOR") else None)
         if json:
-            print_document({"error": self.document()})
+            print_document({"error": {**self.details, "kind": self.kind, "message": self.message}})
 
 
 def check_working_folder() -> None:

@@ -13,8 +13,6 @@ from .options import AllowOutside, Json, Unchecked
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from ..declaration import Filter
-
 
 def info(
     subject: Annotated[str, typer.Argument(metavar="FILTER|RECIPE|MESH", help="A name, or the path of an .mlx or mesh file.")],
@@ -41,7 +39,12 @@ def info(
             raise _unknown_subject(subject, error.cause) from None
         _show_mesh(Path(subject), json=json, allow_outside=allow_outside, unchecked=unchecked)
     else:
-        _show_filter(filter, json=json)
+        from .info_pages import filter_document, filter_page
+
+        if json:
+            print_document({"filter": filter_document(filter)})
+        else:
+            typer.echo(filter_page(filter))
 
 
 def _unknown_subject(subject: str, cause: str | None) -> Exception:
@@ -59,15 +62,6 @@ def _unknown_subject(subject: str, cause: str | None) -> Exception:
         else "`pymeshfair list filters` and `pymeshfair list recipes` show all names"
     )
     return UnknownNameError(f"{subject!r} is no filter, no recipe and no file; {hint}", suggestion=near, cause=cause)
-
-
-def _show_filter(filter: Filter, *, json: bool) -> None:
-    from .info_pages import filter_document, filter_page
-
-    if json:
-        print_document({"filter": filter_document(filter)})
-    else:
-        typer.echo(filter_page(filter))
 
 
 def _show_recipe(name: str, *, json: bool) -> None:

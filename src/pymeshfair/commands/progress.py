@@ -24,6 +24,8 @@ _COMPILING = "compiling filters for this machine"
 class ProgressLines:
     """One line when a step begins, and what filters note; with `much` also how long it takes, and how far a long one is."""
 
+    _margin = ""  # before what is said of compilation
+
     def __init__(self, *, much: bool = False) -> None:
         self._much = much
         self._step = ""
@@ -36,7 +38,7 @@ class ProgressLines:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if self._compiled is not None:
-            self._say(_compiled(self._compiled))
+            self._say(f"{self._margin}{_compiled(self._compiled)}")
         if error is not None:  # else the command shows them below its results
             for text in self._warnings:
                 self._say(f"warning: {text}")
@@ -73,10 +75,13 @@ class ProgressLines:
         self._silent_since = time.monotonic()
 
 
-class ProgressBar:
+class ProgressBar(ProgressLines):
     """A bar over the steps, which also moves within a step whose filter tells how far it is; finished steps stay above it."""
 
+    _margin = " " * 17
+
     def __init__(self) -> None:
+        super().__init__()
         self._bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -86,48 +91,40 @@ class ProgressBar:
             transient=True,
         )
         self._task = self._bar.add_task("starting", total=None)
-        self._step = StepStarted(0, 0, "")
         self._doing = "starting"
-        self._compiled: Compiling | None = None
-        self._warnings: list[str] = []
 
     def __enter__(self) -> ProgressBar:
         self._bar.start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if self._compiled is not None:
-            self._print(f"{'':17}{_compiled(self._compiled)}")
-        if error is not None:  # else the command shows them below its results
-            for text in self._warnings:
-                self._print(f"warning: {text}")
+        super().__exit__(kind, error, trace)
         self._bar.stop()
 
     def __call__(self, event: Event) -> None:
-        """Show an event of the run."""
         if isinstance(event, PhaseStarted):
             self._doing = event.phase
             self._bar.update(self._task, description=self._doing)
         elif isinstance(event, StepStarted):
-            self._step = event
+            self._step = event.filter
             self._doing = escape(f"step {event.index} of {event.total}: {event.filter}")
             self._bar.update(self._task, description=self._doing, total=event.total, completed=event.index - 1)
         elif isinstance(event, StepProgress):
             self._bar.update(self._task, completed=event.index - 1 + event.fraction)
         elif isinstance(event, StepFinished):
             self._bar.update(self._task, completed=event.index)
-            self._print(f"{event.index:>3}  {event.seconds:8.2f} s  {self._step.filter}")
+            self._say(f"{event.index:>3}  {event.seconds:8.2f} s  {self._step}")
         elif isinstance(event, Compiling):
             self._compiled = event
             so_far = f"{self._doing}: {_COMPILING}, {event.seconds:.0f} s so far"
             self._bar.update(self._task, description=so_far if event.is_going_on else self._doing)
         elif event.level == "info":
             about = f"step {event.step}: " if event.step else ""
-            self._print(f"{'':17}{about}{event.text}")
+            self._say(f"{self._margin}{about}{event.text}")
         else:
             self._warnings.append(event.text)
 
-    def _print(self, text: str) -> None:
+    def _say(self, text: str) -> None:
         self._bar.console.print(printable(text), markup=False)
 
 

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .streams import say
-
 if TYPE_CHECKING:
     from ..looking.mesh_state import MeshState
     from ..report.comparison_page import Compared
@@ -65,8 +63,3 @@ def page_numbers(numbers: Mapping[str, Any]) -> dict[str, Any]:
     from .json_document import plain
 
     return dict(plain({**numbers, "files": {key: path and path.name for key, path in numbers["files"].items()}}))
-
-
-def say_report(path: Path) -> None:
-    """Say that it was written."""
-    say(f"Report: {path}", err=True)

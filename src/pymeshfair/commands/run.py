@@ -11,9 +11,9 @@ import typer
 
 from . import options
 from .json_document import print_document
-from .report_file import Report, Up, check_report, say_report
+from .report_file import Report, Up, check_report
 from .standard_files import open_recipe
-from .streams import Talk, complain, printable, talk, warn
+from .streams import Talk, complain, printable, say, talk, warn
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -157,7 +157,7 @@ def carry_out(
     for warning in result.warnings:
         warn(warning)
     if report is not None:
-        say_report(report)
+        say(f"Report: {report}", err=True)
     if json:
         print_document(_document(job, result))
     elif talk() > Talk.LITTLE:

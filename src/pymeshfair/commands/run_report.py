@@ -18,7 +18,7 @@ from ..running.errors import GuardBroken
 from ..running.read import read_mesh
 from ..running.supervise import run_job
 from ..scripts.write import format_script
-from .report_file import check_report, compared_files, page_numbers, say_report
+from .report_file import check_report, compared_files, page_numbers
 from .streams import say
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], S
             again = replace(job, output=Path(folder) / "result.ply", keep_broken=True, map=None, overwrite=False)
             page = _page(job, run_job(again), before, up, kept=False)
         write_file(target, page, overwrite=job.overwrite)
-        say_report(path)
+        say(f"Report: {path}", err=True)
         raise
 
 

@@ -83,7 +83,10 @@ def spectrum(
 
         write_file(output, draw_spectra(shown, drawn, extension(output)), overwrite=overwrite)
     if json:
-        print_document({"mesh": mesh, **shown, "response": None if drawn is None else _told(drawn, before), "picture": output})
+        told = None
+        if drawn is not None:
+            told = {"name": drawn.name, "cutoff_frequencies": drawn.cutoffs, "bands": drawn.profile(_middles(before))}
+        print_document({"mesh": mesh, **shown, "response": told, "picture": output})
         return
     _print(shown, drawn)
     if output is not None:
@@ -130,11 +133,6 @@ def _in_mesh_units(length: Length | str, spectrum: Mapping[str, Any]) -> float:
     if isinstance(length, str):
         return 0.0
     return length.resolve(diagonal=spectrum["diagonal"], mean_edge=lambda: float(spectrum["mean_edge"]))
-
-
-def _told(response: Response, spectrum: Mapping[str, Any]) -> dict[str, Any]:
-    """The response at the middles of the bands, for the document."""
-    return {"name": response.name, "cutoff_frequencies": response.cutoffs, "bands": response.profile(_middles(spectrum))}
 
 
 def _middles(spectrum: Mapping[str, Any]) -> Any:

@@ -57,7 +57,8 @@ def upgrade(
         for change in upgraded.changes:
             say(str(change), err=output == STANDARD)
         if written:
-            say(_summary(output, upgraded), err=output == STANDARD)
+            count = len(upgraded.changes)
+            say(f"{output}: {count or 'no'} {'change' if count == 1 else 'changes'}", err=output == STANDARD)
         else:
             typer.echo(_refusal(upgraded), err=True)
     if not written:
@@ -75,8 +76,3 @@ def _document(script: Path, output: Path | None, upgraded: Upgrade) -> dict[str,
 def _refusal(upgraded: Upgrade) -> str:
     count, total = len(upgraded.warnings), len(upgraded.changes)
     return f"nothing is written: {count} of {total} changes alter the meaning; --accept writes the script all the same"
-
-
-def _summary(output: Path, upgraded: Upgrade) -> str:
-    count = len(upgraded.changes)
-    return f"{output}: {count or 'no'} {'change' if count == 1 else 'changes'}"

@@ -1,6 +1,6 @@
 """Parts of a scene, each placed by a matrix, as one mesh; and polygons with values at their corners as such a part."""
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from ..filters.geometry import vertex_normals_by_angle
 from ..filters.topology import proper_faces
-from ..mesh_data import MeshData, Texture
+from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError
 from .indices import check_range
 from .polygons import triangulated
+from .reading import Reading
 from .references import References
 
 #: placements, and vertices and faces of all of them together, of one file
@@ -78,16 +79,17 @@ class Assembly:
             self.textures.append(Texture(name, image()))
         return self._numbers[name]
 
-    def side_files(self) -> tuple[Path, ...]:
-        """The images of the textures."""
-        return tuple(t.image for t in self.textures if isinstance(t.image, Path))
-
-    def mesh(self) -> MeshData:
+    def reading(self, path: Path, format: str, extras: Iterable[str], unit: str | None = None) -> Reading:
         """All parts as one mesh, in the order in which they were placed."""
+        return Reading(replace(self._mesh(), unit=unit, source=Source(path, format, extras=tuple(extras))))
+
+    def _mesh(self) -> MeshData:
         parts = [_placed(*part) for part in self._parts] or [MeshData(vertices=np.empty((0, 3)))]
         self._parts.clear()
         if any("normals" in p.vertex_attributes for p in parts):
-            parts = [_with_normals(p) for p in parts]
+            for k, part in enumerate(parts):
+                if "normals" not in part.vertex_attributes:
+                    parts[k] = part.with_attributes({"normals": vertex_normals_by_angle(part.vertices, part.faces)})
         starts = np.cumsum([0, *(len(p.vertices) for p in parts)])
         first = 0
         for k, part in enumerate(parts):
@@ -131,11 +133,9 @@ def polygons(
     if (lengths < 3).any():
         k = int(np.argmax(lengths < 3))
         raise ContentsError(f"{what}: face {k + 1:,} has {lengths[k]} corners")
-    places, of_polygon = triangulated(vertices[corners], np.arange(len(corners)), lengths)
+    places, of_polygon, face = triangulated(vertices[corners], np.arange(len(corners)), lengths)
     rows = np.arange(len(lengths)) if of_polygon is None else of_polygon
-    face = {name: values[rows] for name, values in (of_polygons or {}).items() if values is not None}
-    if of_polygon is not None:
-        face["polygon"] = np.where(lengths[of_polygon] > 3, of_polygon, -1).astype(np.int32)
+    face = {name: values[rows] for name, values in (of_polygons or {}).items() if values is not None} | face
     vertex: dict[str, NDArray[Any]] = {}
     lost = []
     for name, values in (of_corners or {}).items():
@@ -206,12 +206,6 @@ def _placed(part: MeshData, matrix: NDArray[np.float64]) -> MeshData:
             lengths = np.linalg.norm(normals, axis=1, keepdims=True)
             placed = placed.with_attributes({"normals": normals / np.where(lengths > 0, lengths, 1.0)})
     return turned_over(placed) if side < 0 else placed
-
-
-def _with_normals(part: MeshData) -> MeshData:
-    if "normals" in part.vertex_attributes:
-        return part
-    return part.with_attributes({"normals": vertex_normals_by_angle(part.vertices, part.faces)})
 
 
 def _joined(attributes: Sequence[Mapping[str, NDArray[Any]]], counts: Sequence[int]) -> dict[str, NDArray[Any]]:

@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh_data import MeshData, Source
+from ..mesh_data import MeshData
 from .assembly import Assembly, polygons, triangles_of, unit_of
 from .errors import ContentsError
 from .indices import check_range, indices, numbers
@@ -42,9 +42,8 @@ def read_collada(path: Path, references: References) -> Reading:
     extras = [f"{kind}s" for kind in _LOST if kind in kinds]
     extras += [f"its unit of {metres:g} m"] if unit_of(metres) is None else []
     extras += [f"its upright axis {shown(axis, 30)}"] if axis != "Y_UP" else []
-    source = Source(path, "dae", extras=(*extras, *reader.assembly.lost))
-    mesh = replace(reader.assembly.mesh(), unit=None if unit is None else unit_of(metres), source=source)
-    return Reading(mesh, side_files=reader.assembly.side_files())
+    extras += reader.assembly.lost
+    return reader.assembly.reading(path, "dae", extras, None if unit is None else unit_of(metres))
 
 
 @dataclass(frozen=True)

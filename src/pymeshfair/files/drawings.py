@@ -18,11 +18,10 @@ _UNITS = ("mm", "cm", "in")
 def polylines(edges: np.ndarray) -> Iterator[list[int]]:
     """The curves that (e, 2) edges make up, from end or fork to the next; a closed one ends with its first vertex."""
     at: dict[int, list[int]] = {}
-    for number, ends in enumerate(edges.tolist()):
+    left, pairs = [True] * len(edges), edges.tolist()
+    for number, ends in enumerate(pairs):
         for vertex in ends:
             at.setdefault(vertex, []).append(number)
-    left = [True] * len(edges)
-    pairs = edges.tolist()
     # Closed curves have no end: they come last, from any vertex.
     for start in sorted(at, key=lambda vertex: (len(at[vertex]) == 2, vertex)):
         for first in at[start]:
@@ -45,15 +44,8 @@ def write_dxf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         is_closed = curve[0] == curve[-1]
         lines += ["0", "POLYLINE", "8", "0", "66", "1", "10", "0.0", "20", "0.0", "30", "0.0", "70", str(8 + is_closed)]
         for place in mesh.vertices[curve[: len(curve) - is_closed]].tolist():
-            lines += [
-                "0",
-                "VERTEX",
-                "8",
-                "0",
-                *(word for k, c in enumerate(place) for word in (f"{k + 1}0", repr(c))),
-                "70",
-                "32",
-            ]
+            numbers = [word for k, c in enumerate(place) for word in (f"{k + 1}0", repr(c))]
+            lines += ["0", "VERTEX", "8", "0", *numbers, "70", "32"]
         lines += ["0", "SEQEND", "8", "0"]
     target.write("\n".join([*lines, "0", "ENDSEC", "0", "EOF", ""]).encode("ascii"))
     return ()

@@ -9,32 +9,32 @@ class ContentsError(PymeshfairError, ValueError):
     """A file is none of its format, or lies; the message is the reason, and says where."""
 
 
-class InputError(RunError):
-    """The input cannot be read, or what was read is no mesh.
+class FileError(RunError):
+    """A file cannot be used.
 
     Attributes:
-        path: the input, or the file that it names.
+        path: the file, or one that it names or that lies beside it.
         reason: one sentence.
     """
 
+    verb = "use"
+
     def __init__(self, path: Path, reason: str) -> None:
-        super().__init__(f"cannot read {path}: {reason}")
+        super().__init__(f"cannot {self.verb} {path}: {reason}")
         self.path = path
         self.reason = reason
 
 
-class OutputError(RunError):
-    """The output cannot be written, or must not be.
+class InputError(FileError):
+    """The input cannot be read, or what was read is no mesh."""
 
-    Attributes:
-        path: the output, or a file beside it.
-        reason: one sentence.
-    """
+    verb = "read"
 
-    def __init__(self, path: Path, reason: str) -> None:
-        super().__init__(f"cannot write {path}: {reason}")
-        self.path = path
-        self.reason = reason
+
+class OutputError(FileError):
+    """The output cannot be written, or must not be."""
+
+    verb = "write"
 
 
 class OutputBusyError(OutputError):

@@ -14,7 +14,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh_data import MeshData, Source
+from ..mesh_data import MeshData
 from .assembly import Assembly, levels, polygons, triangles_of
 from .errors import ContentsError
 from .reading import Reading
@@ -35,31 +35,27 @@ _UNDERSTOOD = {_QUANTIZED, "KHR_materials_unlit"}
 _ROUNDED, _UNIT = 1e-6, 0.01
 
 
-class GltfError(ContentsError):
-    """The file is no glTF file that can be read; the message is the reason."""
-
-
 def read_gltf(path: Path, references: References) -> Reading:
     """Read a glTF file."""
     text, binary = _chunks(path.read_bytes())
     if sum(text.count(mark) for mark in (b",", b"{", b"[")) > _PARTS:
-        raise GltfError(f"its document has more than {_PARTS:,} parts")
+        raise ContentsError(f"its document has more than {_PARTS:,} parts")
     try:
         document = json.loads(text)
     except (ValueError, RecursionError):
-        raise GltfError("it holds no glTF document") from None
+        raise ContentsError("it holds no glTF document") from None
     try:
         reader = _Reader(document, binary, references)
         with np.errstate(all="ignore"):
             reader.read_scene()
-        mesh = reader.assembly.mesh()
         extras = (*_losses(document), *reader.assembly.lost)
+        reading = reader.assembly.reading(path, path.suffix[1:].lower(), extras, "m")
     except (KeyError, TypeError, AttributeError, ValueError, OverflowError, IndexError) as error:
         if isinstance(error, ContentsError):
             raise
-        raise GltfError(f"its document lacks something or has it wrong ({type(error).__name__}: {str(error)[:60]})") from error
-    mesh = replace(mesh, unit="m", source=Source(path, path.suffix[1:].lower(), extras=extras))
-    return Reading(mesh, side_files=(*reader.files, *reader.assembly.side_files()))
+        what = f"{type(error).__name__}: {str(error)[:60]}"
+        raise ContentsError(f"its document lacks something or has it wrong ({what})") from error
+    return replace(reading, side_files=tuple(reader.files))
 
 
 def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
@@ -67,23 +63,23 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
     if not data.startswith(b"glTF"):
         return data, None
     if len(data) < 20:
-        raise GltfError("it is cut short")
+        raise ContentsError("it is cut short")
     version, length, text_length, kind = struct.unpack_from("<IIII", data, 4)
     if kind == JSON and version != 2:
-        raise GltfError(f"it is glTF of version {version}, not 2")
+        raise ContentsError(f"it is glTF of version {version}, not 2")
     if kind != JSON:
-        raise GltfError("it does not begin with a glTF document")
+        raise ContentsError("it does not begin with a glTF document")
     if length != len(data):
-        raise GltfError(f"it declares {length:,} bytes, but has {len(data):,}")
+        raise ContentsError(f"it declares {length:,} bytes, but has {len(data):,}")
     if text_length > length - 20:
-        raise GltfError(f"its document declares {text_length:,} bytes, but only {length - 20:,} follow")
+        raise ContentsError(f"its document declares {text_length:,} bytes, but only {length - 20:,} follow")
     text, position = data[20 : 20 + text_length], 20 + text_length
     while position + 8 <= length:
         chunk_length, kind = struct.unpack_from("<II", data, position)
         if chunk_length > length - position - 8:
-            raise GltfError(f"a part of it declares {chunk_length:,} bytes, but only {length - position - 8:,} follow")
+            raise ContentsError(f"a part of it declares {chunk_length:,} bytes, but only {length - position - 8:,} follow")
         if kind == JSON:
-            raise GltfError("it has two documents")
+            raise ContentsError("it has two documents")
         if kind == BINARY:
             return text, data[position + 8 : position + 8 + chunk_length]
         position += 8 + chunk_length
@@ -95,14 +91,15 @@ class _Reader:
 
     def __init__(self, document: Any, binary: bytes | None, references: References) -> None:
         if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
-            raise GltfError("it holds no glTF document")
+            raise ContentsError("it holds no glTF document")
         if not str(document["asset"].get("version", "")).startswith("2"):
-            raise GltfError("its document is not of version 2")
+            raise ContentsError("its document is not of version 2")
         if required := set(document.get("extensionsRequired", ())) - _UNDERSTOOD:
-            raise GltfError(f"it needs {', '.join(sorted(map(str, required)))[:80]}, which is not known here; save it without")
+            names = ", ".join(sorted(map(str, required)))[:80]
+            raise ContentsError(f"it needs {names}, which is not known here; save it without")
         for name in ("buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes", "images", "textures", "materials"):
             if not isinstance(document.get(name, []), list) or not all(isinstance(x, dict) for x in document.get(name, ())):
-                raise GltfError(f"its {name} are no list of objects")
+                raise ContentsError(f"its {name} are no list of objects")
         self.assembly = Assembly()
         self.files: list[Path] = []
         self._document, self._binary, self._references = document, binary, references
@@ -115,7 +112,7 @@ class _Reader:
         """Place everything that the scene shows."""
         scenes = self._document.get("scenes", [])
         if not scenes:
-            raise GltfError("it has no scene, so nothing in it is placed")
+            raise ContentsError("it has no scene, so nothing in it is placed")
         scene = self._at("scenes", self._document.get("scene", 0))
         if len(scenes) > 1:
             self.assembly.lost[f"scenes besides the one that it shows ({len(scenes) - 1})"] = None
@@ -127,13 +124,13 @@ class _Reader:
     def _at(self, name: str, index: Any) -> Any:
         parts = self._document.get(name, [])
         if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(parts):
-            raise GltfError(f"it refers to number {str(index)[:40]} of its {len(parts)} {name}")
+            raise ContentsError(f"it refers to number {str(index)[:40]} of its {len(parts)} {name}")
         return parts[index]
 
     def _visit(self, k: int, above: NDArray[np.float64]) -> None:
         node = self._at("nodes", k)
         if k in self._seen:
-            raise GltfError("a node of it is its own child, or has two parents")
+            raise ContentsError("a node of it is its own child, or has two parents")
         self._seen.add(k)
         self.assembly.enter(k)
         matrix = above @ _matrix(node, k)
@@ -151,7 +148,7 @@ class _Reader:
         if k not in self._meshes:
             primitives = self._at("meshes", k)["primitives"]
             if not primitives:
-                raise GltfError(f"its mesh {k} has no primitives")
+                raise ContentsError(f"its mesh {k} has no primitives")
             groups: dict[str, list[Any]] = {}
             for p in primitives:
                 groups.setdefault(json.dumps(p["attributes"], sort_keys=True), []).append(p)
@@ -162,11 +159,11 @@ class _Reader:
         """The primitives of a mesh that share their vertices."""
         attributes = primitives[0]["attributes"]
         if "POSITION" not in attributes:
-            raise GltfError(f"its mesh {k} has no positions")
+            raise ContentsError(f"its mesh {k} has no positions")
         points = self._attribute(k, attributes, "POSITION")
         counts = {self._at("accessors", index)["count"] for index in attributes.values()}
         if counts != {len(points)}:
-            raise GltfError(f"the attributes of its mesh {k} are not equally many")
+            raise ContentsError(f"the attributes of its mesh {k} are not equally many")
         faces, uvs, colours, textures, edges = [], [], [], [], [np.empty((0, 2), np.int64)]
         for p in primitives:
             corners, ends = self._corners(k, p, len(points))
@@ -200,7 +197,7 @@ class _Reader:
         dtype, width = _COMPONENTS.get(accessor["componentType"]), _WIDTHS.get(accessor["type"])
         allowed = "iu" if self._quantized and not kinds else kinds
         if width not in widths or dtype is None or np.dtype(dtype).kind not in f"f{allowed}" or dtype is np.uint32:
-            raise GltfError(f"the {name} of its mesh {k} are of a type that they cannot be")
+            raise ContentsError(f"the {name} of its mesh {k} are of a type that they cannot be")
         return self._accessor(attributes[name], normalized=bool(accessor.get("normalized")) or kinds == "u").astype(np.float64)
 
     def _corners(self, k: int, p: Mapping[str, Any], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -210,13 +207,13 @@ class _Reader:
         if "indices" in p:
             accessor = self._at("accessors", p["indices"])
             if accessor["type"] != "SCALAR" or accessor["componentType"] not in (5121, 5123, 5125):
-                raise GltfError(f"its accessor {p['indices']} of corners is of a type that they cannot be")
+                raise ContentsError(f"its accessor {p['indices']} of corners is of a type that they cannot be")
             corners = self._accessor(p["indices"])[:, 0].astype(np.int64)
             if corners.max() >= count:
-                raise GltfError(f"its accessor {p['indices']} names a vertex that is none of {count:,}")
+                raise ContentsError(f"its accessor {p['indices']} names a vertex that is none of {count:,}")
         width = {1: 2, _TRIANGLES: 3}.get(mode, 1)
         if len(corners) % width:
-            raise GltfError(f"a primitive of its mesh {k} has {len(corners):,} corners, which are no whole number of {width}")
+            raise ContentsError(f"a primitive of its mesh {k} has {len(corners):,} corners, which are no whole number of {width}")
         match mode:
             case 0:
                 return no_faces, no_edges
@@ -229,7 +226,7 @@ class _Reader:
                 return corners.reshape(-1, 3), no_edges
             case 5 | 6:
                 return corners[triangles_of(corners, np.array([len(corners)]), fans=mode == 6)], no_edges
-        raise GltfError(f"its mesh {k} has primitives of the unknown mode {str(mode)[:40]}")
+        raise ContentsError(f"its mesh {k} has primitives of the unknown mode {str(mode)[:40]}")
 
     def _material(
         self, k: int, p: Mapping[str, Any], attributes: Mapping[str, Any]
@@ -242,7 +239,7 @@ class _Reader:
             return -1, None, colour
         texture = self._at("textures", used["index"])
         if "source" not in texture:
-            raise GltfError(f"its texture {used['index']} is in a form that is not known here")
+            raise ContentsError(f"its texture {used['index']} is in a form that is not known here")
         if (name := f"TEXCOORD_{used.get('texCoord', 0)}") not in attributes:
             self.assembly.lost[f"the texture of mesh {k}, which has no texture coordinates"] = None
             return -1, None, colour
@@ -267,17 +264,17 @@ class _Reader:
             if uri is None:
                 data = self._binary if k == 0 else None
             elif not isinstance(uri, str):
-                raise GltfError(f"the uri of buffer {k} is no text")
+                raise ContentsError(f"the uri of buffer {k} is no text")
             elif uri.startswith("data:"):
                 data = _decoded(uri)
             else:
                 file = self._references.find(unquote(uri))
                 if file is None:
-                    raise GltfError(f"its buffer {unquote(uri)[:80]!r} does not exist")
+                    raise ContentsError(f"its buffer {unquote(uri)[:80]!r} does not exist")
                 self.files.append(file)
                 data = file.read_bytes()
             if data is None or length > len(data):
-                raise GltfError(f"its buffer {k} declares {length:,} bytes, but has {len(data or b''):,}")
+                raise ContentsError(f"its buffer {k} declares {length:,} bytes, but has {len(data or b''):,}")
             self._buffers[k] = data[:length]
         return self._buffers[k]
 
@@ -288,9 +285,9 @@ class _Reader:
         start = _whole(view.get("byteOffset", 0), f"the offset of buffer view {k}")
         end = start + _whole(view["byteLength"], f"the length of buffer view {k}", 1)
         if end > len(data):
-            raise GltfError(f"its buffer view {k} ends at byte {end:,} of a buffer of {len(data):,}")
+            raise ContentsError(f"its buffer view {k} ends at byte {end:,} of a buffer of {len(data):,}")
         if "byteStride" in view and not 4 <= _whole(view["byteStride"], f"the stride of buffer view {k}") <= 252:
-            raise GltfError(f"the stride of buffer view {k} is {view['byteStride']}")
+            raise ContentsError(f"the stride of buffer view {k} is {view['byteStride']}")
         return data[start:end], view.get("byteStride")
 
     def _accessor(self, k: int, *, normalized: bool = False) -> NDArray[Any]:
@@ -298,13 +295,13 @@ class _Reader:
         accessor = self._at("accessors", k)
         count = _whole(accessor["count"], f"the count of accessor {k}", 1)
         if accessor["componentType"] not in _COMPONENTS or accessor["type"] not in _WIDTHS:
-            raise GltfError(f"its accessor {k} has an unknown type")
+            raise ContentsError(f"its accessor {k} has an unknown type")
         dtype, width = np.dtype(_COMPONENTS[accessor["componentType"]]).newbyteorder("<"), _WIDTHS[accessor["type"]]
         sparse = accessor.get("sparse")
         if "bufferView" in accessor:
             values = self._values(accessor, dtype, width, count, f"its accessor {k}")
         elif sparse is None or count > sum(map(len, self._buffers.values())) + (1 << 20):
-            raise GltfError(f"its accessor {k} has {count:,} values in no buffer view")
+            raise ContentsError(f"its accessor {k} has {count:,} values in no buffer view")
         else:
             values = np.zeros((count, width), dtype)
         if sparse is not None:
@@ -312,7 +309,7 @@ class _Reader:
             kind = np.dtype(_COMPONENTS[sparse["indices"]["componentType"]]).newbyteorder("<")
             places = self._values(sparse["indices"], kind, 1, number, f"the places of the changes of accessor {k}")[:, 0]
             if places.min() < 0 or places.max() >= count:
-                raise GltfError(f"its accessor {k} changes a value that is none of {count:,}")
+                raise ContentsError(f"its accessor {k} changes a value that is none of {count:,}")
             values = values.copy()
             values[places] = self._values(sparse["values"], dtype, width, number, f"the changes of accessor {k}")
         if normalized and dtype.kind != "f":
@@ -327,7 +324,7 @@ class _Reader:
         start = _whole(part.get("byteOffset", 0), f"the offset of {what}")
         end = start + (count - 1) * stride + size
         if stride < size or end > len(data):
-            raise GltfError(f"{what} takes {end:,} bytes of a buffer view of {len(data):,}")
+            raise ContentsError(f"{what} takes {end:,} bytes of a buffer view of {len(data):,}")
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize))
 
 
@@ -336,15 +333,15 @@ def _matrix(node: Mapping[str, Any], k: int) -> NDArray[np.float64]:
     if "matrix" in node:
         matrix = np.array(_numbers(node["matrix"], 16, f"the matrix of node {k}")).reshape(4, 4).T
         if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=_ROUNDED):
-            raise GltfError(f"the last row of the matrix of node {k} is not 0 0 0 1")
+            raise ContentsError(f"the last row of the matrix of node {k} is not 0 0 0 1")
         if node.keys() & {"rotation", "scale", "translation"}:
-            raise GltfError(f"its node {k} has a matrix and a rotation, scale or translation besides, which are two places")
+            raise ContentsError(f"its node {k} has a matrix and a rotation, scale or translation besides, which are two places")
         return matrix
     matrix = np.eye(4)
     if "rotation" in node:
         q = np.array(_numbers(node["rotation"], 4, f"the rotation of node {k}"))
         if abs(np.linalg.norm(q) - 1.0) > _UNIT:
-            raise GltfError(f"the rotation of node {k} is of length {np.linalg.norm(q):.3g} and not 1")
+            raise ContentsError(f"the rotation of node {k} is of length {np.linalg.norm(q):.3g} and not 1")
         x, y, z, w = q / np.linalg.norm(q)
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
         matrix[:3, :3] += 2 * (w * cross + cross @ cross)
@@ -376,23 +373,23 @@ def _losses(document: Mapping[str, Any]) -> Iterator[str]:
 
 def _whole(value: Any, what: str, least: int = 0) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or not least <= value < 1 << 53:
-        raise GltfError(f"{what} is {str(value)[:40]!r}")
+        raise ContentsError(f"{what} is {str(value)[:40]!r}")
     return value
 
 
 def _numbers(values: Any, length: int, what: str) -> list[float]:
     if not isinstance(values, list) or len(values) != length or not all(isinstance(v, int | float) for v in values):
-        raise GltfError(f"{what} is no list of {length} numbers")
+        raise ContentsError(f"{what} is no list of {length} numbers")
     if not np.isfinite(np.array(values, dtype=float)).all():
-        raise GltfError(f"{what} is not finite")
+        raise ContentsError(f"{what} is not finite")
     return [float(v) for v in values]
 
 
 def _decoded(uri: str) -> bytes:
     head, comma, data = uri.partition(",")
     if not comma or not head.endswith(";base64"):
-        raise GltfError("data within it is not written in base64")
+        raise ContentsError("data within it is not written in base64")
     try:
         return base64.b64decode(data, validate=True)
     except (binascii.Error, ValueError):
-        raise GltfError("data within it is not written in base64") from None
+        raise ContentsError("data within it is not written in base64") from None

@@ -15,7 +15,7 @@ def numbers(text: str, what: str, count: int | None = None) -> NDArray[np.float6
             raise ValueError
         values = np.array(words, dtype=np.float64)
     except ValueError:
-        strange = next(w for w in words if not _is_number(w))
+        strange = next(w for w in words if "_" in w or not w.isascii() or not is_number(w))
         raise ContentsError(f"{shown(strange, 30)} among {what} is no number; decimals are written with a point") from None
     if not np.isfinite(values).all():
         raise ContentsError(f"number {int(np.argmin(np.isfinite(values))) + 1:,} of {what} is not finite")
@@ -49,9 +49,8 @@ def check_range(values: NDArray[np.int64], least: int, below: int, what: str) ->
         raise ContentsError(f"number {k + 1:,} of {what} is {values[k]}, which is none of {below:,}")
 
 
-def _is_number(text: str) -> bool:
-    if "_" in text or not text.isascii():
-        return False
+def is_number(text: str) -> bool:
+    """Whether Python makes a number of a word."""
     try:
         float(text)
     except ValueError:

@@ -4,6 +4,7 @@ import importlib
 import os
 import re
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -92,9 +93,11 @@ def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[P
             module, function = _READERS[kind]
             read: Reader = getattr(importlib.import_module(f".{module}", __package__), function)
             reading = read(path, References(path, allow_outside=allow_outside))
-            if (count := len(reading.mesh.textures)) > MOST_TEXTURES:
-                raise ContentsError(f"it names {count:,} textures; {MOST_TEXTURES:,} are the most")
-            return completed(path, reading)
+            source, textures = reading.mesh.source, reading.mesh.textures
+            if len(textures) > MOST_TEXTURES:
+                raise ContentsError(f"it names {len(textures):,} textures; {MOST_TEXTURES:,} are the most")
+            images = (t.image for t in (*textures, *(source.images if source else ())) if isinstance(t.image, Path))
+            return completed(path, replace(reading, side_files=(*reading.side_files, *images)))
     except ContentsError as error:
         raise InputError(path, str(error)) from error
     except OSError as error:

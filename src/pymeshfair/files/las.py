@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -167,16 +167,6 @@ def _extras(header: Any, records: Any) -> tuple[str, ...]:
     return (*extras, *([f"records of its header ({others:,})"] if others else []))
 
 
-def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh, with the header of the LAS file that they come from."""
-    return _write(mesh, target, writing, compress=False)
-
-
-def write_laz(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """The same as `write_las`, compressed."""
-    return _write(mesh, target, writing, compress=True)
-
-
 def write_las_pieces(pieces: Callable[[], Iterator[MeshData]], target: BinaryIO) -> tuple[str, ...]:
     """Write pieces of a cloud, which have the same attributes, to a LAS file: once for their extent, and once to be written.
 
@@ -201,7 +191,8 @@ def write_las_pieces(pieces: Callable[[], Iterator[MeshData]], target: BinaryIO)
     return tuple(notes)
 
 
-def _write(mesh: MeshData, target: BinaryIO, writing: Writing, *, compress: bool) -> tuple[str, ...]:
+def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
+    """Write the vertices of a mesh, with the header of the LAS file that they come from; compressed if the output is LAZ."""
     _laspy()
     document = mesh.source.document if mesh.source is not None else None
     notes: list[str] = []
@@ -211,23 +202,19 @@ def _write(mesh: MeshData, target: BinaryIO, writing: Writing, *, compress: bool
     _set_scale(header, mesh.vertices, writing, notes)
     rows = (slice(start, start + _CHUNK) for start in range(0, max(len(mesh.vertices), 1), _CHUNK))
     parts = ((mesh.vertices[part], {name: values[part] for name, values in columns.items()}) for part in rows)
-    _write_points(parts, header, records, stored, target, compress=compress)
+    _write_points(parts, header, records, stored, target, compress=writing.extension == "laz")
     return tuple(notes)
 
 
-@dataclass(frozen=True)
-class _Stored:
-    """The dimension that holds a column, and what the column's numbers are multiplied with."""
-
-    name: str
-    factor: float = 1.0
+#: by column, the dimension that holds it, and what its numbers are multiplied with
+_Stored: TypeAlias = dict[str, tuple[str, float]]
 
 
 def _write_points(
     parts: Iterable[tuple[NDArray[np.float64], dict[str, NDArray[Any]]]],
     header: Any,
     records: Any,
-    stored: dict[str, _Stored],
+    stored: _Stored,
     target: BinaryIO,
     *,
     compress: bool,
@@ -240,8 +227,8 @@ def _write_points(
                 made = laspy.ScaleAwarePointRecord.zeros(len(places), header=header)
                 for k, name in enumerate(_PLACE):
                     made.array[name] = np.rint((places[:, k] - header.offsets[k]) / header.scales[k])
-                for name, to in stored.items():
-                    made[to.name] = columns[name] if to.factor == 1.0 else np.rint(columns[name] * to.factor)
+                for name, (dimension, factor) in stored.items():
+                    made[dimension] = columns[name] if factor == 1.0 else np.rint(columns[name] * factor)
                 writer.write_points(made)
             if records:
                 writer.write_evlrs(records)
@@ -322,7 +309,7 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, NDArray[
     return columns
 
 
-def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, notes: list[str]) -> dict[str, _Stored]:
+def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, notes: list[str]) -> _Stored:
     """The dimension of each column: missing ones are declared in the header, columns that the format cannot hold are left out.
 
     A column of the name of one of the format's own dimensions, which cannot hold its numbers, gets a dimension with "_" behind
@@ -332,19 +319,19 @@ def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, 
 
     own = {dimension.name: dimension for dimension in header.point_format.standard_dimensions}
     there = set(header.point_format.dimension_names)
-    stored: dict[str, _Stored] = {}
+    stored: _Stored = {}
     for name, values in columns.items():
         least, most, whole = extent.columns.get(name, (0.0, 0.0, True))
         kept = name
         if name in own and own[name].kind != laspy.point.dims.DimensionKind.FloatingPoint:
             if name == "intensity" and not whole and least >= 0.0 and most <= 1.0:
                 notes.append("its intensity from 0 to 1 became one from 0 to 65535, rounded")
-                stored[name] = _Stored(name, 65535.0)
+                stored[name] = name, 65535.0
                 continue
             if not (whole and own[name].min <= least and most <= own[name].max):
                 kept = f"{name}_"
                 notes.append(f"the format's {name!r} cannot hold numbers from {least:g} to {most:g}: they are in {kept!r}")
-        stored[name] = _Stored(kept)
+        stored[name] = kept, 1.0
         if kept in there:
             continue
         kind = "u1" if values.dtype.kind == "b" else values.dtype.str[1:]

@@ -16,7 +16,7 @@ from .obj_materials import Materials, find_material_files
 from .polygons import triangulated
 from .reading import Reading, unended
 from .references import References, shown
-from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, at_line, joined, numbers_of, tokenise, word
+from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, at_line, joined, numbers_of, refuse, tokenise, word
 
 #: names for the lines of each keyword of the format
 KEYWORDS = {
@@ -85,14 +85,10 @@ def read_obj(path: Path, references: References) -> Reading:
     textured = _texture_coordinates(tokens, notes)
     corners = _corners(tokens, "f", 3, "face", counts, notes)
     lines = _corners(tokens, "l", 2, "polyline", counts, notes)
-    places, of_polygon = triangulated(vertices, corners.indices[:, 0], corners.lengths)
+    places, of_polygon, attributes = triangulated(vertices, corners.indices[:, 0], corners.lengths)
     row = np.arange(len(corners.lines)) if of_polygon is None else of_polygon
     indices = corners.indices[places]
     faces = indices[:, :, 0]
-
-    attributes: dict[str, NDArray[Any]] = {}
-    if of_polygon is not None:
-        attributes["polygon"] = np.where(corners.lengths[row] > 3, row, -1).astype(np.int32)
     bare = (indices[:, :, 1] < 0).all(axis=1)
     if not bare.all():
         wedges = np.append(textured, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]
@@ -116,7 +112,6 @@ def read_obj(path: Path, references: References) -> Reading:
     own, corner_normals = _normals(len(vertices), normals, indices, notes)
     if own is not None:
         vertex_attributes["normals"] = own
-    textures = tuple(Texture(name, references.find_image(name)) for name in materials.textures)
     images, doubts = _images(materials, references)
     mesh = MeshData(
         vertices=vertices,
@@ -125,7 +120,7 @@ def read_obj(path: Path, references: References) -> Reading:
         vertex_attributes=vertex_attributes,
         face_attributes=attributes,
         keeps_normals=own is not None and len(faces) > 0,
-        textures=textures,
+        textures=tuple(Texture(name, references.find_image(name)) for name in materials.textures),
     )
     others = [f"{what} ({n:,})" for what in _OTHERS if (n := counts[what])]
     document = ObjDocument(
@@ -142,10 +137,9 @@ def read_obj(path: Path, references: References) -> Reading:
         tuple(others),
     )
     extras = (*lost, *others, *notes)
-    side_files = (*files, *(t.image for t in (*textures, *images) if isinstance(t.image, Path)))
     source = Source(path, "obj", document, extras, images=images)
     doubts = (*unended(data), *((_LEVELS,) if levels else ()), *doubts)
-    return Reading(replace(mesh, source=source), doubts, side_files)
+    return Reading(replace(mesh, source=source), doubts, tuple(files))
 
 
 def _counts(tokens: Tokens) -> Counter[str]:
@@ -188,9 +182,7 @@ def _vertices(
     """The numbers per vertex, the coordinates, the colours, and whether these are levels in the file."""
     lines, counts, vertices = _rows(tokens, "v", _VERTEX)
     width = int(counts[0]) if len(lines) else 3
-    if (counts != width).any():
-        k = int(np.argmax(counts != width))
-        raise at_line(tokens, int(lines[k]), f"has {counts[k]} values, while the vertices before it have {width}")
+    refuse(tokens, lines, counts != width, f"has {{}} values, while the vertices before it have {width}", counts)
     rest = numbers_of(tokens, lines, 4, width - 3)
     if width == 4 and (rest != 1).any():
         notes["weights of vertices"] = None
@@ -234,16 +226,10 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
     slots[1:] += follows[1:] & follows[:-1]
     strange = (kinds != INTEGER) & ~((kinds == EMPTY) & (slots > 0))
     strange[2:] |= follows[2:] & follows[1:-1] & follows[:-2]  # three slashes
-    if strange.any():
-        k = int(line_of[np.argmax(strange)])
-        raise at_line(tokens, k, "has something else than whole numbers, joined by slashes")
+    refuse(tokens, line_of, strange, "has something else than whole numbers, joined by slashes")
     per_line = np.bincount(line_of[slots == 0], minlength=len(tokens.numbers))[lines]
-    for wrong, why in (
-        (per_line < least, f"is a {what} of fewer than {least} vertices"),
-        (per_line > LARGEST_FACE, f"is a {what} of more than {LARGEST_FACE:,} vertices"),
-    ):
-        if wrong.any():
-            raise at_line(tokens, int(lines[np.argmax(wrong)]), why)
+    refuse(tokens, lines, per_line < least, f"is a {what} of fewer than {least} vertices")
+    refuse(tokens, lines, per_line > LARGEST_FACE, f"is a {what} of more than {LARGEST_FACE:,} vertices")
     corner = np.cumsum(slots == 0) - 1
     indices = np.full((int(per_line.sum()), 3), -1, np.int64)
     for slot, (kind, name) in enumerate((("v", "vertex"), ("vt", "texture coordinate"), ("vn", "normal"))):
@@ -256,9 +242,7 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
         number, at = values[there], line_of[there]
         so_far = np.cumsum(tokens.keywords == word(kind.encode()))[at]
         number = np.where(number < 0, number + so_far, number - 1)
-        wrong = ~((number >= 0) & (number < so_far))
-        if wrong.any():
-            raise at_line(tokens, int(at[np.argmax(wrong)]), f"names a {name} that is none of those before it")
+        refuse(tokens, at, (number < 0) | (number >= so_far), f"names a {name} that is none of those before it")
         indices[corner[there], slot] = number
     return _Corners(lines, per_line, indices)
 

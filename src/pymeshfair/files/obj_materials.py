@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from .errors import InputError
+from .indices import is_number
 from .references import References, shown
 from .tokens import joined
 
@@ -84,7 +85,7 @@ class Materials:
             material.texture = name
             if options:
                 self.others[f"{keyword} {' '.join(options)}"] = None
-        elif material is None or keyword not in _NUMBERS or len(numbers) < _NUMBERS[keyword] or not all(map(_is_number, numbers)):
+        elif material is None or keyword not in _NUMBERS or len(numbers) < _NUMBERS[keyword] or not all(map(is_number, numbers)):
             self.others[keyword] = None
         elif keyword == "Kd":
             shares = np.nan_to_num(np.clip(np.array(numbers, np.float32), 0, 1)).astype(np.float64)
@@ -114,15 +115,7 @@ def _parted(rest: str) -> tuple[list[str], str | None]:
     while words and words[0] in _OPTIONS:
         most, numeric = _OPTIONS[words[0]], words[0] in ("-o", "-s", "-t")
         options.append(words.pop(0))
-        while most and words and (not numeric or _is_number(words[0])) and len(words) > 1:
+        while most and words and (not numeric or is_number(words[0])) and len(words) > 1:
             options.append(words.pop(0))
             most -= 1
     return options, " ".join(words).strip('" ') or None
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

@@ -259,7 +259,7 @@ def _faces(
     if of_wedges is not None and (of_wedges < 0).any():
         for k in np.flatnonzero(corners[1] == 0).tolist():
             each[k] = each[k].replace("/0", "/" if of_normals is not None else "", 1)
-    lines = [f"f {run}\n" for run in runs(each, shape.lengths)]
+    lines = [f"f {' '.join(run)}\n" for run in runs(each, shape.lengths)]
     triangles = shape.triangles
     ids = triangles if mesh.face_ids is None else mesh.face_ids[triangles]
     states = uses[triangles][:, None]  # last the material, before it the groups and objects

@@ -13,7 +13,7 @@ from .reading import Reading, unended
 from .references import References, shown
 from .saving import Writing
 from .texts import rows, runs
-from .tokens import INTEGER, REAL, Tokens, at_line, joined, numbers_of, tokenise
+from .tokens import INTEGER, REAL, Tokens, at_line, joined, numbers_of, refuse, tokenise
 
 #: the prefixes of ``OFF``: texture coordinates, colours and normals
 _PREFIXES = ("", "C", "N", "CN", "NC", "ST", "STC", "STN", "STCN", "STNC")
@@ -67,9 +67,7 @@ def _vertices(tokens: Tokens, lines: NDArray[np.int64], prefix: str) -> tuple[ND
     least = 3 + 3 * ("N" in prefix) + 2 * ("ST" in prefix)
     allowed = (least + 3, least + 4) if "C" in prefix else (least,)
     width = int(lengths[0]) if lengths[0] in allowed else allowed[0]
-    if (wrong := lengths != width).any():
-        k = int(np.argmax(wrong))
-        raise at_line(tokens, int(lines[k]), f"has {lengths[k]} values and not {width}")
+    refuse(tokens, lines, lengths != width, f"has {{}} values and not {width}", lengths)
     values = numbers_of(tokens, lines, 0, width)
     attributes: dict[str, NDArray[Any]] = {}
     normal, color = 3, 3 + 3 * ("N" in prefix)
@@ -100,8 +98,7 @@ def _colors(tokens: Tokens, lines: NDArray[np.int64], skipped: NDArray[np.int64]
         (kinds != kinds[:, :1], "has a colour of whole numbers and others; write all with a point"),
         ((values < 0) | (values > np.where(kinds == INTEGER, 255, 1)), "has a colour beyond 0 to 255, or 0.0 to 1.0"),
     ):
-        if wrong.any():
-            raise at_line(tokens, int(lines[np.argmax(wrong.any(axis=1))]), why)
+        refuse(tokens, lines, wrong.any(axis=1), why)
     colors = np.full((len(lines), 4), 255, np.uint8)
     colors[:, :size] = np.rint(np.where(kinds == INTEGER, values, 255 * values))
     return colors
@@ -114,9 +111,7 @@ def _faces(
     lengths, first = tokens.lengths[lines], tokens.first[lines]
     said = tokens.values[first]
     whole = (tokens.kinds[first] == INTEGER) & (said >= 2) & (said <= lengths - 1)
-    if not whole.all():
-        k = int(np.argmin(whole))
-        raise at_line(tokens, int(lines[k]), "is no face: the number of its vertices and as many indices")
+    refuse(tokens, lines, ~whole, "is no face: the number of its vertices and as many indices")
     counts = said.astype(np.int64)
     sizes = lengths - 1 - counts
     if (wrong := ~np.isin(sizes, (0, 3, 4))).any():
@@ -137,13 +132,11 @@ def _faces(
     of_edge = counts[of_face] == 2
     polygons = counts[counts > 2]
     corners_of_faces = corners[~of_edge]
-    triangles, of_polygon = triangulated(vertices, corners_of_faces, polygons)
-    row = slice(None) if of_polygon is None else of_polygon
+    triangles, of_polygon, of_polygons = triangulated(vertices, corners_of_faces, polygons)
     attributes: dict[str, NDArray[Any]] = {}
     if sizes[counts > 2].any():
-        attributes["colors"] = colors[counts > 2][row]
-    if of_polygon is not None:
-        attributes["polygon"] = np.where(polygons[of_polygon] > 3, of_polygon, -1).astype(np.int32)
+        attributes["colors"] = colors[counts > 2][slice(None) if of_polygon is None else of_polygon]
+    attributes |= of_polygons
     return corners_of_faces[triangles], corners[of_edge].reshape(-1, 2), attributes
 
 
@@ -161,11 +154,11 @@ def write_off(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         columns += list(pairs.T)
         prefix = f"ST{prefix}"
     shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
-    corners = mesh.faces.ravel()[shape.places].tolist()
+    corners = [str(v) for v in mesh.faces.ravel()[shape.places].tolist()]
     count = len(shape.lengths) + len(mesh.edges)
     target.write(f"{prefix}OFF\n{len(mesh.vertices)} {count} 0\n".encode("ascii"))
     target.writelines(rows(" ".join(["%r"] * len(columns)), columns))
-    lines = [f"{k} {run}" for k, run in zip(shape.lengths.tolist(), runs([str(v) for v in corners], shape.lengths), strict=True)]
+    lines = [f"{len(run)} {' '.join(run)}" for run in runs(corners, shape.lengths)]
     if (colors := mesh.face_attributes.get("colors")) is not None:
         lines = [f"{line} %d %d %d %d" % tuple(c) for line, c in zip(lines, colors[shape.triangles].tolist(), strict=True)]
     lines += [f"2 {a} {b}" for a, b in mesh.edges.tolist()]

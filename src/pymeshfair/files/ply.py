@@ -4,13 +4,13 @@ import mmap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData, Source, Texture
-from .ply_header import PlyError, PlyHeader, read_header
+from .errors import ContentsError
+from .ply_header import PlyHeader, read_header
 from .ply_tables import Array, Lists, Table, binary_tables, text_tables
 from .polygons import triangulated
 from .reading import Reading, unended
@@ -72,15 +72,14 @@ def read_ply(path: Path, references: References) -> Reading:
     else:
         tables = binary_tables(data, header)
     vertex = tables["vertex"]
-    vertices = _vectors(vertex, PLACE, np.float64)
+    vertices = _vectors(vertex, PLACE)
     if vertices is None:
-        raise PlyError("its vertices have no numbers x, y and z")
+        raise ContentsError("its vertices have no numbers x, y and z")
     faces, rows, attributes = _faces(tables, header, vertices)
     others = len(faces) > 0 and not _has_face_rows(tables)
     if "face" in tables and tables["face"].element.count and not _has_face_rows(tables):
         doubts += (f"its {tables['face'].element.count:,} 'face' have no list 'vertex_indices', so that they are no faces",)
     document = PlyDocument(header, tables, data, tokens, rows, others, attributes.get("wedge_texture_coordinates"))
-    textures = [Texture(name, references.find_image(name)) for name in header.textures]
     vertex_attributes = _attributes_of_vertices(vertex)
     mesh = MeshData(
         vertices=vertices,
@@ -89,10 +88,10 @@ def read_ply(path: Path, references: References) -> Reading:
         vertex_attributes=vertex_attributes,
         face_attributes=attributes,
         keeps_normals="normals" in vertex_attributes,
-        textures=tuple(textures),
+        textures=tuple(Texture(name, references.find_image(name)) for name in header.textures),
         source=Source(path, "ply", document, tuple(_extras(document))),
     )
-    return Reading(mesh, doubts, tuple(t.image for t in textures if isinstance(t.image, Path)))
+    return Reading(mesh, doubts)
 
 
 def meant(table: Table) -> set[str]:
@@ -112,24 +111,19 @@ def meant(table: Table) -> set[str]:
 def _check_names(header: PlyHeader) -> None:
     names = [e.name for e in header.elements]
     if "vertex" not in names:
-        raise PlyError("it has no element 'vertex'")
+        raise ContentsError("it has no element 'vertex'")
     if len(set(names)) != len(names):
-        raise PlyError("it declares an element twice")
+        raise ContentsError("it declares an element twice")
     for element in header.elements:
         properties = [p.name for p in element.properties]
         if len(set(properties)) != len(properties):
-            raise PlyError(f"its element {element.name!r} has a property twice")
+            raise ContentsError(f"its element {element.name!r} has a property twice")
 
 
-def _vectors(table: Table, names: tuple[str, ...], dtype: Any) -> NDArray[Any] | None:
+def _vectors(table: Table, names: tuple[str, ...]) -> NDArray[np.float64] | None:
     """(n, k) the numbers of these names; None if one is missing."""
-    columns = [table.numbers(name) for name in names]
-    if any(column is None for column in columns):
-        return None
-    vectors = np.empty((table.element.count, len(names)), dtype)
-    for k, column in enumerate(columns):
-        vectors[:, k] = column
-    return vectors
+    columns = [column for name in names if (column := table.numbers(name)) is not None]
+    return np.stack(columns, axis=1, dtype=np.float64) if len(columns) == len(names) else None
 
 
 def colors_of(table: Table) -> NDArray[np.uint8] | None:
@@ -163,9 +157,9 @@ def texture_names(table: Table) -> tuple[str, str] | None:
 
 def _attributes_of_vertices(table: Table) -> dict[str, Array]:
     attributes: dict[str, Array | None] = {
-        "normals": _vectors(table, NORMAL, np.float64),
+        "normals": _vectors(table, NORMAL),
         "colors": colors_of(table),
-        "texture_coordinates": _vectors(table, texture_names(table) or ("",), np.float64),
+        "texture_coordinates": _vectors(table, texture_names(table) or ("",)),
     }
     for name, attribute in ((SCALAR, "scalars"), (RADIUS, "radii")):
         column = table.numbers(name)
@@ -195,16 +189,16 @@ def _faces_of_rows(
 ) -> tuple[NDArray[np.int32], NDArray[np.int32] | None, dict[str, Array]]:
     named = [name for name in CORNERS if table.lists(name) is not None]
     if len(named) > 1:
-        raise PlyError(f"its faces have their corners twice, as {' and as '.join(map(repr, named))}")
+        raise ContentsError(f"its faces have their corners twice, as {' and as '.join(map(repr, named))}")
     if not named:
-        raise PlyError("the corners of its faces are no lists")
+        raise ContentsError("the corners of its faces are no lists")
     lists = table.lists(named[0])
     assert lists is not None
     if lists.lengths.min() < 3:
         k = int(np.argmin(lists.lengths))
-        raise PlyError(f"its face {k + 1:,} has {lists.lengths[k]} vertices")
+        raise ContentsError(f"its face {k + 1:,} has {lists.lengths[k]} vertices")
     corners = _checked(lists.values, len(vertices), "face")
-    places, of_polygon = triangulated(vertices, corners, lists.lengths)
+    places, of_polygon, of_polygons = triangulated(vertices, corners, lists.lengths)
     faces = (corners.reshape(-1, 3) if of_polygon is None else corners[places]).astype(np.int32)
     rows = slice(None) if of_polygon is None else of_polygon
     attributes: dict[str, Array] = {}
@@ -212,16 +206,14 @@ def _faces_of_rows(
         attributes["colors"] = colors[rows]
     if (scalars := table.numbers(SCALAR)) is not None:
         attributes["scalars"] = scalars.astype(np.float64)[rows]
-    if of_polygon is not None:
-        sizes = lists.lengths[of_polygon]
-        attributes["polygon"] = np.where(sizes > 3, of_polygon, -1).astype(np.int32)
+    attributes |= of_polygons
     if (pairs := table.lists(WEDGES)) is not None:
         attributes["wedge_texture_coordinates"] = _wedges(pairs, lists.lengths)[places]
     if (numbers := table.numbers(TEXTURE_NUMBER)) is not None:
         wrong = ~((numbers >= -1) & (numbers < max(textures, 1)))
         if wrong.any():
             k = int(np.argmax(wrong))
-            raise PlyError(f"its face {k + 1:,} has the texture {numbers[k]:.0f}, counted from 0, of {textures}")
+            raise ContentsError(f"its face {k + 1:,} has the texture {numbers[k]:.0f}, counted from 0, of {textures}")
         attributes["texture"] = numbers.astype(np.int32)[rows]
     elif pairs is not None and textures:
         attributes["texture"] = np.zeros(len(faces), np.int32)
@@ -231,9 +223,9 @@ def _faces_of_rows(
 def _checked(values: Array, count: int, what: str, least: int = 0) -> NDArray[np.int64]:
     """Indices of vertices as whole numbers."""
     if values.dtype.kind == "f" and (values != np.rint(values)).any():
-        raise PlyError(f"a {what} of it names a vertex by a number that is no whole one")
+        raise ContentsError(f"a {what} of it names a vertex by a number that is no whole one")
     if values.size and not (values.min() >= least and values.max() < count):
-        raise PlyError(f"a {what} of it names a vertex that is none of its {count:,}")
+        raise ContentsError(f"a {what} of it names a vertex that is none of its {count:,}")
     return values.astype(np.int64)
 
 
@@ -241,22 +233,19 @@ def _wedges(pairs: Lists, lengths: NDArray[np.int64]) -> NDArray[np.float64]:
     """(c, 2) the texture coordinates at the corners of the polygons."""
     if (wrong := pairs.lengths != 2 * lengths).any():
         k = int(np.argmax(wrong))
-        raise PlyError(f"the list 'texcoord' of its face {k + 1:,} has {pairs.lengths[k]} values for {lengths[k]} corners")
+        raise ContentsError(f"the list 'texcoord' of its face {k + 1:,} has {pairs.lengths[k]} values for {lengths[k]} corners")
     return pairs.values.astype(np.float64).reshape(-1, 2)
 
 
 def _of_strips(values: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int32]:
     """The triangles of strips, which a -1 parts; every second one the other way round."""
-    triples = np.stack([values[:-2], values[1:-1], values[2:]], axis=1) if len(values) > 2 else np.empty((0, 3), np.int64)
-    breaks = values < 0
-    begins = np.zeros(len(values), np.bool_)
-    begins[(np.cumsum(lengths) - lengths)[lengths > 0]] = True
-    whole = ~(breaks[:-2] | breaks[1:-1] | breaks[2:] | begins[1:-1] | begins[2:]) if len(triples) else np.empty(0, np.bool_)
-    first = np.arange(len(values))
-    opening = np.maximum.accumulate(np.where(breaks, first + 1, np.where(begins, first, 0)))
-    odd = ((first - opening) % 2 == 1)[: len(triples)]
+    place, breaks = np.arange(len(values)), values < 0
+    begins = np.isin(place, np.cumsum(lengths) - lengths)
+    opening = np.maximum.accumulate(np.where(breaks, place + 1, np.where(begins, place, 0)))
+    triples = np.stack([values[:-2], values[1:-1], values[2:]], axis=1)
+    odd = (place - opening)[:-2] % 2 == 1
     triples[odd] = triples[odd][:, [1, 0, 2]]
-    return triples[whole].astype(np.int32)
+    return np.asarray(triples[(opening[:-2] == opening[2:]) & ~breaks[:-2]], np.int32)
 
 
 def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
@@ -265,30 +254,26 @@ def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
     sizes = {w[0]: int(w[1]) for w in comments if len(w) == 2 and w[0] in ("num_cols", "num_rows") and w[1].isdigit()}
     columns, rows = sizes.get("num_cols", 0), sizes.get("num_rows", 0)
     if columns * rows != len(lists.lengths):
-        raise PlyError(f"it has a grid of {len(lists.lengths):,} places, but num_cols and num_rows say otherwise")
+        raise ContentsError(f"it has a grid of {len(lists.lengths):,} places, but num_cols and num_rows say otherwise")
     grid: NDArray[np.int64] = np.full(len(lists.lengths), -1, np.int64)
     if lists.lengths.max() > 1:
-        raise PlyError("a place of its grid has several vertices")
+        raise ContentsError("a place of its grid has several vertices")
     grid[lists.lengths > 0] = _checked(lists.values, count, "grid", least=-1)
     grid = grid.reshape(rows, columns)
     a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]))
-    first, second = (a >= 0) & (c >= 0) & (d >= 0), (a >= 0) & (d >= 0) & (b >= 0)
-    alone = ~(first | second)
-    third, fourth = alone & (c >= 0) & (a >= 0) & (b >= 0), alone & (b >= 0) & (d >= 0) & (c >= 0)
-    corners_of_edges = np.full((len(a), 2, 3), -1, np.int64)
-    for there, place, corners in ((first, 0, (d, c, a)), (second, 1, (a, b, d)), (third, 0, (c, a, b)), (fourth, 1, (b, d, c))):
-        corners_of_edges[there, place] = np.stack(corners, axis=1)[there]
-    triangles = corners_of_edges.reshape(-1, 3)
-    return triangles[triangles[:, 0] >= 0].astype(np.int32)
+    third, fourth = np.where(d < 0, c, -1), np.where(a < 0, b, -1)  # corners of triangles where the first two are none
+    corners = ((d, c, a), (a, b, d), (third, a, b), (fourth, d, c))
+    triangles = np.stack([np.stack(each, axis=1) for each in corners], axis=1)
+    return triangles[(triangles >= 0).all(axis=2)].astype(np.int32)
 
 
 def _edges(table: Table | None, count: int) -> NDArray[np.int32]:
-    pairs = None if table is None else _vectors(table, EDGE, np.float64)
+    pairs = None if table is None else _vectors(table, EDGE)
     if table is None or pairs is None:
         return np.empty((0, 2), np.int32)
     wrong = ~((pairs >= 0) & (pairs < count) & (pairs == np.rint(pairs))).all(axis=1)
     if wrong.any():
-        raise PlyError(f"its edge {int(np.argmax(wrong)) + 1:,} ends at a vertex that is none of its {count:,}")
+        raise ContentsError(f"its edge {int(np.argmax(wrong)) + 1:,} ends at a vertex that is none of its {count:,}")
     return pairs.astype(np.int32)
 
 

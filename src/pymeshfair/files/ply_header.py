@@ -7,19 +7,14 @@ from pathlib import Path
 
 from .errors import ContentsError
 
-#: the bytes of a value of each type, under both of its names
-SIZES: Mapping[str, int] = {
-    **dict.fromkeys(("char", "int8", "uchar", "uint8"), 1),
-    **dict.fromkeys(("short", "int16", "ushort", "uint16"), 2),
-    **dict.fromkeys(("int", "int32", "uint", "uint32", "float", "float32"), 4),
-    **dict.fromkeys(("double", "float64"), 8),
-}
 #: numpy's names of the types
 KINDS: Mapping[str, str] = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8"},
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4"},
     "float64": "f8",
 }
+#: the bytes of a value of each type, under both of its names
+SIZES: Mapping[str, int] = {name: int(kind[1]) for name, kind in KINDS.items()}
 _PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
 FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 #: bytes; longer than any header that a program writes, so that a hostile file cannot fill the memory
@@ -27,10 +22,6 @@ HEADER_LIMIT = 1 << 26
 #: the most elements and properties of a header
 MOST_DECLARED = 1_000
 _END = re.compile(rb"[\r\n]end_header(\r\n|\n|\r)")
-
-
-class PlyError(ContentsError):
-    """The file is no readable PLY file; the message is the reason."""
 
 
 @dataclass(frozen=True)
@@ -100,15 +91,15 @@ def read_header(path: Path) -> PlyHeader:
 def parse_header(data: bytes) -> PlyHeader:
     """The header that these bytes begin with."""
     if not data.startswith(b"ply"):
-        raise PlyError("it does not begin with 'ply'")
+        raise ContentsError("it does not begin with 'ply'")
     end = _END.search(data)
     if end is None:
-        raise PlyError(f"its header has no end within {min(len(data), HEADER_LIMIT):,} bytes")
+        raise ContentsError(f"its header has no end within {min(len(data), HEADER_LIMIT):,} bytes")
     # A carriage return alone ends the lines of files from old Macs.
     lines = data[: end.start()].decode("utf-8", "surrogateescape").replace("\r\n", "\n").replace("\r", "\n").split("\n")[1:]
     format_, comments, elements = "", [], []
     if sum(line.lstrip().startswith(("property", "element")) for line in lines) > MOST_DECLARED:
-        raise PlyError(f"its header declares more than {MOST_DECLARED:,} elements and properties")
+        raise ContentsError(f"its header declares more than {MOST_DECLARED:,} elements and properties")
     for number, line in enumerate(lines, 2):
         match line.split():
             case ["format", word, "1.0"] if word in FORMATS and not format_:
@@ -124,9 +115,9 @@ def parse_header(data: bytes) -> PlyHeader:
             case []:
                 pass
             case _:
-                raise PlyError(f"line {number} of its header is {line.strip()[:80]!r}")
+                raise ContentsError(f"line {number} of its header is {line.strip()[:80]!r}")
     if not format_:
-        raise PlyError("its header names no format (ascii, binary_little_endian or binary_big_endian)")
+        raise ContentsError("its header names no format (ascii, binary_little_endian or binary_big_endian)")
     return PlyHeader(format_, tuple(elements), tuple(comments), end.end(), data[: end.end()])
 
 
@@ -143,11 +134,11 @@ def _check_size(header: PlyHeader, file_size: int) -> None:
     left = file_size - header.size
     for element in header.elements:
         if element.count and not element.properties:
-            raise PlyError(f"its header declares {element.count:,} of {element.name[:40]!r}, which have no properties")
+            raise ContentsError(f"its header declares {element.count:,} of {element.name[:40]!r}, which have no properties")
         row = 2 * len(element.properties) if header.format == "ascii" else element.smallest_row
         needed = element.count * row - (header.format == "ascii")
         if needed > left:
-            raise PlyError(
+            raise ContentsError(
                 f"its header declares {element.count:,} of {element.name!r}, which take at least {needed:,} bytes, "
                 f"but only {max(left, 0):,} follow"
             )

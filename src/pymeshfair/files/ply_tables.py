@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.compilation import compiled
-from .ply_header import KINDS, SIZES, PlyElement, PlyError, PlyHeader
+from .errors import ContentsError
+from .ply_header import KINDS, SIZES, PlyElement, PlyHeader
 from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, tokenise
 
 #: bytes that may follow the last row: ends of lines, and the padding of some programs
@@ -47,7 +48,6 @@ class Table:
 
     element: PlyElement  # its declaration in the header
     columns: Mapping[str, Array | Lists]  # by property, (n,) values, or lists
-    rows: Array | None = None  # the rows as they are in a binary file where they are equally long; None elsewhere
     bytes: tuple[int, int] = (0, 0)  # where they begin and end in the file
     lines: NDArray[np.int64] | None = None  # (n,) the lines of a text that they are, as `Tokens` counts them
 
@@ -93,7 +93,7 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
         position = table.bytes[1]
     more = data[position:].tobytes().strip(PADDING)
     if more:
-        raise PlyError(f"{len(more):,} bytes follow behind all that its header declares")
+        raise ContentsError(f"{len(more):,} bytes follow behind all that its header declares")
     return tables
 
 
@@ -101,7 +101,7 @@ def _binary_table(data: NDArray[np.uint8], position: int, element: PlyElement, o
     lists = [p for p in element.properties if p.count_type]
     if not element.count or not element.properties:
         empty = np.empty(0, row_type(element, order, {p.name: 0 for p in lists}))
-        return Table(element, _columns(empty, element), empty, (position, position))
+        return Table(element, _columns(empty, element), (position, position))
     # All rows may be like the first.
     widths = _first_widths(data, position, element, order)
     if widths is not None:
@@ -110,7 +110,7 @@ def _binary_table(data: NDArray[np.uint8], position: int, element: PlyElement, o
         if end <= len(data):
             rows = np.frombuffer(data, kind, element.count, position)
             if all((rows[f"{p.name} count"] == widths[p.name]).all() for p in lists):
-                return Table(element, _columns(rows, element), rows, (position, end))
+                return Table(element, _columns(rows, element), (position, end))
     return _uneven_table(data, position, element, order)
 
 
@@ -151,7 +151,7 @@ def _uneven_table(data: NDArray[np.uint8], position: int, element: PlyElement, o
     places, lengths = np.empty((n, len(properties)), np.int64), np.empty((n, len(properties)), np.int64)
     end = _walk(data, position, n, counts, kinds, sizes, order == ">", places, lengths)
     if end < 0:
-        raise PlyError(f"its element {element.name!r} is cut short, or a list in it has a length that cannot be")
+        raise ContentsError(f"its element {element.name!r} is cut short, or a list in it has a length that cannot be")
     columns: dict[str, Array | Lists] = {}
     for k, p in enumerate(properties):
         kind = np.dtype(order + KINDS[p.type])
@@ -162,7 +162,7 @@ def _uneven_table(data: NDArray[np.uint8], position: int, element: PlyElement, o
         each = data[at[:, None] + np.arange(kind.itemsize)] if len(at) else np.empty((0, kind.itemsize), np.uint8)
         values = np.ascontiguousarray(each).view(kind)[:, 0]
         columns[p.name] = Lists(values, lengths[:, k].copy()) if p.count_type else values
-    return Table(element, columns, None, (position, end))
+    return Table(element, columns, (position, end))
 
 
 @compiled
@@ -173,16 +173,9 @@ def _count_at(data: Any, position: int, size: int, kind: int, big: bool) -> int:
         whole = whole * 256 + data[position + b if big else position + size - 1 - b]
     if kind != 102:  # no "f"
         return -1 if kind == 105 and whole >= 1 << (8 * size - 1) else whole
-    # IEEE 754: sign, exponent, fraction
-    digits, bias = (23, 127) if size == 4 else (52, 1023)
-    exponent = (whole >> digits) & (2 * bias + 1)
-    fraction = (whole & ((1 << digits) - 1)) | (1 << digits)
-    if whole == 0 or whole == 1 << (8 * size - 1):
-        return 0
-    shift = exponent - bias - digits
-    if whole >> (8 * size - 1) or exponent < bias or shift > 0 or (fraction & ((1 << -shift) - 1)) != 0:
-        return -1
-    return fraction >> -shift
+    digits = (data[position : position + size][::-1] if big else data[position : position + size]).copy()
+    count = float(digits.view(np.float32)[0]) if size == 4 else float(digits.view(np.float64)[0])
+    return int(count) if 0.0 <= count < 2.0**53 and count == np.floor(count) else -1
 
 
 @compiled
@@ -214,12 +207,12 @@ def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Token
     body = text.rstrip(PADDING)
     piece = tokenise(body)
     if b"#" in body:
-        raise PlyError("it has comments behind its header")
+        raise ContentsError("it has comments behind its header")
     tables: dict[str, Table] = {}
     line = 0
     for element in header.elements:
-        if len(piece.lengths) - line < element.count:
-            raise PlyError(f"it declares {element.count:,} of {element.name!r}, but {len(piece.lengths) - line:,} lines follow")
+        if (left := len(piece.lengths) - line) < element.count:
+            raise ContentsError(f"it declares {element.count:,} of {element.name!r}, but {left:,} lines follow")
         tables[element.name] = _text_table(piece, line, element)
         line += element.count
     if line < len(piece.lengths):
@@ -268,5 +261,5 @@ def _refuse(piece: Tokens, line: int, wrong: NDArray[np.bool_], why: str) -> Non
         raise _fail(piece, line + int(np.argmax(wrong)), why)
 
 
-def _fail(piece: Tokens, k: int, why: str) -> PlyError:
-    return PlyError(f"line {piece.numbers[k]:,} behind its header, {piece.line(k)[:60].decode('utf-8', 'replace')!r}, {why}")
+def _fail(piece: Tokens, k: int, why: str) -> ContentsError:
+    return ContentsError(f"line {piece.numbers[k]:,} behind its header, {piece.line(k)[:60].decode('utf-8', 'replace')!r}, {why}")

@@ -4,7 +4,7 @@ What has not changed is written as it was, byte for byte. Rows of deleted elemen
 properties without a value are 0.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import BinaryIO
 
@@ -35,7 +35,7 @@ from .ply_header import KINDS, PlyElement, PlyProperty, header_bytes, parse_head
 from .ply_tables import Array, Lists, Table, indices_of_runs, row_type
 from .polygons import outlines
 from .saving import Writing
-from .texts import patched, words
+from .texts import patched, runs, words
 
 _EMPTY = b"ply\nformat binary_little_endian 1.0\nend_header\n"
 #: a share of the mean edge by which rounding to the type of the file may move a vertex
@@ -107,7 +107,6 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, resolution: Callable[[],
     attributes = mesh.vertex_attributes
     table = document.tables.get("vertex")
     values: dict[str, Array] = dict(zip(PLACE, mesh.vertices.T, strict=True))
-    types = dict.fromkeys(PLACE, "double")
     if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes):
         values |= zip(NORMAL, mesh.vertex_normals.T, strict=True)
     if (scalars := attributes.get("scalars")) is not None:
@@ -116,25 +115,18 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, resolution: Callable[[],
         values[RADIUS] = radii
     if (places := attributes.get("texture_coordinates")) is not None:
         values |= zip((table and texture_names(table)) or TEXTURE[0], places.T, strict=True)
-    rows = _rows(mesh, "vertex", table, mesh.vertex_ids, values, types)
+    rows = _rows(mesh, "vertex", table, mesh.vertex_ids, values)
     if table is None or (rows.source is None and mesh.vertex_ids is None):
         return rows
     narrow = [p for p in table.element.properties if p.name in PLACE and p.type != "double"]
-    if narrow and _is_too_coarse(mesh, narrow, rows, resolution):
+    moves = [np.abs(mesh.vertices[:, PLACE.index(p.name)] - rows.columns[p.name]).max(initial=0.0) for p in narrow]
+    apart = max([0.0, *moves])  # by the types of the file
+    if apart > 0.0 and resolution is not None and apart > _ROUNDING * resolution():
         notes.append(f"coordinates are written as double, as {narrow[0].type} would round them")
         properties = tuple(replace(p, type="double") if p.name in PLACE else p for p in rows.element.properties)
         columns = {**rows.columns, **dict(zip(PLACE, mesh.vertices.T, strict=True))}
         rows = _Rows(replace(rows.element, properties=properties), columns)
     return rows
-
-
-def _is_too_coarse(mesh: MeshData, narrow: Sequence[PlyProperty], rows: _Rows, resolution: Callable[[], float] | None) -> bool:
-    """Whether the types of the file would move vertices by more than a small share of an edge."""
-    apart = 0.0
-    for p in narrow:
-        column = mesh.vertices[:, PLACE.index(p.name)]
-        apart = max(apart, float(np.abs(column - rows.columns[p.name]).max(initial=0.0)))
-    return apart > 0.0 and resolution is not None and apart > _ROUNDING * resolution()
 
 
 def _rows(
@@ -143,7 +135,6 @@ def _rows(
     table: Table | None,
     ids: NDArray[np.int64] | None,
     values: Mapping[str, Array],
-    types: Mapping[str, str],
 ) -> _Rows:
     """The rows of vertices or faces: those of the file by their ids, with these values and the custom attributes of the mesh."""
     attributes = mesh.vertex_attributes if element == "vertex" else mesh.face_attributes
@@ -170,7 +161,9 @@ def _rows(
     for name, value in values.items():
         if name not in columns:
             columns[name] = value
-            properties.append(PlyProperty(name, types.get(name) or _type_of(value)))
+            small = "uchar" if value.dtype.itemsize == 1 else "uint"
+            own = {"b": "uchar", "i": "int", "u": small}.get(value.dtype.kind, "double")
+            properties.append(PlyProperty(name, own))
     colors = attributes.get("colors")
     if colors is not None:
         changed |= _put_colors(colors, table, ids, columns, properties)
@@ -199,10 +192,6 @@ def _cast(values: Array, type_: str) -> Array:
             return values.astype(kind)
     limits = np.iinfo(kind)
     return np.clip(np.rint(values), limits.min, limits.max).astype(kind)
-
-
-def _type_of(values: Array) -> str:
-    return {"b": "uchar", "i": "int", "u": "uchar" if values.dtype.itemsize == 1 else "uint"}.get(values.dtype.kind, "double")
 
 
 def _custom(attributes: Mapping[str, Array], known: frozenset[str]) -> dict[str, Array]:
@@ -265,7 +254,12 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
             return []
         as_it_was = not table.element.count or table.lists(corners) is None  # rows that name no vertices
         return [_Rows(table.element, table.columns, table) if as_it_was else _without_rows(table)]
-    values, wedges = _values_of_faces(mesh)
+    wedges = mesh.face_attributes.get("wedge_texture_coordinates")
+    values: dict[str, Array] = {}
+    if (scalars := mesh.face_attributes.get("scalars")) is not None:
+        values[SCALAR] = scalars
+    if (numbers := mesh.face_attributes.get("texture")) is not None and len(mesh.textures) > 1:
+        values[TEXTURE_NUMBER] = numbers
     if table is None:
         corner_vertices = mesh.faces.reshape(-1)
         polygon = mesh.face_attributes.get("polygon")
@@ -275,7 +269,7 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
         shape = outlines(mesh.faces, polygon)
         notes += shape.notes
         first = shape.triangles
-        rows = _rows(_with_faces(mesh, first), "face", None, None, {name: value[first] for name, value in values.items()}, {})
+        rows = _rows(_with_faces(mesh, first), "face", None, None, {name: value[first] for name, value in values.items()})
         lists: dict[str, Lists] = {CORNERS[0]: Lists(corner_vertices[shape.places], shape.lengths)}
         if wedges is not None:
             lists[WEDGES] = Lists(wedges.reshape(-1, 2)[shape.places].reshape(-1), 2 * shape.lengths)
@@ -300,22 +294,13 @@ def _without_rows(table: Table) -> _Rows:
     return _Rows(replace(table.element, count=0), {name: _chosen(column, none) for name, column in table.columns.items()})
 
 
-def _values_of_faces(mesh: MeshData) -> tuple[dict[str, Array], Array | None]:
-    values: dict[str, Array] = {}
-    if (scalars := mesh.face_attributes.get("scalars")) is not None:
-        values[SCALAR] = scalars
-    if (numbers := mesh.face_attributes.get("texture")) is not None and len(mesh.textures) > 1:
-        values[TEXTURE_NUMBER] = numbers
-    return values, mesh.face_attributes.get("wedge_texture_coordinates")
-
-
 def _rows_of_same_faces(mesh: MeshData, table: Table, document: PlyDocument, values: dict[str, Array]) -> _Rows:
     """The rows of a file's faces if no corner has changed; a polygon takes single numbers from its first triangle."""
     if document.row_of_face is not None:
         first = np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
         values = {name: value[first] for name, value in values.items()}
         mesh = _with_faces(mesh, first)
-    return _rows(mesh, "face", table, None, values, {})
+    return _rows(mesh, "face", table, None, values)
 
 
 def _rows_of_known_faces(
@@ -335,9 +320,9 @@ def _rows_of_known_faces(
     row = np.where(ids < 0, -1, row_of_face[ids])
     whole = np.bincount(row[row >= 0], minlength=table.element.count) == lists.lengths - 2
     own_wedges = table.lists(WEDGES)
-    same_wedges = (own_wedges is not None) == (wedges is not None) and (
-        own_wedges is None or wedges is None or _are_same(mesh, document, ids, wedges)
-    )
+    same_wedges = own_wedges is None and wedges is None
+    if own_wedges is not None and wedges is not None and document.wedges is not None:
+        same_wedges = are_equal(document.wedges[ids[ids >= 0]], wedges[ids >= 0])
     if not same_wedges:
         whole &= lists.lengths == 3
     inside = (row >= 0) & whole[np.maximum(row, 0)]
@@ -351,7 +336,7 @@ def _rows_of_known_faces(
     kept = np.flatnonzero(first)
     row, inside = row[kept], inside[kept]
     shown = {name: value[kept] for name, value in values.items()}
-    rows = _rows(_with_faces(mesh, kept), "face", table, row, shown, {})
+    rows = _rows(_with_faces(mesh, kept), "face", table, row, shown)
     columns = dict(rows.columns)
     columns[corners] = _corners(mesh, lists, row, inside, kept)
     properties = list(rows.element.properties)
@@ -364,15 +349,6 @@ def _rows_of_known_faces(
             properties.append(PlyProperty(WEDGES, "float", "uchar"))
     properties = [_wide_enough(p, columns[p.name]) for p in properties]
     return _Rows(PlyElement("face", len(kept), tuple(properties)), columns)
-
-
-def _are_same(mesh: MeshData, document: PlyDocument, ids: NDArray[np.int64], wedges: Array) -> bool:
-    """Whether the corners of the faces that are left have the texture coordinates that they had."""
-    original = document.wedges
-    if original is None:
-        return False
-    old = ids >= 0
-    return bool(np.array_equal(original[ids[old]], wedges[old], equal_nan=True))
 
 
 def _corners(mesh: MeshData, lists: Lists, row: NDArray[np.int64], inside: NDArray[np.bool_], kept: NDArray[np.int64]) -> Lists:
@@ -444,12 +420,6 @@ def _write_binary(target: BinaryIO, row: _Rows, document: PlyDocument) -> None:
         return
     order = document.header.byte_order
     element = row.element
-    if row.source is not None and row.source.rows is not None:
-        rows = row.source.rows.copy()
-        for name in row.changed:
-            rows[name] = row.columns[name]
-        target.write(rows.tobytes())
-        return
     widths: dict[str, int] = {}
     for p in element.properties:
         column = row.columns[p.name]
@@ -540,9 +510,7 @@ def _lines(row: _Rows) -> Iterator[bytes]:
         if not isinstance(column, Lists):
             columns.append(_words(column, p.type))
             continue
-        each = _words(column.values, p.type)
-        ends = np.cumsum(column.lengths)
-        runs = zip((ends - column.lengths).tolist(), ends.tolist(), strict=True)
-        columns.append([b" ".join((b"%d" % (end - start), *each[start:end])) for start, end in runs])
+        each = runs(_words(column.values, p.type), column.lengths)
+        columns.append([b" ".join((b"%d" % len(run), *run)) for run in each])
     for line in zip(*columns, strict=True):
         yield b" ".join(line) + b"\n"

@@ -15,7 +15,7 @@ from .reading import Reading, unended
 from .references import References
 from .saving import Writing
 from .texts import rows
-from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, tokenise
+from .tokens import INTEGER, WORD, Tokens, joined, numbers_of, refuse, tokenise
 
 _EXPE = b"[Expe/PointSet/Binary/0.1]\n"
 #: the properties of Expe that are known, by their bytes
@@ -58,9 +58,7 @@ def read_points(path: Path, references: References) -> Reading:
     width = int(lengths[0]) if len(lines) else 0
     if width < 3:
         raise ContentsError(f"its rows have {width} numbers; those of a point are 3 at least")
-    if (wrong := lengths != width).any():
-        k = int(np.argmax(wrong))
-        raise at_line(tokens, int(lines[k]), f"has {lengths[k]} numbers, while those before it have {width}")
+    refuse(tokens, lines, lengths != width, f"has {{}} numbers, while those before it have {width}", lengths)
     values = numbers_of(tokens, lines, 0, width)
     whole = (tokens.kinds[tokens.first[lines][:, None] + np.arange(width)] == INTEGER).all(axis=0)
     titles_fit = len(titled) == width == len(set(titled)) and set(_PLACE) <= set(titled)
@@ -164,16 +162,13 @@ def _expe(path: Path, data: bytes) -> MeshData:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh, with the columns of the text that they come from, else with normals."""
-    return _write(mesh, target, PointsDocument((*_PLACE, *_NORMAL)))
+    """Write the vertices of a mesh, with the columns of the text that they come from.
 
-
-def write_pts(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh as `write_points` does, else with their number, intensities and colours."""
-    return _write(mesh, target, PointsDocument((*_PLACE, "intensity", *_COLOR), counted=True))
-
-
-def _write(mesh: MeshData, target: BinaryIO, document: PointsDocument) -> tuple[str, ...]:
+    From another file they get normals, in .pts their number, intensities and colours.
+    """
+    document = PointsDocument((*_PLACE, *_NORMAL))
+    if writing.extension == "pts":
+        document = PointsDocument((*_PLACE, "intensity", *_COLOR), counted=True)
     if mesh.source is not None and isinstance(mesh.source.document, PointsDocument):
         document = mesh.source.document
     values: dict[str, NDArray[Any]] = dict(zip(_PLACE, mesh.vertices.T, strict=True))

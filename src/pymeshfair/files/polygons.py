@@ -10,7 +10,7 @@ from ..filters.compilation import compiled
 
 def triangulated(
     vertices: NDArray[np.float64], corners: NDArray[np.int64], lengths: NDArray[np.int64]
-) -> tuple[NDArray[np.int32], NDArray[np.int32] | None]:
+) -> tuple[NDArray[np.int32], NDArray[np.int32] | None, dict[str, NDArray[Any]]]:
     """Triangles of polygons, k - 2 of a polygon of k corners, in the order of the polygons.
 
     Args:
@@ -19,14 +19,15 @@ def triangulated(
         lengths: (p,) how many corners each polygon has, at least 3.
 
     Returns:
-        (m, 3) which of the corners those of each triangle are; (m,) the polygon of each, None if all polygons are triangles.
+        (m, 3) which of the corners those of each triangle are; (m,) the polygon of each, None if all polygons are triangles, and
+        the attribute of triangles that says so, see `outlines`.
     """
     if not len(lengths) or (lengths == 3).all():
-        return np.arange(len(corners), dtype=np.int32).reshape(-1, 3), None
+        return np.arange(len(corners), dtype=np.int32).reshape(-1, 3), None, {}
     places = np.empty((int((lengths - 2).sum()), 3), np.int32)
     of_polygon = np.repeat(np.arange(len(lengths), dtype=np.int32), lengths - 2)
     _cut(vertices, corners.astype(np.int64), lengths, np.empty(int(lengths.max()), np.int64), places)
-    return places, of_polygon
+    return places, of_polygon, {"polygon": np.where(lengths[of_polygon] > 3, of_polygon, -1).astype(np.int32)}
 
 
 class Outlines(NamedTuple):

@@ -10,7 +10,7 @@ from ..mesh_data import MeshData, Source
 from .errors import ContentsError
 from .reading import Reading, unended
 from .references import References
-from .tokens import INTEGER, Tokens, at_line, numbers_of, tokenise
+from .tokens import INTEGER, Tokens, at_line, numbers_of, refuse, tokenise
 
 #: numbers in the lines of a head: columns, rows, four lines of the scanner's pose, four of a matrix
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
@@ -40,7 +40,10 @@ def read_ptx(path: Path, references: References) -> Reading:
             extras.append(f"the scanner's place {' '.join(f'{x:g}' for x in position)}")
         line = first + count
         grids.append(_placed(numbers_of(tokens, np.arange(first, line), 0, width), matrix))
-    rows = np.concatenate([_coloured(grid, any(g.shape[1] == _COLOURED for g in grids)) for grid in grids] or [np.empty((0, 4))])
+    widest = max((grid.shape[1] for grid in grids), default=_PLAIN)
+    # White in a grid without colours, if another one has some.
+    grids = [np.pad(grid, ((0, 0), (0, widest - grid.shape[1])), constant_values=255.0) for grid in grids]
+    rows = np.concatenate([np.empty((0, widest)), *grids])
     if not len(rows):
         raise ContentsError("it holds no points")
     measured = rows[~np.isnan(rows[:, 0])]
@@ -74,13 +77,6 @@ def _placed(rows: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[n
     return placed
 
 
-def _coloured(rows: NDArray[np.float64], coloured: bool) -> NDArray[np.float64]:
-    """The rows with a colour if any grid has colours: white for a grid without."""
-    if not coloured or rows.shape[1] == _COLOURED:
-        return rows
-    return np.concatenate([rows, np.full((len(rows), 3), 255.0)], axis=1)
-
-
 def _count(tokens: Tokens, line: int) -> int:
     """The number of points of the grid whose head begins at a line."""
     lengths = tokens.lengths[line : line + len(_HEAD)].tolist()
@@ -97,7 +93,6 @@ def _width(tokens: Tokens, line: int, points: int) -> int:
     if len(lengths) < points:
         raise ContentsError(f"one of its grids declares {points:,} points, but {len(lengths):,} lines follow")
     wrong = (lengths != lengths[:1]) | ~np.isin(lengths, (_PLAIN, _COLOURED))
-    if wrong.any():
-        k = int(np.argmax(wrong))
-        raise at_line(tokens, line + k, f"has {lengths[k]} numbers; points have 4 or 7, the same in the whole grid")
+    why = "has {} numbers; points have 4 or 7, the same in the whole grid"
+    refuse(tokens, np.arange(line, line + points), wrong, why, lengths)
     return int(lengths[0]) if points else _PLAIN

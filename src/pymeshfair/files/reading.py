@@ -21,7 +21,7 @@ class Reading:
 
     mesh: MeshData  # the mesh in it
     doubts: tuple[str, ...] = ()  # sentences that the user should read about it
-    side_files: tuple[Path, ...] = ()  # the files that belong to it
+    side_files: tuple[Path, ...] = ()  # the files that belong to it; of a reader, without the images of textures
 
 
 def unended(text: bytes) -> tuple[str, ...]:

@@ -23,20 +23,15 @@ from .provenance import recorded_digest, sha256_of
 from .writing import StagedFile, to_disk
 
 
-@dataclass(frozen=True)
-class TexturePlan:
-    """The textures to write with a mesh."""
-
-    files: tuple[StagedFile, ...]  # those to put in place with the output
-    reused: tuple[Path, ...]  # those that are already in place
-    names: Mapping[str, str]  # by the names of the textures what they are called beside the output
-    missing: tuple[str, ...]  # the names of the textures that do not exist
-
-
 def stage_textures(
     textures: Sequence[Texture], output: Path, stage: Path, *, record: Mapping[str, Any] | None, own: bool = False
-) -> TexturePlan:
-    """Write the textures of a mesh to the staging folder; with `own` every name begins with that of the output."""
+) -> tuple[list[StagedFile], tuple[Path, ...], dict[str, str]]:
+    """Write the textures of a mesh to the staging folder; with `own` every name begins with that of the output.
+
+    Returns:
+        Those to put in place with the output, those that are already in place, and by the names of the textures what they are
+        called beside the output.
+    """
     files: list[StagedFile] = []
     reused: list[Path] = []
     names: dict[str, str] = {}
@@ -59,8 +54,7 @@ def stage_textures(
             reused.append(target)
         else:
             files.append(StagedFile(staged, target))
-    missing = tuple(texture.name for texture in textures if texture.image is None)
-    return TexturePlan(tuple(files), tuple(reused), names, missing)
+    return files, tuple(reused), names
 
 
 def _file_name(name: str) -> str:
@@ -109,6 +103,7 @@ class Writing:
     textures: Mapping[str, str]  # by the names of the textures their names beside the output
     material_file: str  # the name of the material file beside the output
     materials: list[bytes]  # takes the bytes of the material file, if there is one
+    extension: str = ""  # of the output
 
 
 #: Writes a mesh without a matrix to an open file. Returns, in words, what is left out or otherwise than in the file that the mesh
@@ -120,10 +115,8 @@ _WRITERS: Mapping[str, tuple[str, str]] = {
     "obj": ("obj_write", "write_obj"),
     "off": ("off", "write_off"),
     "stl": ("stl", "write_stl"),
-    **dict.fromkeys(("xyz", "asc", "txt"), ("points", "write_points")),
-    "pts": ("points", "write_pts"),
-    "las": ("las", "write_las"),
-    "laz": ("las", "write_laz"),
+    **dict.fromkeys(("xyz", "asc", "txt", "pts"), ("points", "write_points")),
+    **dict.fromkeys(("las", "laz"), ("las", "write_las")),
     "glb": ("gltf_write", "write_glb"),
     "3mf": ("three_mf", "write_3mf"),
     "wrl": ("vrml", "write_vrml"),
@@ -169,10 +162,11 @@ def save_mesh(
     names: Mapping[str, str] = {}
     images = source.images if source is not None and source.format == kind.extension else ()
     if (mesh.textures or images) and "textures" in kind.holds and kind.extension != "glb":
-        plan = stage_textures((*mesh.textures, *images), output, stage, record=record, own=own_texture_names)
-        side_files, reused, names = list(plan.files), plan.reused, plan.names
-        warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in plan.missing]
-    writing = Writing(resolution, names, material_path(output).name, [])
+        every = (*mesh.textures, *images)
+        side_files, reused, names = stage_textures(every, output, stage, record=record, own=own_texture_names)
+        missing = [texture.name for texture in every if texture.image is None]
+        warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in missing]
+    writing = Writing(resolution, names, material_path(output).name, [], extension(output))
     staged = stage / output.name
     module, function = _WRITERS[extension(output)]
     write: Writer = getattr(importlib.import_module(f".{module}", __package__), function)

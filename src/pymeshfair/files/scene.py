@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -13,7 +13,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh_data import MeshData, Source
+from ..mesh_data import MeshData
 from .assembly import Assembly, levels, polygons, triangles_of, turned_over
 from .collada import turn
 from .errors import ContentsError
@@ -73,8 +73,7 @@ def read_nodes(nodes: list[tuple[str, Node]], path: Path, references: References
     if reader.unread and not reader.assembly:
         raise ContentsError(f"it has no shape that is known here, but nodes {', '.join(sorted(reader.unread))[:100]}")
     extras = (*(f"nodes {type} ({n:,})" for type, n in sorted(reader.unread.items())), *reader.assembly.lost)
-    mesh = replace(reader.assembly.mesh(), source=Source(path, path.suffix[1:].lower(), extras=extras))
-    return Reading(mesh, side_files=reader.assembly.side_files())
+    return reader.assembly.reading(path, path.suffix[1:].lower(), extras)
 
 
 class _Reader:

@@ -14,7 +14,7 @@ from .errors import ContentsError
 from .reading import Reading, unended
 from .references import References
 from .saving import Writing
-from .tokens import INTEGER, REAL, Tokens, at_line, joined, tokenise, word
+from .tokens import INTEGER, REAL, Tokens, at_line, joined, refuse, tokenise, word
 
 #: the first word of each line of a facet, and how many words it has
 _FACET = {b"facet": 5, b"outer": 2, b"vertex": 4, b"endloop": 1, b"endfacet": 1}
@@ -118,9 +118,8 @@ def _text_corners(tokens: Tokens) -> NDArray[np.float64]:
     corners = lines.reshape(-1, len(_LINES))[:, 2:5]
     places = tokens.first[corners][:, :, None] + np.arange(1, 4)
     strange = ~np.isin(tokens.kinds[places], (INTEGER, REAL)).all(axis=2)
-    if strange.any():
-        k = int(corners[strange][0])
-        raise at_line(tokens, k, "has something else than finite numbers; decimals are written with a point")
+    why = "has something else than finite numbers; decimals are written with a point"
+    refuse(tokens, corners.ravel(), strange.ravel(), why)
     return np.asarray(tokens.values[places])
 
 

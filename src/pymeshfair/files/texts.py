@@ -1,12 +1,14 @@
 """Writes texts of numbers: rows of them, and a text as it was in which only some words are others."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from itertools import chain
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 _CHUNK = 1 << 16
+_Word = TypeVar("_Word")
 
 
 def words(values: NDArray[Any]) -> list[bytes]:
@@ -21,17 +23,15 @@ def rows(template: str, columns: Sequence[NDArray[Any]]) -> Iterator[bytes]:
     """One line for each row of some columns, in pieces; the template has ``%r`` in the place of each number."""
     for start in range(0, len(columns[0]), _CHUNK):
         parts = [column[start : start + _CHUNK].tolist() for column in columns]
-        numbers: list[Any] = [None] * (len(parts) * len(parts[0]))
-        for k, part in enumerate(parts):
-            numbers[k :: len(parts)] = part
-        yield ((template + "\n") * len(parts[0]) % tuple(numbers)).encode("ascii")
+        numbers = tuple(chain.from_iterable(zip(*parts, strict=True)))
+        yield ((template + "\n") * len(parts[0]) % numbers).encode("ascii")
 
 
-def runs(parts: Sequence[str], lengths: NDArray[np.int64]) -> Iterator[str]:
-    """Words with blanks between them, as many as each length says."""
+def runs(words: Sequence[_Word], lengths: NDArray[np.int64]) -> Iterator[Sequence[_Word]]:
+    """Words one after another, as many as each length says."""
     ends = np.cumsum(lengths)
     for start, end in zip((ends - lengths).tolist(), ends.tolist(), strict=True):
-        yield " ".join(parts[start:end])
+        yield words[start:end]
 
 
 def patched(text: bytes, spans: NDArray[np.int64], new: Sequence[bytes]) -> bytes:

@@ -11,14 +11,14 @@ import struct
 import zipfile
 import zlib
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh_data import MeshData, Source
+from ..mesh_data import MeshData
 from .assembly import Assembly, levels, polygons
 from .errors import ContentsError
 from .indices import check_range, indices, numbers, rows
@@ -157,7 +157,7 @@ def read_3mf(path: Path, references: References) -> Reading:
     except _BROKEN as error:
         raise ContentsError(f"it is no whole archive ({str(error)[:80]})") from error
     extras = (*sorted(lost), *(f"{what} ({number:,})" for what, number in sorted(reader.unread().items())))
-    return Reading(replace(reader.assembly.mesh(), unit=unit, source=Source(path, "3mf", extras=extras)))
+    return reader.assembly.reading(path, "3mf", extras, unit)
 
 
 class _Reader:

@@ -1,10 +1,7 @@
 """Takes the text of a mesh file apart into lines of words and numbers: a number is one to its last character, or a word."""
 
-import functools
-import math
 import re
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -15,44 +12,14 @@ from .errors import ContentsError
 from .references import shown
 
 Bytes: TypeAlias = NDArray[np.uint8]
-Floats: TypeAlias = NDArray[np.float64]
 
-#: the largest power of ten that is tabled, and the least with another sign
-_MOST = 300
-#: added to the kind of a number that is not sure to be the nearest double
-UNSURE = 16
-
-
-@functools.cache
-def powers_of_ten() -> tuple[Floats, Floats]:
-    """Powers of ten, from 10^-300 to 10^300, each as the sum of two doubles."""
-    exact = [Fraction(10) ** power for power in range(-_MOST, _MOST + 1)]
-    high = [float(power) for power in exact]
-    return np.array(high), np.array([float(power - Fraction(first)) for power, first in zip(exact, high, strict=True)])
+#: the largest whole number that a double holds with all its digits
+_EXACT = 1 << 53
 
 
 @compiled
 def _ends_line(text: Bytes, i: int) -> bool:
     return bool(text[i] == 10 or text[i] == 13)
-
-
-@compiled
-def count(text: Bytes, slashes: bool) -> tuple[int, int]:
-    """Upper bounds of the number of tokens and of lines."""
-    tokens, lines, blank = 0, 1, True
-    for c in text:
-        if c == 10 or c == 13:
-            lines += 1
-            blank = True
-        elif c == 32 or c == 9:
-            blank = True
-        elif c == 47 and slashes:
-            tokens += 1 + blank  # nothing before it is a token as well
-            blank = False
-        else:
-            tokens += blank
-            blank = False
-    return tokens, lines
 
 
 @compiled
@@ -71,43 +38,6 @@ def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
 
 
 @compiled
-def _product(a: float, b: float) -> tuple[float, float]:
-    """A * b as the sum of two doubles, exactly [dekker1971]."""
-    p = a * b
-    c = 134217729.0 * a
-    a_high = c - (c - a)
-    a_low = a - a_high
-    c = 134217729.0 * b
-    b_high = c - (c - b)
-    b_low = b - b_high
-    return p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low
-
-
-@compiled
-def _decimal(mantissa: int, power: int, high: Floats, low: Floats) -> tuple[float, bool]:
-    """Mantissa * 10 ** power in double precision, and whether that is sure to be the nearest double.
-
-    Twice the digits of a double are computed; what is too near to the middle of two doubles is left to others.
-    """
-    first = float(mantissa)
-    if power == 0 and mantissa <= 9007199254740992:
-        return first, True
-    if mantissa <= 9007199254740992 and -22 <= power <= 22:  # both are doubles, so that one rounding is all
-        return (first / high[_MOST - power] if power < 0 else first * high[_MOST + power]), True
-    if power < -290 or power > 280:
-        return 0.0, False
-    second = float(mantissa - int(first))
-    scale, rest = high[_MOST + power], low[_MOST + power]
-    p, e = _product(first, scale)
-    e += first * rest + second * scale
-    value = p + e
-    left = e - (value - p)
-    half = math.ldexp(1.0, math.frexp(value)[1] - 54)  # of a unit in the last place
-    error = value * 1e-29  # all of this is within 2^-100 of the value
-    return value, abs(abs(left) - half) > error and abs(abs(left) - 0.5 * half) > error
-
-
-@compiled
 def lex(
     text: Bytes,
     slashes: bool,
@@ -117,13 +47,12 @@ def lex(
     starts: Any,
     numbers: Any,
     keywords: Any,
-    places: Any,
-    high: Floats,
-    low: Floats,
+    decimals: Any,
 ) -> tuple[int, int]:
     """Fill the arrays; how many tokens and lines there are.
 
-    The arrays are those of `Tokens`; `places` says where each token begins, `high` and `low` are `powers_of_ten`.
+    The arrays are those of `Tokens`. A number that is not whole, or has too many digits, has the value NaN, and its characters
+    are put into `decimals`, at their places in the text.
     """
     i, n, t, length, line = 0, len(text), 0, 0, 1
     end_of_token = np.zeros(256, np.bool_)
@@ -144,53 +73,41 @@ def lex(
                     i += 1
                 break
             # a number: its sign, its digits, its exponent
-            j, kind, mantissa, digits, power, cut = i, 1, 0, 0, 0, False
+            j, kind, whole, digits = i, 1, 0, 0
             negative = c == 45
             if negative or c == 43:
                 j += 1
             while j < n and 48 <= text[j] <= 57:
-                if mantissa < 100000000000000000:
-                    mantissa = mantissa * 10 + (text[j] - 48)
-                else:
-                    power += 1
-                    cut |= text[j] != 48
+                if whole <= _EXACT:
+                    whole = whole * 10 + (text[j] - 48)
                 digits += 1
                 j += 1
             if j < n and text[j] == 46:
                 kind = 2
                 j += 1
                 while j < n and 48 <= text[j] <= 57:
-                    if mantissa < 100000000000000000:
-                        mantissa = mantissa * 10 + (text[j] - 48)
-                        power -= 1
-                    else:
-                        cut |= text[j] != 48
                     digits += 1
                     j += 1
             if digits > 0 and j + 1 < n and text[j] | 32 == 101:
                 kind = 2
                 j += 1
-                below = text[j] == 45
-                if below or text[j] == 43:
+                if text[j] == 45 or text[j] == 43:
                     j += 1
-                exponent, digits = 0, 0
+                digits = 0
                 while j < n and 48 <= text[j] <= 57:
-                    exponent = min(exponent * 10 + (text[j] - 48), 100000)
                     digits += 1
                     j += 1
-                power += -exponent if below else exponent
             value = 0.0
             if j == n or end_of_token[text[j]]:
                 if j == i:
                     kind = 4
                 elif digits == 0:
                     kind = 0
+                elif kind == 2 or whole > _EXACT:
+                    value = np.nan
+                    decimals[i:j] = text[i:j]
                 else:
-                    value, sure = (0.0, True) if mantissa == 0 else _decimal(mantissa, power, high, low)
-                    if negative:
-                        value = -value
-                    if cut or not sure:
-                        kind += 16
+                    value = -float(whole) if negative else float(whole)
             else:
                 kind = 0
                 while j < n and not end_of_token[text[j]]:
@@ -198,7 +115,6 @@ def lex(
                 kind, value = _not_finite(text, i, j)
             kinds[t] = kind + (8 if after_slash else 0)
             values[t] = value
-            places[t] = i
             if kind == 0 and j - i <= 8 and t == token0:
                 code = np.uint64(0)
                 for k in range(j - 1, i - 1, -1):
@@ -213,7 +129,6 @@ def lex(
                 if i == n or _ends_line(text, i) or text[i] == 32 or text[i] == 9:
                     kinds[t] = 4 + 8
                     values[t] = 0.0
-                    places[t] = i
                     t += 1
                     after_slash = False
         if i < n:
@@ -228,28 +143,10 @@ def lex(
     return t, length
 
 
-@compiled
-def spans(text: Bytes, starts: Any, columns: Any, found: Any) -> None:
-    """Find the first and last byte + 1 of chosen `columns` of the lines that begin at `starts`, into (r, c, 2) `found`."""
-    for r in range(len(starts)):
-        i, token, k = starts[r], -1, 0
-        while k < len(columns):
-            while text[i] == 32 or text[i] == 9:
-                i += 1
-            begin = i
-            while i < len(text) and text[i] != 32 and text[i] != 9 and text[i] != 10 and text[i] != 13:
-                i += 1
-            token += 1
-            if token == columns[k]:
-                found[r, k, 0], found[r, k, 1] = begin, i
-                k += 1
-
-
 #: kinds of tokens: a word, a whole number, a number, one that is not finite; empty between slashes or after the last
 WORD, INTEGER, REAL, NOT_FINITE, EMPTY = 0, 1, 2, 3, 4
 #: added to the kind of a token that follows a slash instead of a blank
 AFTER_SLASH = 8
-_TOKEN_END = re.compile(rb"[ \t\r\n/]")
 
 
 @dataclass(frozen=True)
@@ -272,9 +169,9 @@ class Tokens:
 
     def spans(self, lines: NDArray[np.int64], columns: list[int]) -> NDArray[np.int64]:
         """(l, c, 2) the begin and end in the text of tokens of lines, counted from 0 and ascending."""
-        found = np.empty((len(lines), len(columns), 2), np.int64)
-        spans(self.text, self.starts[lines], np.array(columns, np.int64), found)
-        return found
+        inside = _inside_words(self.text.tobytes())
+        words = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
+        return np.asarray(words[np.searchsorted(words[:, 0], self.starts[lines])[:, None] + columns])
 
     def line(self, k: int) -> bytes:
         """The bytes of a line, without its end."""
@@ -288,30 +185,28 @@ def word(text: bytes) -> np.uint64:
     return np.uint64(int.from_bytes(text, "little"))
 
 
+def _inside_words(text: bytes) -> NDArray[np.bool_]:
+    """Which characters are none between words."""
+    return np.frombuffer(text.translate(bytes(c not in b"\t\n\r " for c in range(256))), np.bool_)
+
+
 def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
     """The tokens of a text; with `slashes` a slash parts two tokens, as in the faces of OBJ files."""
     text = np.frombuffer(data, dtype=np.uint8)
-    n_tokens, n_lines = count(text, slashes)
-    kinds, values, places = np.empty(n_tokens, np.uint8), np.empty(n_tokens), np.empty(n_tokens, np.int64)
+    inside = _inside_words(data)
+    n_tokens = 1 + int(np.count_nonzero(inside[1:] > inside[:-1])) + data.count(b"/") * slashes  # those of comments, too
+    n_lines = 1 + data.count(b"\n") + data.count(b"\r")
+    kinds, values, decimals = np.empty(n_tokens, np.uint8), np.empty(n_tokens), np.full(len(text), 32, np.uint8)
     first, starts, numbers = (np.empty(n_lines + 1, np.int64) for _ in range(3))
     keywords = np.zeros(n_lines, np.uint64)
-    t, k = lex(text, slashes, kinds, values, first, starts, numbers, keywords, places, *powers_of_ten())
+    t, k = lex(text, slashes, kinds, values, first, starts, numbers, keywords, decimals)
     kinds, values = kinds[:t], values[:t]
-    _complete(text, kinds, values, places)
+    unread = np.flatnonzero(np.isnan(values) & (kinds & (AFTER_SLASH - 1) != NOT_FINITE))
+    if len(unread):
+        values[unread] = np.fromstring(decimals.tobytes(), sep=" ")
+        beyond = unread[np.isinf(values[unread])]
+        kinds[beyond] = kinds[beyond] & AFTER_SLASH | NOT_FINITE
     return Tokens(text, kinds, values, first[: k + 1], keywords[:k], starts[:k], numbers[:k])
-
-
-def _complete(text: Bytes, kinds: NDArray[np.uint8], values: NDArray[np.float64], places: NDArray[np.int64]) -> None:
-    """Read the numbers again that were not sure to be the nearest double: with more digits than a double has, or very large."""
-    for t in np.flatnonzero(kinds & UNSURE).tolist():
-        place, length = int(places[t]), 64
-        while not (end := _TOKEN_END.search(text[place : place + length].tobytes())) and place + length < len(text):
-            length *= 16
-        token = text[place : place + (end.start() if end else length)].tobytes()
-        values[t] = float(token)
-        kinds[t] -= UNSURE
-        if not np.isfinite(values[t]):
-            kinds[t] += NOT_FINITE - (kinds[t] & (AFTER_SLASH - 1))
 
 
 def joined(data: bytes) -> bytes:
@@ -331,10 +226,15 @@ def numbers_of(tokens: Tokens, lines: NDArray[np.int64], skipped: int, width: in
     """(l, width) the numbers on lines, behind some words."""
     chosen = tokens.first[lines][:, None] + np.arange(skipped, skipped + width)
     strange = ~np.isin(tokens.kinds[chosen], (INTEGER, REAL, NOT_FINITE)).all(axis=1)
-    if strange.any():
-        k = int(lines[np.argmax(strange)])
-        raise at_line(tokens, k, "has something else than numbers; decimals are written with a point")
+    refuse(tokens, lines, strange, "has something else than numbers; decimals are written with a point")
     return np.asarray(tokens.values[chosen])
+
+
+def refuse(tokens: Tokens, lines: NDArray[np.int64], wrong: Any, why: str, counts: NDArray[np.int64] | None = None) -> None:
+    """Refuse the first of some lines that is wrong; in the reason its count stands for {}."""
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        raise at_line(tokens, int(lines[k]), why if counts is None else why.format(counts[k]))
 
 
 def at_line(tokens: Tokens, k: int, why: str) -> ContentsError:

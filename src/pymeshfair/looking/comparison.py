@@ -143,6 +143,10 @@ class Comparison:
     sharp_angle: float = SHARP  # degrees from which on an edge counts as sharp
 
 
+#: of `Deviation`, what the distances have by the same names
+_LENGTHS = ("mean", "mean_size", "rms", "standard_deviation", "mean_error", "mean_size_error", "rms_error")
+
+
 class Distances(NamedTuple):
     """The distances between two surfaces, place by place."""
 
@@ -216,19 +220,13 @@ def _deviation(found: SurfaceDistance, tolerance: float | None, length: Callable
     x, y, z = found.furthest.tolist()
     return Deviation(
         samples=told.samples,
-        mean=length(told.mean),
-        mean_size=length(told.mean_size),
-        rms=length(told.rms),
-        standard_deviation=length(told.standard_deviation),
         percentiles={percent: length(value) for percent, value in told.percentiles.items()},
         largest=length(found.largest),
         place=(x, y, z),
         at_most=length(found.at_most),
         within=told.within,
-        mean_error=length(told.mean_error),
-        mean_size_error=length(told.mean_size_error),
-        rms_error=length(told.rms_error),
         within_error=told.within_error,
+        **{name: length(getattr(told, name)) for name in _LENGTHS},
     )
 
 

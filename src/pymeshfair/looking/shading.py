@@ -75,10 +75,10 @@ def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.
     buffer = DepthBuffer.empty(rows, columns)
     screen = camera.screen(scene.vertices, columns, rows)
     if len(scene.faces):
-        draw_triangles(buffer, screen, scene.faces)
+        draw_triangles(screen, scene.faces, *buffer)
     else:
         points, owners = _dots(scene, screen)
-        _draw_dots(points, _DOT * SUPERSAMPLING, 0, buffer.elements, buffer.depths)
+        draw_dots(points, _DOT * SUPERSAMPLING, *buffer)
         seen = buffer.elements >= 0
         buffer.elements[seen] = owners[buffer.elements[seen]]
     seen = buffer.elements >= 0
@@ -189,19 +189,12 @@ class DepthBuffer(NamedTuple):
         return cls(np.full((height, width), -1, dtype=np.int32), np.full((height, width), -np.inf))
 
 
-def draw_triangles(buffer: DepthBuffer, screen: Floats, faces: Ints) -> None:
-    """Draw triangles into the buffer; of two at the same depth the one with the lower number stays.
-
-    Args:
-        buffer: is changed.
-        screen: (n, 3) x in pixels from the left, y in pixels from the top, and nearness to the eye.
-        faces: (m, 3) triangles, facing either way.
-    """
-    _draw_triangles(screen, faces, buffer.elements, buffer.depths)
-
-
 @compiled
-def _draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats) -> None:
+def draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats) -> None:
+    """Draw triangles, facing either way, into a `DepthBuffer`; of two at the same depth the one with the lower number stays.
+
+    On the screen are pixels from the left, pixels from the top, and nearness to the eye.
+    """
     height, width = elements.shape
     for f in range(faces.shape[0]):
         ax, ay, az = screen[faces[f, 0]]
@@ -229,8 +222,8 @@ def _draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats)
 
 
 @compiled
-def _draw_dots(screen: Floats, radius: float, first: int, elements: Ints, depths: Floats) -> None:
-    """Draw a disc of a radius in pixels for every point, see `draw_triangles`; they are numbered from `first`."""
+def draw_dots(screen: Floats, radius: float, elements: Ints, depths: Floats) -> None:
+    """Draw a disc of a radius in pixels for every point, see `draw_triangles`."""
     height, width = elements.shape
     for i in range(screen.shape[0]):
         x, y, z = screen[i]
@@ -241,7 +234,7 @@ def _draw_dots(screen: Floats, radius: float, first: int, elements: Ints, depths
                 dx, dy = column + 0.5 - x, row + 0.5 - y
                 if dx * dx + dy * dy <= radius * radius and z > depths[row, column]:
                     depths[row, column] = z
-                    elements[row, column] = first + i
+                    elements[row, column] = i
 
 
 #: gives (k, 3) colours from 0 to 1 of (k,) faces at (k, 3) barycentric coordinates

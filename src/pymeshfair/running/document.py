@@ -106,13 +106,18 @@ class Document:
             raise MeshError("there is no mesh")
         return self.mesh(self.current_id)
 
+    @property
+    def _mesh_or_none(self) -> MeshData:
+        """The mesh of the current layer; an empty one if there is none."""
+        return MeshData(vertices=np.empty((0, 3))) if self.current_id is None else self.current
+
     def parameters(self, step: Step) -> dict[str, Any]:
         """All values that a step would run with, by name, lengths in mesh units."""
         self._check(step)
         if step.filter.is_builtin:
             self._enter()
             return self._door.parameters(step)
-        layer = _View(self, self.current) if self.current_id is not None else _View(self, _nothing())
+        layer = _View(self, self._mesh_or_none)
         return resolved(step.filter, {**step.filter.defaults, **step.values}, layer)
 
     def apply(self, step: Step) -> dict[str, Any]:
@@ -130,7 +135,7 @@ class Document:
                 raise MeshError(f"parameter {parameter.name!r}: there is no layer {number} (there are {there})")
 
     def _apply_plugin(self, step: Step) -> dict[str, Any]:
-        mesh = self.current if self.current_id is not None else _nothing()
+        mesh = self._mesh_or_none
         layer = _View(self, mesh)
         check_needs(step.filter, layer)
         values = {**step.filter.defaults, **step.values}
@@ -191,7 +196,3 @@ class _View:
     def other(self, mesh_id: int) -> Any:
         """Another layer."""
         return _View(self._document, self._document.mesh(mesh_id))
-
-
-def _nothing() -> MeshData:
-    return MeshData(vertices=np.empty((0, 3)))

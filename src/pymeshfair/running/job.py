@@ -159,61 +159,38 @@ Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Me
 
 @dataclass(frozen=True)
 class StepReport:
-    """The report of one step.
+    """The report of one step."""
 
-    Attributes:
-        number: from 1.
-        filter: MeshLab's name of the filter.
-        python_name: its name in Python.
-        seconds: how long it took.
-        parameters: every parameter with the value that was effective on this mesh; lengths in mesh units.
-        values: those that the filter reported.
-        messages: those of the filter.
-    """
-
-    number: int
-    filter: str
-    python_name: str
-    seconds: float
+    number: int  # from 1
+    filter: str  # MeshLab's name of the filter
+    python_name: str  # its name in Python
+    seconds: float  # how long it took
+    #: every parameter with the value that was effective on this mesh; lengths in mesh units
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    values: Mapping[str, Any] = field(default_factory=dict)
-    messages: tuple[str, ...] = ()
+    values: Mapping[str, Any] = field(default_factory=dict)  # those that the filter reported
+    messages: tuple[str, ...] = ()  # those of the filter
 
 
 @dataclass(frozen=True)
 class RunResult:
-    """The result of a run.
+    """The result of a run."""
 
-    Attributes:
-        output: the file that was written.
-        provenance: the file beside it that says how it came about.
-        side_files: textures and material files that belong to the output, as far as they were written.
-        before: the measures of the mesh as read (`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`). This and
-            the next two are empty if the job wanted no measures.
-        after: the measures of the mesh as written.
-        change: of the shape, `pymeshfair.running.shape_change.ShapeChange` by name.
-        steps: one report a step.
-        warnings: everything that was in the input and is not in the output, or needs to be known about it.
-        seconds: from start to end.
-        peak_memory: bytes that the worker took at most, or None where the system does not say.
-        breaches: the guards that were broken, as `pymeshfair.running.guarding.Breach` by name; the output is kept all the same.
-        maps: the files of the intervention map.
-        unit: of the lengths in all of these; None if it is not known.
-    """
-
-    output: Path
-    provenance: Path
-    side_files: tuple[Path, ...]
+    output: Path  # the file that was written
+    provenance: Path  # the file beside it that says how it came about
+    side_files: tuple[Path, ...]  # textures and material files that belong to the output, as far as they were written
+    #: the measures of the mesh as read (`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`). This and the next two
+    #: are empty if the job wanted no measures.
     before: Mapping[str, Any]
-    after: Mapping[str, Any]
-    change: Mapping[str, Any]
-    steps: tuple[StepReport, ...]
-    warnings: tuple[str, ...]
-    seconds: float
-    peak_memory: int | None
+    after: Mapping[str, Any]  # the measures of the mesh as written
+    change: Mapping[str, Any]  # of the shape, `pymeshfair.running.shape_change.ShapeChange` by name
+    steps: tuple[StepReport, ...]  # one report a step
+    warnings: tuple[str, ...]  # everything that was in the input and is not in the output, or needs to be known about it
+    seconds: float  # from start to end
+    peak_memory: int | None  # bytes that the worker took at most, or None where the system does not say
+    #: the guards that were broken, as `pymeshfair.running.guarding.Breach` by name; the output is kept all the same
     breaches: tuple[Mapping[str, Any], ...] = ()
-    maps: tuple[Path, ...] = ()
-    unit: str | None = None
+    maps: tuple[Path, ...] = ()  # the files of the intervention map
+    unit: str | None = None  # of the lengths in all of these; None if it is not known
 
     def __repr__(self) -> str:
         sizes = [f"{measures['vertices']:,}" for measures in (self.before, self.after) if measures]

@@ -17,10 +17,8 @@ def plain(value: Any) -> Any:
     match value:
         case None | bool() | int() | str():
             return value
-        case np.bool_():
-            return bool(value)
-        case np.integer():
-            return int(value)
+        case np.bool_() | np.integer():
+            return value.item()
         case float() | np.floating():
             number = float(value)
             return number if math.isfinite(number) else str(number)

@@ -68,10 +68,10 @@ def verify_output(
     Args:
         output: the mesh file, with its provenance beside it.
         recorded: go on with the recipe that the provenance holds, even if the recipe's file has changed since, or there is none.
-        allow_outside: let the input name files outside its own folder, as the run was allowed to.
-        unchecked: let MeshLab read formats that are not checked before, as the run was allowed to.
-        timeout: seconds for the run, or None.
-        memory_limit: bytes that the run may take, or None for a share of the machine's.
+        allow_outside: as the run was allowed to, see `Job`.
+        unchecked: the same.
+        timeout: see there.
+        memory_limit: see there.
         on_event: called with each event of the run.
         by_tiles: carries a job out that was done by tiles.
 

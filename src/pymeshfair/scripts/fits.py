@@ -99,8 +99,8 @@ def _condition(text: str) -> Condition:
             continue
         if match["unit"].strip() != unit:
             raise ParameterError(f"Fits: {text!r}: {name} {f'is in {unit}' if unit else 'has no unit'}")
-        low, high = (_number(match[a] or match[b]) for a, b in (("from", "low"), ("up", "high")))
-        least, most = -math.inf if low is None else low, math.inf if high is None else high
+        low, high = match["from"] or match["low"] or "-inf", match["up"] or match["high"] or "inf"
+        least, most = (float(bound.replace(",", "")) for bound in (low, high))
         if least > most:
             raise ParameterError(f"Fits: {text!r}: nothing lies between these bounds")
         return Condition(text, trait, least, most)
@@ -109,7 +109,3 @@ def _condition(text: str) -> Condition:
     hint = f"did you mean {near!r}?" if near else f"there are {', '.join(known)}"
     bounds = ", with bounds such as 'up to 3', 'from 1' or '1 to 3'" if near in QUANTITIES else ""
     raise ParameterError(f"Fits: {text!r} is no condition; {hint}{bounds}")
-
-
-def _number(text: str | None) -> float | None:
-    return None if text is None else float(text.replace(",", ""))

@@ -61,18 +61,9 @@ def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Co
         text = attributes.get(name)
         if text is None:
             yield f"the attribute {name} is missing; MeshLab would drop the parameter and take its default", None
-        elif not (_is_count(text) if whole else is_number(text)):
+        elif not (WHOLE.fullmatch(text) and 0 <= int(text) <= _MOST_CHOICES if whole else parsed(text) is not None):
             needed = f"a whole number from 0 to {_MOST_CHOICES}" if whole else "a number"
             yield f"the attribute {name} must be {needed}, got {shortened(text)!r}", None
-
-
-def _is_count(text: str) -> bool:
-    return WHOLE.fullmatch(text) is not None and 0 <= int(text) <= _MOST_CHOICES
-
-
-def is_number(text: str) -> bool:
-    """Whether `parsed` finds a number."""
-    return parsed(text) is not None
 
 
 def parsed(text: str) -> float | None:

@@ -106,7 +106,7 @@ class _Reader:
         self._parser.buffer_text = True
         self._parser.XmlDeclHandler = self._declaration
         self._parser.StartDoctypeDeclHandler = self._document_type
-        self._parser.EntityDeclHandler = self._entity
+        self._parser.EntityDeclHandler = lambda *_: self._fatal("declares an entity, which no script needs")
         self._parser.StartElementHandler = self._start
         self._parser.EndElementHandler = self._end
         self._parser.CharacterDataHandler = self._text
@@ -116,9 +116,8 @@ class _Reader:
     def read(self, data: bytes) -> None:
         """Collect `filters` and `problems`."""
         if len(data) > MOST_BYTES:
-            self.problems.append(
-                Problem(file=self.name, message=f"is larger than {MOST_BYTES / 1e6:.0f} MB, the most for a script")
-            )
+            message = f"is larger than {MOST_BYTES / 1e6:.0f} MB, the most for a script"
+            self.problems.append(Problem(file=self.name, message=message))
             return
         try:
             self._parser.Parse(self._utf8(data), True)
@@ -139,36 +138,16 @@ class _Reader:
             text = data.decode("utf-16" if utf16 else "utf-8-sig")
         except UnicodeDecodeError as error:
             line = None if utf16 else data.count(b"\n", 0, error.start) + 1
-            self.problems.append(
-                Problem(
-                    file=self.name,
-                    line=line,
-                    message=f"is not {'UTF-16' if utf16 else 'UTF-8'} text (byte {data[error.start]:#04x}); save it as UTF-8",
-                )
-            )
+            message = f"is not {'UTF-16' if utf16 else 'UTF-8'} text (byte {data[error.start]:#04x}); save it as UTF-8"
+            self.problems.append(Problem(file=self.name, line=line, message=message))
             raise _EndedError from error
         return text.encode("utf-8")
 
-    def _problem(
-        self,
-        message: str,
-        *,
-        parameter: str | None = None,
-        suggestion: str | None = None,
-        outside: bool = False,
-        lines_ago: int = 0,
-    ) -> None:
+    def _problem(self, message: str, *, suggestion: str | None = None, outside: bool = False, lines_ago: int = 0) -> None:
         """Add a problem, `lines_ago` lines before the parser's line; `outside` if it does not concern the open filter."""
-        self.problems.append(
-            Problem(
-                file=self.name,
-                line=self._parser.CurrentLineNumber - lines_ago,
-                filter=None if outside or self._filter is None else self._filter.name,
-                parameter=parameter,
-                message=message,
-                suggestion=suggestion,
-            )
-        )
+        line = self._parser.CurrentLineNumber - lines_ago
+        filter = None if outside or self._filter is None else self._filter.name
+        self.problems.append(Problem(file=self.name, line=line, filter=filter, message=message, suggestion=suggestion))
         if len(self.problems) > MOST_PROBLEMS:
             raise _EndedError
 
@@ -187,9 +166,6 @@ class _Reader:
             self._fatal("has a document type with entities or an external subset; write <!DOCTYPE FilterScript> and nothing else")
         if name != "FilterScript":
             self._problem(f"has the document type {shortened(name)!r}", suggestion="FilterScript")
-
-    def _entity(self, *_: object) -> None:
-        self._fatal("declares an entity, which no script needs")
 
     def _instruction(self, target: str, data: str) -> None:
         self._problem(f"the instruction <?{shortened(target)}?> means nothing here")

@@ -11,7 +11,7 @@ from ..meshlab.former import former_filter, former_parameters
 from ..registry import find_filter
 from .elements import Document, FilterElement, ParamElement
 from .expressions import expression_error, is_expression
-from .param_types import WHOLE, Attributes, Complaint, is_number, parsed, type_complaints
+from .param_types import WHOLE, Attributes, Complaint, parsed, type_complaints
 from .problems import MOST_PROBLEMS, Problem, ScriptError, shortened
 from .script import Script, Step
 from .settings import Setting, is_name
@@ -69,7 +69,7 @@ def _number(parameter: Parameter, text: str) -> float:
     number = parsed(text)
     if number is None:
         pointed = text.replace(",", ".")
-        suggestion = pointed if pointed != text and is_number(pointed) else None
+        suggestion = pointed if pointed != text and parsed(pointed) is not None else None
         raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(text)!r}", suggestion)
     return number
 
@@ -83,10 +83,6 @@ def _read_bool(parameter: Parameter, attributes: Attributes) -> bool:
             f"takes true or false in small letters, got {shortened(text)!r}{note}", meant.get(text.strip().lower())
         )
     return text == "true"
-
-
-def _read_whole(parameter: Parameter, attributes: Attributes) -> Any:
-    return _checked(parameter, _whole(parameter, _text(attributes)))
 
 
 def _read_float(parameter: Parameter, attributes: Attributes) -> Any:
@@ -129,44 +125,34 @@ def _read_enum(parameter: Parameter, attributes: Attributes) -> Any:
     return parameter.choices[index]
 
 
-def _read_point(parameter: Parameter, attributes: Attributes) -> Any:
-    texts = [_text(attributes, name) for name in ("x", "y", "z")]
-    return _checked(parameter, [_number(parameter, text) for text in texts])
+def _several(names: Sequence[str], read: Callable[[Parameter, str], float]) -> Callable[[Parameter, Attributes], Any]:
+    """A reader of values with an attribute for each of their numbers; those of a matrix stand row by row."""
 
+    def read_numbers(parameter: Parameter, attributes: Attributes) -> Any:
+        texts = [_text(attributes, name) for name in names]
+        numbers = [read(parameter, text) for text in texts]
+        return _checked(parameter, [numbers[i : i + 4] for i in range(0, 16, 4)] if len(numbers) == 16 else numbers)
 
-def _read_color(parameter: Parameter, attributes: Attributes) -> Any:
-    texts = [_text(attributes, name) for name in ("r", "g", "b", "a")]
-    return _checked(parameter, [_whole(parameter, text) for text in texts])
-
-
-def _read_matrix(parameter: Parameter, attributes: Attributes) -> Any:
-    texts = [_text(attributes, f"val{i}") for i in range(16)]
-    numbers = [_number(parameter, text) for text in texts]
-    return _checked(parameter, [numbers[i : i + 4] for i in range(0, 16, 4)])
-
-
-def _read_text(parameter: Parameter, attributes: Attributes) -> Any:
-    return _checked(parameter, _text(attributes))
+    return read_numbers
 
 
 def _read_nothing(parameter: Parameter, attributes: Attributes) -> Any:
     raise _RefusedError("cannot be given in a script: MeshLab reads and writes no cameras there; leave the parameter out")
 
 
+_TEXTS = (declaration.String, declaration.FileOpen, declaration.FileSave)
 _READERS: Mapping[type[Parameter], Callable[[Parameter, Attributes], Any]] = {
     declaration.Bool: _read_bool,
-    declaration.Int: _read_whole,
-    declaration.Mesh: _read_whole,
+    **dict.fromkeys(
+        (declaration.Int, declaration.Mesh), lambda parameter, said: _checked(parameter, _whole(parameter, _text(said)))
+    ),
     declaration.Float: _read_float,
     declaration.Percentage: _read_length,
     declaration.Enum: _read_enum,
-    declaration.Point: _read_point,
-    declaration.Direction: _read_point,
-    declaration.Color: _read_color,
-    declaration.Matrix: _read_matrix,
-    declaration.String: _read_text,
-    declaration.FileOpen: _read_text,
-    declaration.FileSave: _read_text,
+    **dict.fromkeys((declaration.Point, declaration.Direction), _several("xyz", _number)),
+    declaration.Color: _several("rgba", _whole),
+    declaration.Matrix: _several([f"val{k}" for k in range(16)], _number),
+    **dict.fromkeys(_TEXTS, lambda p, said: _checked(p, _text(said))),
 }
 
 
@@ -258,17 +244,9 @@ class _StepBuilder:
             return None
         return found
 
-    def _complain(self, message: str, line: int, *, parameter: str | None = None, suggestion: str | None = None) -> None:
-        self.problems.append(
-            Problem(
-                file=self._file,
-                line=line,
-                filter=self._filter_name,
-                parameter=parameter,
-                message=message,
-                suggestion=suggestion,
-            )
-        )
+    def _complain(self, message: str, line: int, **more: str | None) -> None:
+        """Note a problem; `more` are a parameter and a suggestion."""
+        self.problems.append(Problem(file=self._file, line=line, filter=self._filter_name, message=message, **more))
         if len(self.problems) > MOST_PROBLEMS:
             raise _EnoughError
 

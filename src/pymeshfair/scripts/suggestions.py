@@ -4,7 +4,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 
-from ..declaration import Enum, Filter
+from ..declaration import Enum
 from ..meshlab.former import Former, former_parameters
 from ..registry import all_filters, find_filter
 
@@ -45,7 +45,9 @@ def renamed(former: Former) -> str:
     assert former.now is not None
     known = find_filter(former.now)
     for name, text in former.sets.items():
-        said.append(f"; give it the parameter {name} with the value {text}{_meaning(known, name, text)}")
+        parameter = next(p for p in known.parameters if p.xml_name == name)
+        meaning = f" ({parameter.choices[int(text)]})" if isinstance(parameter, Enum) else ""
+        said.append(f"; give it the parameter {name} with the value {text}{meaning}")
     if renames := former_parameters(former.now).renames:
         said.append("; of its parameters " + ", ".join(f"{old} is {new}" for old, new in renames.items()))
     return "".join(said) + "; `pymeshfair upgrade` rewrites it"
@@ -75,11 +77,6 @@ def former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
     if name in {*former.drops, *former.loses}:
         return "MeshLab has dropped it; `pymeshfair upgrade` leaves it out", None
     return "", None
-
-
-def _meaning(known: Filter, name: str, text: str) -> str:
-    parameter = next(p for p in known.parameters if p.xml_name == name)
-    return f" ({parameter.choices[int(text)]})" if isinstance(parameter, Enum) else ""
 
 
 def _plain(name: str) -> str:

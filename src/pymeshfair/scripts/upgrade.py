@@ -4,7 +4,6 @@ Every change states whether the script keeps its meaning, and if not, what it do
 and are refused as in any other script. Upgrading an upgraded script changes nothing.
 """
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -198,7 +197,8 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bo
         ScriptError: something is wrong that no upgrade cures; lists every problem.
     """
     changes: list[Change] = []
-    once = SECOND_DOCUMENT_TYPE.sub(_blank_second, data[: 1 << 16]) + data[1 << 16 :]
+    # blanks in the place of the second, so that all else stays in its place
+    once = SECOND_DOCUMENT_TYPE.sub(lambda m: m[1].ljust(len(m[0])), data[: 1 << 16]) + data[1 << 16 :]
     if once != data:
         changes.append(Change(line=1, filter="", what="the second <!DOCTYPE FilterScript> is left out"))
     document = parse_document(once, name)
@@ -229,11 +229,6 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bo
     script, of_steps = upgraded_steps(script, names, aged=aged, always_current=frozenset(result_stays_current))
     changes += of_steps
     return Upgrade(script, tuple(sorted(changes, key=lambda change: change.line)))
-
-
-def _blank_second(match: re.Match[bytes]) -> bytes:
-    """The first document type, and blanks in the place of the second."""
-    return match[1] + b" " * (len(match[0]) - len(match[1]))
 
 
 def _upgraded(element: FilterElement, values: Mapping[str, str], *, mend: bool) -> tuple[list[FilterElement], list[Change]]:

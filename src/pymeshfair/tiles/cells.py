@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from ..filters.execution import ignore_progress
 from ..filters.neighbours import CellTree, build_tree
-from .columns import Column
+from .columns import Column, Stored
 from .division import Bucket, Floats, Longs
 
-#: the first cell of each tile, and the one behind its last
+#: the first cell (or slot) of each tile, and the one behind its last
 Ranges: TypeAlias = list[tuple[int, int]]
 
 #: points in a cell, unless that would make too many cells for the memory of a worker
@@ -32,23 +32,9 @@ class Cells:
     scale: float  # the power of two that coordinates are divided by, of `tree_scale`
     cell: int = CELL  # points of a cell, the last one of a bucket may have fewer
 
-    @property
-    def points(self) -> Column:
-        """Coordinates by slot, as in the input."""
-        return Column(self.folder / "points", "<f8", 3)
-
-    @property
-    def numbers(self) -> Column:
-        """Numbers by slot."""
-        return Column(self.folder / "numbers", "<i8")
-
-    @property
-    def _starts(self) -> Column:
-        return Column(self.folder / "starts", "<i8")
-
-    @property
-    def _boxes(self) -> Column:
-        return Column(self.folder / "boxes", "<f8", 6)
+    points = Stored("<f8", 3)  # coordinates by slot, as in the input
+    numbers = Stored("<i8")  # by slot
+    _starts, _boxes = Stored("<i8"), Stored("<f8", 6)  # of the cells
 
     @classmethod
     def make(cls, folder: Path, count: int, scale: float) -> Cells:
@@ -89,6 +75,11 @@ class Cells:
         starts = self.starts
         return int(starts[first]), int(starts[last])
 
+    def ranges_of(self, cells: NDArray[np.int64]) -> Ranges:
+        """The first slot and the one behind the last of each run of consecutive cells."""
+        runs = np.split(cells, np.flatnonzero(np.diff(cells) != 1) + 1) if len(cells) else []
+        return [self.slots_of(run[0], run[-1] + 1) for run in runs]
+
     @property
     def tree(self) -> CellTree:
         """The boxes of the cells, in the unit of trees."""
@@ -109,9 +100,7 @@ class Cells:
 
         The rows are (c, 2) for every cell of the cloud: where its points begin and end among these, 0 and 0 of the others.
         """
-        starts = self.starts
-        runs = np.split(cells, np.flatnonzero(np.diff(cells) > 1) + 1) if len(cells) else []
-        ranges = [(int(starts[run[0]]), int(starts[run[-1] + 1])) for run in runs]
+        starts, ranges = self.starts, self.ranges_of(cells)
         places = np.concatenate([np.empty((0, 3)), *(self.points.read(*r) for r in ranges)])
         numbers = np.concatenate([np.empty(0, np.int64), *(self.numbers.read(*r) for r in ranges)])
         slots = np.concatenate([np.empty(0, np.int64), *(np.arange(*r) for r in ranges)])

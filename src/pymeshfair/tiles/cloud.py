@@ -32,13 +32,13 @@ from ..filters.outliers import (
     standard_distances,
 )
 from .cells import Cells, Ranges
-from .columns import Column, Part, in_order
+from .columns import Column, Part, Stored, in_order
 from .division import Bucket, Floats, Longs, divide
 from .memory import cloud_points, points_with_normals, slice_rows
 from .neighbours import TilePoints, search_tile
 from .plan import DUPLICATES, LOOP, POINT_NORMALS, SURPLUS, CloudStep
 from .point_normals import NormalTiles
-from .sources import Added, Source
+from .sources import Source
 from .strays import StrayTiles
 from .workers import Tasks
 
@@ -75,10 +75,7 @@ class OutlierTiles:
     k: int  # neighbours
     tile: int  # points of a tile
 
-    @property
-    def distances(self) -> Column:
-        """The standard distance by slot, in the unit of trees."""
-        return Column(self.cells.folder / "distances", "<f8")
+    distances = Stored("<f8")  # the standard ones by slot, in the unit of trees
 
     def part(self, first: int) -> Part:
         """The factors of the tile that begins with the cell `first`."""
@@ -109,7 +106,7 @@ class OutlierTiles:
             compare(distances, tile.nearest, 0, count, factors)
             factors[asks] = np.nan
         self.distances.write(tile.begin, tile.by_slot(distances))
-        self.part(first).write(tile.numbers, tile.by_number(factors))
+        self.part(first).write(tile.numbers[tile.index], factors)
         np.savez(self._asking(first), rows=tile.index[asks], own=distances[asks], slots=np.concatenate(asked_slots))
 
     def finish(self, first: int) -> None:
@@ -128,15 +125,8 @@ class Cloud:
     folder: Path  # for the files of the work
     kept: Column | None = None  # of each of its points whether it is left, None if all are
 
-    @property
-    def scalars(self) -> Column:
-        """The probability of each point of the file in the last stage that it was in."""
-        return Column(self.folder / "scalars", "<f8")
-
-    @property
-    def normals(self) -> Column:
-        """The normal of each point of the file in the last stage that gave it one."""
-        return Column(self.folder / "normals", "<f8", 3)
+    scalars = Stored("<f8")  # the probability of each point of the file in the last stage that it was in
+    normals = Stored("<f8", 3)  # the normal of each point of the file in the last stage that gave it one
 
     def left(self, first: int, last: int) -> NDArray[np.bool_]:
         """Which of some points of the file are left."""
@@ -216,10 +206,11 @@ class Judgement:
     def gather(self, size: int) -> float:
         """Put it in order; the spread of factors, 0 of stray points."""
         self.cloud.put_in_order(self.found, self.parts, self.count, size)
-        return spread_of(self._blocks, self.selection.values["extent"]) if self.selection.filter == LOOP else 0.0
 
-    def _blocks(self) -> Iterable[Floats]:
-        return (self.found.read(at, min(at + SPREAD_BLOCK, self.count)) for at in range(0, self.count, SPREAD_BLOCK))
+        def blocks() -> Iterable[Floats]:
+            return (self.found.read(at, min(at + SPREAD_BLOCK, self.count)) for at in range(0, self.count, SPREAD_BLOCK))
+
+        return spread_of(blocks, self.selection.values["extent"]) if self.selection.filter == LOOP else 0.0
 
     def select(self, spread: float, size: int) -> dict[str, Any]:
         """Write down what is left, and probabilities if there are any; what the filter reports."""
@@ -360,11 +351,13 @@ def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
     """Write what is left, as it was read, with the probabilities and the normals if there are any; how many points that are."""
     total = len(cloud.source)
     slices = [(first, min(first + size, total)) for first in range(0, total, size)]
-    columns = [
-        (name, column) for name, column in (("scalars", cloud.scalars), ("normals", cloud.normals)) if column.path.exists()
-    ]
+    names = cloud.source.names
+    found = (("scalars", cloud.scalars), ("normals", cloud.normals))
+    columns = [(names[name], column) for name, column in found if column.path.exists()]
     count = sum(int(np.count_nonzero(cloud.left(*rows))) for rows in slices)
-    marks = ((cloud.left(*rows), {name: column.read(*rows) for name, column in columns}) for rows in slices)
-    added: Added = tuple(name for name, _ in columns)
-    cloud.source.write(target, count, marks, size, added=added)
+    marks = (
+        (cloud.left(*rows), {n: v for own, c in columns for n, v in zip(own, np.atleast_2d(c.read(*rows).T), strict=True)})
+        for rows in slices
+    )
+    cloud.source.write(target, count, marks, size, added=tuple(name for own, _ in columns for name in own))
     return count

@@ -58,6 +58,19 @@ class Column:
         return np.array(whole[rows] if self.width == 1 else whole.reshape(-1, self.width)[rows])
 
 
+class Stored:
+    """A column of a cloud in cells, in the file of its name in their folder."""
+
+    def __init__(self, dtype: str, width: int = 1) -> None:
+        self._kind = dtype, width
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name.strip("_")
+
+    def __get__(self, stored: Any, owner: type) -> Column:
+        return Column(getattr(stored, "cells", stored).folder / self._name, *self._kind)
+
+
 @dataclass(frozen=True)
 class Part:
     """The values of the points of one tile, by ascending number."""
@@ -77,9 +90,10 @@ class Part:
         return Column(self.path.with_name(f"{self.path.name}.numbers"), "<i8")
 
     def write(self, numbers: NDArray[np.int64], values: NDArray[Any]) -> None:
-        """Write the values of points given by ascending number."""
-        self.values.create(len(values)).write(0, values)
-        self.numbers.create(len(numbers)).write(0, numbers)
+        """Write the values of points, which are put into the order of their numbers."""
+        order = np.argsort(numbers)
+        self.values.create(len(values)).write(0, values[order])
+        self.numbers.create(len(numbers)).write(0, numbers[order])
 
     def replace(self, rows: NDArray[Any], values: NDArray[Any]) -> None:
         """Write other values into some rows."""

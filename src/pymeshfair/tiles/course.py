@@ -35,7 +35,6 @@ from .moves import NORMALS, cost_of
 from .plan import LOOP, POINT_NORMALS, STRAYS, CloudStep, Move, Plan, plan_of
 from .ply_slices import PlySlices
 from .sources import CLOUD_FORMATS, E57Cloud, Source, file_cloud, open_cloud
-from .surface import Surface
 from .work_folder import work_folder, work_path
 from .workers import FullDiskError, Tasks, open_tasks
 
@@ -117,7 +116,8 @@ def _by_tiles(
         keep = (BaseException,) if tiling.resume else (LostSchedulerError,)
         work = opened.enter_context(work_folder(job.output, key, resume=tiling.resume, keep=keep))
         tasks.work = work
-        report = _Course(job, tiling, share, tasks, work.path, stage / "new" / job.output.name, on_event).run(plan)
+        course = _Course(job, tiling, share, tasks, work.path, stage / "new" / job.output.name, on_event)
+        report = course.do_cloud(plan.cloud) if plan.cloud else course.move(plan.moves)
     peaks = sorted(tasks.peaks.values())[-share.workers :]
     workers = {"workers": share.workers, "memory_limit": memory, "processor_seconds": round(tasks.seconds, 3)}
     return replace(
@@ -142,11 +142,8 @@ class _Course:
     on_event: Callable[[Event], None]
     steps: list[StepDone] = field(default_factory=list)
 
-    def run(self, plan: Plan) -> Report:
-        """Do the steps and write the result; the report."""
-        return self._do_cloud(plan.cloud) if plan.cloud else self._move(plan.moves)
-
-    def _do_cloud(self, plan: tuple[CloudStep, ...]) -> Report:
+    def do_cloud(self, plan: tuple[CloudStep, ...]) -> Report:
+        """Do the steps on a cloud and write the result; the report."""
         source, notes = open_cloud(self.job.input), tuple[str, ...]()
         if isinstance(source, E57Cloud):
             rewritten = self.folder / ("input.ply" if extension(self.job.output) == "ply" else "input.las")
@@ -185,7 +182,8 @@ class _Course:
             with self._step(passed, {}):
                 pass
 
-    def _move(self, plan: tuple[Move, ...]) -> Report:
+    def move(self, plan: tuple[Move, ...]) -> Report:
+        """Move the vertices of a mesh and write the result; the report."""
         mesh, folder = MeshFile(PlySlices(self.job.input)), self.folder
         for move in plan:
             values: dict[str, Any] = {}
@@ -193,7 +191,8 @@ class _Course:
                 progress, start = self._progress(move.step), 0.0
                 if move is plan[0]:
                     start, cutting = 0.4, part_of(progress, 0.0, 0.4)
-                    surface, known = self._cut(mesh, folder, plan, cutting)
+                    costs, most = [cost_of(move.filter, move.values) for move in plan], self.tiling.most
+                    surface, known = cut(mesh, folder, self.tasks, self.share.tile, costs=costs, most=most, progress=cutting)
                     tiles = surface.cells.tiles(known["points_per_tile"])
                     box = known["low"], known["high"]
                 moved, told = do_move(surface, move, tiles, self.tasks, part_of(progress, start, 1.0))
@@ -208,12 +207,6 @@ class _Course:
         told = {"tiles": len(tiles), "points_per_tile": known["points_per_tile"]}
         before, after = _measures(*counts, known["low"], known["high"]), _measures(*counts, *box)
         return self._report(before, after, {"stages": [told] * len(plan)})
-
-    def _cut(
-        self, mesh: MeshFile, folder: Path, plan: tuple[Move, ...], progress: Callable[[float], None]
-    ) -> tuple[Surface, dict[str, Any]]:
-        costs = [cost_of(move.filter, move.values) for move in plan]
-        return cut(mesh, folder, self.tasks, self.share.tile, costs=costs, most=self.tiling.most, progress=progress)
 
     def _report(self, before: dict[str, Any], after: dict[str, Any], tiles: dict[str, Any]) -> Report:
         sides = [b and a / b - 1.0 for b, a in zip(before["sides"], after["sides"], strict=True)]

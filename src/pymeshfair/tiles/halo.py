@@ -103,8 +103,7 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, plac
 
     known = np.concatenate(growing.known)
     cells = surface.cells
-    runs = np.split(known, np.flatnonzero(np.diff(known) != 1) + 1)
-    ranges = [(int(cells.starts[run[0]]), int(cells.starts[run[-1] + 1])) for run in runs]
+    ranges = cells.ranges_of(known)
     here = growing.rings <= max(rings, 1)
     numbers = np.concatenate([cells.numbers.read(*r) for r in ranges])[here]
     order = np.argsort(numbers)

@@ -6,6 +6,7 @@ Normal filtering goes round by round: after each all tiles see what the others h
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,6 @@ from numpy.typing import NDArray
 from ..errors import FilterInputError
 from ..files.errors import ContentsError
 from ..files.ply import CORNERS
-from ..files.ply_header import PlyProperty, header_bytes
-from ..files.writing import to_disk
 from ..filters.denoising import (
     RelaxedPart,
     distances_of_part,
@@ -31,7 +30,7 @@ from ..filters.mesh import NormalisedMesh, Whole, check_healthy, normalised_mesh
 from ..filters.topology import border_vertices, proper_faces
 from .cells import Cells, Ranges
 from .cloud import Cloud
-from .columns import Column, Part, in_order
+from .columns import Part, in_order
 from .division import Floats
 from .halo import tile_with_rings
 from .memory import slice_rows, surface_vertices
@@ -121,15 +120,6 @@ class Relaxation:
     whole: Whole  # the box of the vertices that faces use
     is_open: bool  # whether the mesh has borders
 
-    @property
-    def _across(self) -> Column:
-        """The places of vertices of the outline without their displacement along the surface."""
-        return Column(self.surface.cells.folder / "across", "<f8", 3)
-
-    @property
-    def _outline(self) -> Column:
-        return Column(self.surface.cells.folder / "outline", "u1")
-
     def step(self, first: int, last: int) -> tuple[tuple[float, int], tuple[float, int]]:
         """The steps on the vertices of some cells; of `RelaxedPart` the squares."""
         filtering = self.filtering
@@ -145,15 +135,15 @@ class Relaxation:
             is_open=self.is_open,
         )
         begin = self.surface.cells.slots_of(first, last)[0]
-        for column, values in ((self.surface.moved, part.moved), (self._across, part.across), (self._outline, part.outline)):
-            column.write(begin, tile.own_by_slot(values))
+        for name in ("moved", "across", "outline"):
+            getattr(self.surface, name).write(begin, tile.own_by_slot(getattr(part, name)))
         return part.squares
 
     def keep(self, share: float, first: int, last: int) -> tuple[Floats, Floats]:
         """Put the vertices where they are, the outline with that share of its way along; the corners of their box."""
         begin, end = self.surface.cells.slots_of(first, last)
-        moved, across = self.surface.moved.read(begin, end), self._across.read(begin, end)
-        outline = self._outline.read(begin, end) > 0
+        moved, across = self.surface.moved.read(begin, end), self.surface.across.read(begin, end)
+        outline = self.surface.outline.read(begin, end) > 0
         found = np.where(outline[:, None], across + share * (moved - across), moved)
         numbers = self.surface.cells.numbers.read(begin, end)
         check_healthy(self.surface.cells.points.read(begin, end), found, self.whole.diagonal, numbers.astype(np.int32))
@@ -163,7 +153,7 @@ class Relaxation:
     def do(self, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> list[tuple[Floats, Floats]]:
         """All of them, after which the mesh has other coordinates; the box of each tile after them."""
         count = self.surface.cells.count
-        for column in (self.surface.moved, self._across, self._outline, self.surface.next_state):
+        for column in (self.surface.moved, self.surface.across, self.surface.outline, self.surface.next_state):
             tasks.run(column.create, count)
         squares = tasks.map(self.step, tiles, progress)
         sums = [(math.fsum(one[k][0] for one in squares), sum(one[k][1] for one in squares)) for k in (0, 1)]
@@ -175,14 +165,12 @@ class Relaxation:
 
     def forget(self) -> None:
         """Remove the files that nothing needs any more."""
-        for column in (self._across, self._outline):
+        for column in (self.surface.across, self.surface.outline):
             column.path.unlink(missing_ok=True)
 
 
 #: vertices of the sample that settings are chosen on, and cells of each of its patches
 _SAMPLE, _PATCH = 60_000, 4
-#: bytes that are copied at a time
-_COPIED = 1 << 24
 
 
 @dataclass(frozen=True)
@@ -190,11 +178,6 @@ class MeshFile:
     """A binary PLY file of triangles."""
 
     file: PlySlices
-
-    @property
-    def corners(self) -> str:
-        """The name of the lists of corners."""
-        return next(p.name for p in self.file.tables["face"].element.properties if p.name in CORNERS)
 
     def check(self) -> None:
         """Refuse what is no mesh of triangles."""
@@ -208,39 +191,21 @@ class MeshFile:
 
     def faces(self, size: int) -> Iterator[NDArray[Any]]:
         """(m, 3) numbers of vertices, so many faces at a time."""
-        table, name = self.file.tables["face"], self.corners
-        for first in range(0, table.element.count, size):
-            yield table.read(first, min(first + size, table.element.count))[name].astype(np.int64)
+        table = self.file.tables["face"]
+        name = next(p.name for p in table.element.properties if p.name in CORNERS)
+        for rows in table.slices(size):
+            yield rows[name].astype(np.int64)
 
     def write(self, target: Path, parts: tuple[Part, ...], size: int) -> None:
         """Write the mesh with other coordinates, which are then numbers of double precision; all else as it was."""
-        header, table = self.file.header, self.file.vertices
-        order = header.byte_order
-        properties = tuple(PlyProperty(p.name, "double") if p.name in "xyz" else p for p in table.element.properties)
-        made = np.dtype([(p.name, f"{order}f8" if p.name in "xyz" else table.dtype[p.name]) for p in properties])
-        elements = [replace(e, properties=properties) if e.name == "vertex" else e for e in header.elements]
-        with target.open("wb") as file:
-            file.write(header_bytes(header, elements))
-            for element in header.elements:
-                if element.name != "vertex":
-                    self._copy(element.name, file)
-                    continue
-                for rows, places in zip(self.file.rows(size), in_order(parts, len(self.file), size), strict=True):
-                    new = np.empty(len(rows), made)
-                    for p in properties:
-                        new[p.name] = places[:, "xyz".index(p.name)] if p.name in "xyz" else rows[p.name]
-                    file.write(new.tobytes())
-            to_disk(file)
-
-    def _copy(self, name: str, file: Any) -> None:
-        table = self.file.tables[name]
-        with self.file.path.open("rb") as source:
-            source.seek(table.offset)
-            left = table.end - table.offset
-            while left:
-                data = source.read(min(left, _COPIED))
-                file.write(data)
-                left -= len(data)
+        properties = self.file.vertices.element.properties
+        other = tuple(replace(p, type="double") if p.name in "xyz" else p for p in properties)
+        elements = [replace(e, properties=other) if e.name == "vertex" else e for e in self.file.header.elements]
+        vertices = (
+            {p.name: places[:, "xyz".index(p.name)] if p.name in "xyz" else rows[p.name] for p in properties}
+            for rows, places in zip(self.file.vertices.slices(size), in_order(parts, len(self.file), size), strict=True)
+        )
+        self.file.rewrite(target, elements, vertices, size)
 
 
 @dataclass(frozen=True)
@@ -287,9 +252,7 @@ class MeshTiles:
         """Write down the final coordinates of some cells by number."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
-        numbers = cells.numbers.read(begin, end)
-        order = np.argsort(numbers)
-        self.part(first).write(numbers[order], cells.points.read(begin, end)[order])
+        self.part(first).write(cells.numbers.read(begin, end), cells.points.read(begin, end))
 
 
 def cut(
@@ -318,16 +281,12 @@ def cut(
     tasks.run(surface.slots.create, count)
     filled = tasks.map(surface.fill, list(zip(buckets, starts, strict=False)), part_of(progress, 0.2, 0.4))
     tasks.run(cells.index, filled, buckets)
-    faces = tasks.run(_sort_faces, surface, mesh, size)
+    faces = tasks.run(surface.sort_in, partial(mesh.faces, size))
     progress(0.7)
     tasks.map(surface.order_faces, [(bucket,) for bucket in range(len(buckets))], part_of(progress, 0.7, 1.0))
     tasks.run(surface.remove_unordered)
     known = {"points": count, "faces": faces, "low": low.tolist(), "high": high.tolist(), "points_per_tile": vertices}
     return surface, known
-
-
-def _sort_faces(surface: Surface, mesh: MeshFile, size: int) -> int:
-    return surface.sort_in(lambda: mesh.faces(size))
 
 
 def do_move(

@@ -63,24 +63,12 @@ class TilePoints:
         ordered[self.slots[self.index] - self.begin] = values
         return ordered
 
-    def by_number(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values by row of the tree in the order of the numbers."""
-        ordered = np.empty_like(values)
-        ordered[self.index] = values
-        return ordered
-
 
 def search_tile(cells: Cells, k: int, most: int, first: int, last: int, inside: Inside, around: Around) -> TilePoints:
-    """Find the k nearest points of every point in the cells from `first` to before `last`.
+    """Find the k nearest points of every point in the cells from `first` to before `last`; a tile has at most `most` points.
 
-    Args:
-        cells: the cloud.
-        k: neighbours.
-        most: points of a tile.
-        first: a cell.
-        last: another.
-        inside: called with what is found in the tile, in parallel for different rows; not if the tile has too few points.
-        around: called afterwards with the points that have, or may have, neighbours in other tiles, some at a time.
+    `inside` is called with what is found in the tile, in parallel for different rows; not if the tile has too few points.
+    `around` is called afterwards with the points that have, or may have, neighbours in other tiles, some at a time.
     """
     begin, end = cells.slots_of(first, last)
     numbers = cells.numbers.read(begin, end)
@@ -99,7 +87,7 @@ def search_tile(cells: Cells, k: int, most: int, first: int, last: int, inside: 
         nearest[rows], bounds[rows] = found, squared.max(axis=1)
         inside(rows, squared)
 
-    if few := count <= k:  # then the points of the tile are looked at like all others
+    if count <= k:  # then the points of the tile are looked at like all others
         first = last = 0
     else:
         in_parallel(search, leaf_ranges(tree, k), ignore_progress)
@@ -109,22 +97,18 @@ def search_tile(cells: Cells, k: int, most: int, first: int, last: int, inside: 
         rows = asking[at : at + max(int(_ASKING * most), _AT_ONCE)]
         asked = cells_within(places[tile.index[rows]], bounds[rows], cells.tree, first, last, k, most=_ASKED * most)
         rows = rows[: len(asked[0]) - 1]
-        theirs = _none(len(rows), k) if few else _own_nearest(tile, rows)
+        theirs = _own_nearest(tile, rows)
         _ask_around(tile, rows, asked, theirs, most)
         around(tile, rows, theirs)
         at += len(rows)
     return tile
 
 
-def _none(rows: int, k: int) -> Nearest:
-    return Nearest(np.full((rows, k), np.inf), np.full((rows, k), np.iinfo(np.int64).max), np.full((rows, k), -1))
-
-
 def _own_nearest(tile: TilePoints, asking: NDArray[np.intp]) -> Nearest:
-    """The neighbours in the tile of the points that ask, by squared distance, then by number."""
+    """The neighbours in the tile of the points that ask, by squared distance, then by number; none if it has too few points."""
     shape = len(asking), tile.nearest.shape[1]
-    nearest = Nearest(np.empty(shape), np.empty(shape, np.int64), np.empty(shape, np.int64))
-    for first in range(0, len(asking), _AT_ONCE):
+    nearest = Nearest(np.full(shape, np.inf), np.full(shape, np.iinfo(np.int64).max), np.full(shape, -1))
+    for first in range(0, len(asking) if len(tile) > shape[1] else 0, _AT_ONCE):
         rows = slice(first, first + _AT_ONCE)
         theirs = tile.index[tile.nearest[asking[rows]]]
         apart = tile.places[theirs] - tile.places[tile.index[asking[rows]]][:, None]
@@ -144,28 +128,17 @@ def _ask_around(
     cells = tile.cells
     places, names = tile.places[tile.index[asking]], tile.numbers[tile.index[asking]]
     largest = max(int(_AROUND * most), _LEAST_AROUND)
+    size = max(1, len(places) // 64)
+
+    def offer(rows: Longs, offered: tuple[Floats, Longs, Longs], start: int) -> None:
+        part, lists = slice(start, start + size), (asked[0][start : start + size + 1], asked[1])
+        offer_cells(places[part], names[part], nearest.of(part), lists, cells.tree, rows, offered)
+
     wanted = np.unique(asked[1]).astype(np.int64)
     sizes = np.cumsum(cells.starts[wanted + 1] - cells.starts[wanted])
     at = 0
     while at < len(wanted):
         stop = max(int(np.searchsorted(sizes, (sizes[at - 1] if at else 0) + largest, "right")), at + 1)
         there, numbers, slots, rows = cells.read(wanted[at:stop])
-        _offer(cells, places, names, nearest, asked, rows, (there, numbers, slots))
+        in_parallel(offer, [(rows, (there, numbers, slots), start) for start in range(0, len(places), size)], ignore_progress)
         at = stop
-
-
-def _offer(
-    cells: Cells,
-    places: Floats,
-    names: Longs,
-    nearest: Nearest,
-    asked: tuple[Longs, NDArray[np.int32]],
-    rows: Longs,
-    offered: tuple[Floats, Longs, Longs],
-) -> None:
-    def offer(start: int, stop: int) -> None:
-        part, lists = slice(start, stop), (asked[0][start : stop + 1], asked[1])
-        offer_cells(places[part], names[part], nearest.of(part), lists, cells.tree, rows, offered)
-
-    size = max(1, len(places) // 64)
-    in_parallel(offer, [(at, min(at + size, len(places))) for at in range(0, len(places), size)], ignore_progress)

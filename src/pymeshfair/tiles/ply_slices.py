@@ -1,6 +1,6 @@
 """Binary PLY files read by slices."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from ..files.errors import ContentsError
 from ..files.ply import CORNERS, PLACE
-from ..files.ply_header import KINDS, PlyElement, PlyHeader, read_header
+from ..files.ply_header import KINDS, PlyElement, PlyHeader, header_bytes, read_header
 from ..files.ply_tables import row_type
+from ..files.writing import to_disk
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,11 @@ class SlicedTable:
                         f"than {length}; by tiles, all faces must be triangles: read and save it whole with pymeshfair run"
                     )
         return rows
+
+    def slices(self, size: int) -> Iterator[NDArray[Any]]:
+        """Its rows, `size` at a time."""
+        for first in range(0, self.element.count, size):
+            yield self.read(first, min(first + size, self.element.count))
 
     @property
     def end(self) -> int:
@@ -106,10 +112,23 @@ class PlySlices:
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """(m, 3) coordinates of the vertices, `size` at a time."""
-        for rows in self.rows(size):
+        for rows in self.vertices.slices(size):
             yield np.stack([rows[axis].astype(np.float64) for axis in PLACE], axis=1)
 
-    def rows(self, size: int) -> Iterator[NDArray[Any]]:
-        """The rows of the vertices, `size` at a time."""
-        for first in range(0, len(self), size):
-            yield self.vertices.read(first, min(first + size, len(self)))
+    def rewrite(
+        self, target: Path, elements: Sequence[PlyElement], vertices: Iterable[Mapping[str, NDArray[Any]]], size: int
+    ) -> None:
+        """Write the file with other elements and other columns of vertices, a slice at a time; all else as it was."""
+        with target.open("wb") as file:
+            file.write(header_bytes(self.header, elements))
+            for element in elements:
+                if element.name != "vertex":
+                    file.writelines(rows.tobytes() for rows in self.tables[element.name].slices(size))
+                    continue
+                kind = row_type(element, self.header.byte_order, {})
+                for columns in vertices:
+                    new = np.empty(len(columns["x"]), kind)
+                    for name, values in columns.items():
+                        new[name] = values
+                    file.write(new.tobytes())
+            to_disk(file)

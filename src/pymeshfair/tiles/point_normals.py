@@ -16,7 +16,7 @@ from ..filters.denoising import normals_of, smoothed_directions
 from ..filters.libraries import sparse
 from ..filters.neighbours import Nearest
 from .cells import Cells
-from .columns import Column, Part, joined
+from .columns import Column, Part, Stored, joined
 from .division import Floats, Longs
 from .links import Links
 from .neighbours import TilePoints, search_tile
@@ -45,15 +45,8 @@ class NormalTiles:
         """The normals after so many times of smoothing, by slot."""
         return Column(self.cells.folder / f"directions-{iteration}", "<f8", 3)
 
-    @property
-    def _signs(self) -> Column:
-        """The side on which each normal is, as seen from the first of its part."""
-        return Column(self.cells.folder / "signs", "i1")
-
-    @property
-    def _parts(self) -> Column:
-        """The first slot of the linked points of the tile that a point is among."""
-        return Column(self.cells.folder / "parts", "<i8")
+    _signs = Stored("i1")  # the side on which each normal is, as seen from the first of its part
+    _parts = Stored("<i8")  # the first slot of the linked points of the tile that a point is among
 
     def _around(self, first: int) -> Path:
         return self.cells.folder / f"around-{first}.npz"
@@ -146,9 +139,7 @@ class NormalTiles:
         else:
             turned = (self._signs.read(begin, end) < 0) != np.isin(self._parts.read(begin, end), over)
         normals[turned] *= -1.0
-        numbers = self.cells.numbers.read(begin, end)
-        order = np.argsort(numbers)
-        self.part(first).write(numbers[order], normals[order])
+        self.part(first).write(self.cells.numbers.read(begin, end), normals)
 
 
 def _turned_alike(

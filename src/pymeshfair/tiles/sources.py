@@ -1,11 +1,11 @@
 """Point clouds in files, by slices: PLY, E57, LAS and LAZ (all dimensions, scales and offsets are kept)."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO, Protocol, TypeAlias
+from typing import Any, BinaryIO, ClassVar, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,29 +15,23 @@ from ..files.errors import ContentsError
 from ..files.formats import extension
 from ..files.las import NORMAL, chunks, header_of, las_unit, opened, write_las_pieces
 from ..files.ply import SCALAR
-from ..files.ply_header import PlyElement, PlyProperty, header_bytes
+from ..files.ply_header import PlyElement, PlyProperty
 from ..files.ply_write import write_ply
 from ..files.writing import to_disk
-from ..mesh_data import MeshData
 from .ply_slices import PlySlices
 
-#: the LAS dimension of the outlier probability
-_SCALAR = "outlier_probability"
 #: the header line with the number of points; of fixed width, so that the final number can overwrite it
 _COUNT = b"element vertex %020d\n"
 #: formats of clouds that tiles can read and write
 CLOUD_FORMATS = ("ply", "las", "laz")
-#: the new attributes of points, of "scalars" (the probability) and "normals"
-Added: TypeAlias = tuple[str, ...]
-#: for every slice of a cloud the points to keep (a mask), and by name what all its points get
+#: for every slice of a cloud the points to keep (a mask), and by its name in the file what all its points get
 Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], dict[str, NDArray[np.float64]]]]
-#: the names of these in files
-_PLY = {"scalars": (SCALAR,), "normals": ("nx", "ny", "nz")}
-_LAS = {"scalars": (_SCALAR,), "normals": NORMAL}
 
 
 class Source(Protocol):
     """A cloud in a file; reading raises `ContentsError` if the file is not as its header declares."""
+
+    names: ClassVar[Mapping[str, tuple[str, ...]]]  # of what points may get: "scalars", which are probabilities, and "normals"
 
     @property
     def row(self) -> int:
@@ -53,7 +47,7 @@ class Source(Protocol):
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """(m, 3) coordinates, `size` points at a time."""
 
-    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: Added) -> None:
+    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
         """Write `count` of the points to another file, unchanged but for what is added."""
 
 
@@ -62,6 +56,7 @@ class LasCloud:
     """The points of a LAS or LAZ file; see `pymeshfair.tiles.sources.Source`."""
 
     path: Path
+    names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": ("outlier_probability",), "normals": NORMAL}
 
     @property
     def row(self) -> int:
@@ -85,13 +80,13 @@ class LasCloud:
         for chunk in self._chunks(size):
             yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
 
-    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: Added) -> None:
+    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
         """See `Source`; what is added becomes dimensions of its own."""
         import laspy
 
         with opened(self.path) as reader:
             header, records = header_of(reader.header, reader.evlrs)
-        for name in (name for one in added for name in _LAS[one]):
+        for name in added:
             if name not in header.point_format.dimension_names:
                 header.add_extra_dim(laspy.ExtraBytesParams(name, "float64"))
         with target.open("wb") as file:
@@ -100,9 +95,8 @@ class LasCloud:
                     points = laspy.ScaleAwarePointRecord.zeros(int(kept.sum()), header=header)
                     for name in chunk.array.dtype.names:
                         points.array[name] = chunk.array[name][kept]
-                    for one, column in values.items():
-                        for name, numbers in zip(_LAS[one], np.atleast_2d(column[kept].T), strict=True):
-                            points[name] = numbers
+                    for name, numbers in values.items():
+                        points[name] = numbers[kept]
                     writer.write_points(points)
                 if records:
                     writer.write_evlrs(records)
@@ -113,6 +107,7 @@ class PlyCloud(PlySlices):
     """The vertices of a binary PLY file without faces."""
 
     unit = None
+    names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": (SCALAR,), "normals": ("nx", "ny", "nz")}
 
     @property
     def row(self) -> int:
@@ -125,26 +120,14 @@ class PlyCloud(PlySlices):
         if others:
             raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; by tiles outliers are found in clouds alone")
 
-    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: Added) -> None:
-        new_names = [name for one in added for name in _PLY[one]]
-        old = tuple(p for p in self.vertices.element.properties if p.name not in new_names)
-        more = tuple(PlyProperty(name, "double") for name in new_names)
-        element = PlyElement("vertex", count, (*old, *more))
-        with target.open("wb") as file:
-            file.write(header_bytes(self.header, (element,)))
-            names = [p.name for p in old]
-            order = self.vertices.dtype["x"].byteorder
-            wider = [(p.name, ">f8" if order == ">" else "<f8") for p in more]
-            row_type = np.dtype([*((n, self.vertices.dtype[n]) for n in names), *wider])
-            for rows, (kept, values) in zip(self.rows(size), marks, strict=True):
-                new = np.empty(int(kept.sum()), row_type)
-                for name in names:
-                    new[name] = rows[name][kept]
-                for one, column in values.items():
-                    for name, numbers in zip(_PLY[one], np.atleast_2d(column[kept].T), strict=True):
-                        new[name] = numbers
-                file.write(new.tobytes())
-            to_disk(file)
+    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
+        old = tuple(p for p in self.vertices.element.properties if p.name not in added)
+        element = PlyElement("vertex", count, (*old, *(PlyProperty(name, "double") for name in added)))
+        columns = (
+            {p.name: rows[p.name][kept] for p in old} | {name: numbers[kept] for name, numbers in values.items()}
+            for rows, (kept, values) in zip(self.vertices.slices(size), marks, strict=True)
+        )
+        self.rewrite(target, [element], columns, size)
 
 
 @dataclass(frozen=True)
@@ -157,14 +140,11 @@ class E57Cloud:
     @property
     def row(self) -> int:
         """Bytes of a point of that file, and of the output."""
-        attributes = self._first().vertex_attributes.values()
+        attributes = next(e57_pieces(self.path, 1000)).vertex_attributes.values()
         return 2 * (24 + sum(values.itemsize * math.prod(values.shape[1:]) for values in attributes))
 
     def __len__(self) -> int:
         return e57_survey(self.path)[0]
-
-    def _first(self) -> MeshData:
-        return next(e57_pieces(self.path, 1000))
 
     def rewrite(self, target: Path, size: int) -> tuple[str, ...]:
         """Write a .ply or .las file without compression, with what `run` gives the points, `size` at a time; notes about it."""

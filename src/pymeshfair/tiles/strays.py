@@ -22,7 +22,7 @@ from ..filters.outliers import (
     thicknesses,
 )
 from .cells import Cells
-from .columns import Column, Part, joined
+from .columns import Column, Part, Stored, joined
 from .division import Floats, Longs
 from .links import Links
 from .neighbours import TilePoints, search_tile
@@ -36,37 +36,16 @@ class StrayTiles:
     rule: StrayRule  # the test for stray points
     tile: int  # points of a tile
 
-    def _column(self, name: str, dtype: str = "<f8", width: int = 1) -> Column:
-        return Column(self.cells.folder / name, dtype, width)
-
-    @property
-    def spacings(self) -> Column:
-        """By slot, in the unit of trees."""
-        return self._column("spacings")
-
-    @property
-    def _thicknesses(self) -> Column:
-        return self._column("thicknesses")
-
-    @property
-    def _reaches(self) -> Column:
-        return self._column("reaches")
-
-    @property
-    def _lasts(self) -> Column:
-        return self._column("lasts", "<i8")
+    spacings, _thicknesses, _reaches = Stored("<f8"), Stored("<f8"), Stored("<f8")  # by slot, in the unit of trees
+    _lasts = Stored("<i8")
+    _parts = Stored("<i8")  # the lowest slot of the part of a point in its tile
 
     @property
     def _links(self) -> Column:
-        return self._column("links", "<i8", self.rule.neighbors)
-
-    @property
-    def _parts(self) -> Column:
-        """The lowest slot of the part of a point in its tile."""
-        return self._column("parts", "<i8")
+        return Column(self.cells.folder / "links", "<i8", self.rule.neighbors)
 
     def _chosen(self, joined: int) -> Column:
-        return self._column(f"chosen-{joined}", "u1")
+        return Column(self.cells.folder / f"chosen-{joined}", "u1")
 
     def _across(self, first: int) -> Path:
         return self.cells.folder / f"across-{first}.npz"
@@ -170,9 +149,7 @@ class StrayTiles:
             own=own + links.begin,
             others=others,
         )
-        numbers = self.cells.numbers.read(links.begin, links.end)
-        order = np.argsort(numbers)
-        self.part(first).write(numbers[order], stray[order])
+        self.part(first).write(links.of_own(self.cells.numbers), stray)
 
     def across(self, tiles: list[tuple[int, int]]) -> Longs:
         """The parts that are stray though they reach through several tiles, ascending."""

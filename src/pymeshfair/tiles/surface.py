@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import FilterInputError
 from .cells import Cells
-from .columns import Column
+from .columns import Column, Stored
 from .division import Bucket, Floats, Longs
 
 #: a face: the slots of its corners, and its number
@@ -26,25 +26,12 @@ class Surface:
     #: (b + 1,) the slot at which each bucket begins; the faces at its vertices are in a file of their own
     buckets: tuple[int, ...]
 
-    @property
-    def slots(self) -> Column:
-        """The slot of each vertex, by its number."""
-        return Column(self.cells.folder / "slots", "<i4")
-
-    @property
-    def moved(self) -> Column:
-        """New coordinates by slot."""
-        return Column(self.cells.folder / "moved", "<f8", 3)
-
-    @property
-    def state(self) -> Column:
-        """Normalised coordinates by slot, between the rounds of a filter."""
-        return Column(self.cells.folder / "state", "<f8", 3)
-
-    @property
-    def next_state(self) -> Column:
-        """Those after a round."""
-        return Column(self.cells.folder / "next", "<f8", 3)
+    slots = Stored("<i4")  # of each vertex, by its number
+    moved = Stored("<f8", 3)  # new coordinates by slot
+    state = Stored("<f8", 3)  # normalised coordinates by slot, between the rounds of a filter
+    next_state = Stored("<f8", 3)  # those after a round
+    across = Stored("<f8", 3)  # the places of vertices of the outline without their displacement along the surface
+    outline = Stored("u1")  # which those are
 
     def _raw(self, bucket: int) -> Path:
         return self.cells.folder / f"corners-{bucket}"
