@@ -38,41 +38,9 @@ Iterations: TypeAlias = Annotated[
 ]
 
 
-def detail_size_parameter(
-    unless: str, *, default: str = "6edge", of_band: str = "", of_edges: bool = False, automatic: bool = True
-) -> Percentage:
-    """The wavelength at which a low-pass filter halves the amplitude.
-
-    Args:
-        unless: the sentence on when it is not used.
-        default: as a length.
-        of_band: the sentence on responses that are no low pass.
-        of_edges: whether mean edges are those of polylines.
-        automatic: whether it may be chosen.
-    """
-    sentences = (
-        "Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.",
-        of_band,
-        "Larger is smoother.",
-        "Mean edges are those of the curves." if of_edges else "",
-        "'auto' takes the size whose slopes are expected to be nearest to the true ones." if automatic else "",
-        unless,
-    )
-    return Percentage(
-        default=default, of_edges=of_edges, automatic=-1 if automatic else None, help=" ".join(s for s in sentences if s)
-    )
-
-
-def largest_size_parameter(of: str) -> Percentage:
-    """The other end of a band that begins at the detail size; `of` says which band."""
-    sentences = f"The longest wave {of} Larger takes in larger parts. 'auto': four detail sizes."
-    return Percentage(automatic=0, default="auto", help=sentences)
-
-
-def time_step_parameter(meaning: str) -> Float:
-    """The expert's parameter of implicit steps, which replaces the detail size."""
-    sentences = f"{meaning} Larger is smoother; any value is stable. 0: not used, the detail size decides."
-    return Float(minimum=0, advanced=True, help=sentences)
+#: the wavelength at which a low-pass filter halves the amplitude, and the expert's parameter of implicit steps, which replaces it
+DETAIL_SIZE = Percentage(default="6edge", automatic=-1)
+TIME_STEP = Float(minimum=0, advanced=True)
 
 
 def no_amount(other: str) -> FilterInputError:
