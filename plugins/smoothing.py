@@ -1,7 +1,8 @@
 """Smoothing by diffusion: of vertices, explicit, implicit and Taubin's; of scalars and colours that stops at edges."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeAlias
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -304,29 +305,37 @@ def apply_coord_spike_removal(
     return Edit(vertices=vertices, values={"spikes": int(np.count_nonzero(spikes))})
 
 
-EdgeStopping: TypeAlias = Annotated[
-    EdgeStop,
-    Enum(
-        label="Range kernel",
-        choices=EDGE_STOPS,
-        help="How the flow between neighbours falls with their difference. 'lorentzian' and 'gaussian' are the paper's, "
-        "1 / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it, 'l2' does not.",
-    ),
-]
-ShareOfStep: TypeAlias = Annotated[
-    float,
-    Float(
-        label="Step",
-        minimum=0,
-        maximum=1,
-        help="The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger is "
-        "smoother per iteration.",
-    ),
-]
+@dataclass(frozen=True, kw_only=True)
+class Diffusion:
+    """Diffusion that stops at edges: the parameters that both filters have.
 
+    Attributes:
+        range_kernel: How the flow between neighbours falls with their difference. 'lorentzian' and 'gaussian' are the paper's,
+            1 / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it, 'l2' does not.
+        step: The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger is
+            smoother per iteration.
+    """
 
-#: the difference of neighbours that counts as an edge
-CONTRAST = Float(label="Range sigma (contrast)", minimum=0, automatic=0)
+    range_kernel: Annotated[EdgeStop, Enum(label="Range kernel", choices=EDGE_STOPS)] = "lorentzian"
+    range_sigma: Annotated[float, Float(label="Range sigma (contrast)", minimum=0, automatic=0)] = 0.0
+    step: Annotated[float, Float(label="Step", minimum=0, maximum=1)] = 1.0
+    iterations: Iterations = 10
+    selected: Selected = False
+
+    def of(self, values: Floats, layer: Layer, progress: Progress) -> Floats:
+        """The values of vertices, (n,) or (n, k), after it."""
+        if self.step == 0.0:
+            raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
+        return perona_malik(
+            values,
+            layer.faces,
+            edge_stop=self.range_kernel,
+            contrast=self.range_sigma or None,
+            step=self.step * longest_step(layer.faces),
+            iterations=self.iterations,
+            movable=movable_vertices(layer, self.selected),
+            progress=progress,
+        )
 
 
 @mesh_filter(
@@ -337,14 +346,7 @@ CONTRAST = Float(label="Range sigma (contrast)", minimum=0, automatic=0)
     references=("perona1990", "black1998"),
 )
 def apply_scalar_anisotropic_diffusion_per_vertex(
-    layer: Layer,
-    *,
-    range_kernel: EdgeStopping = "lorentzian",
-    range_sigma: Annotated[float, CONTRAST] = 0.0,
-    step: ShareOfStep = 1.0,
-    iterations: Iterations = 10,
-    selected: Selected = False,
-    progress: Progress = ignore_progress,
+    layer: Layer, *, diffusion: Diffusion, progress: Progress = ignore_progress
 ) -> Edit:
     """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move.
 
@@ -352,8 +354,7 @@ def apply_scalar_anisotropic_diffusion_per_vertex(
         range_sigma: Differences between neighbours above it are edges, and stay. Larger smooths stronger noise and blurs more
             edges. 'auto' takes it from the median difference.
     """
-    values = _diffused(layer, layer.vertex_scalars, range_kernel, range_sigma, step, iterations, selected, progress)
-    return Edit(vertex_scalars=values)
+    return Edit(vertex_scalars=diffusion.of(layer.vertex_scalars, layer, progress))
 
 
 @mesh_filter(
@@ -364,14 +365,7 @@ def apply_scalar_anisotropic_diffusion_per_vertex(
     references=("perona1990", "black1998"),
 )
 def apply_color_anisotropic_diffusion_per_vertex(
-    layer: Layer,
-    *,
-    range_kernel: EdgeStopping = "lorentzian",
-    range_sigma: Annotated[float, CONTRAST] = 0.0,
-    step: ShareOfStep = 1.0,
-    iterations: Iterations = 10,
-    selected: Selected = False,
-    progress: Progress = ignore_progress,
+    layer: Layer, *, diffusion: Diffusion, progress: Progress = ignore_progress
 ) -> Edit:
     """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays.
 
@@ -380,30 +374,5 @@ def apply_color_anisotropic_diffusion_per_vertex(
             smooths stronger noise and blurs more edges. 'auto' takes it from the median difference.
     """
     colors = np.array(layer.vertex_colors)
-    colors[:, :3] = _diffused(layer, colors[:, :3], range_kernel, range_sigma, step, iterations, selected, progress)
+    colors[:, :3] = diffusion.of(colors[:, :3], layer, progress)
     return Edit(vertex_colors=colors)
-
-
-def _diffused(
-    layer: Layer,
-    values: Floats,
-    range_kernel: EdgeStop,
-    range_sigma: float,
-    step: float,
-    iterations: int,
-    selected: bool,
-    progress: Progress,
-) -> Floats:
-    if step == 0.0:
-        raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
-
-    return perona_malik(
-        values,
-        layer.faces,
-        edge_stop=range_kernel,
-        contrast=range_sigma or None,
-        step=step * longest_step(layer.faces),
-        iterations=iterations,
-        movable=movable_vertices(layer, selected),
-        progress=progress,
-    )

@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeAlias, TypeGuard
 from ..errors import DeclarationError, ParameterError, UnknownNameError
 from .layer import Edit, Layer
 from .parameter import Parameter
-from .parameters import Enum
+from .parameters import Enum, Mesh
 from .values import nearest
 
 
@@ -178,6 +178,11 @@ class Filter:
         """Values by parameter name, in declared order; they are not checked."""
         return {p.name: values[p.name] for p in self.parameters if p.name in values}
 
+    def layers(self, values: Mapping[str, Any]) -> dict[str, int]:
+        """The ids of layers among the values, by parameter name."""
+        named = {p.name: values.get(p.name) for p in self.parameters if isinstance(p, Mesh)}
+        return {name: value for name, value in named.items() if isinstance(value, int)}
+
     @property
     def defaults(self) -> dict[str, Any]:
         """The default of every parameter by name; None where MeshLab computes it for the mesh."""
@@ -266,7 +271,8 @@ def _described(
         hint = hints.get(argument.name)
         if is_group(hint):
             fields = inspect.signature(hint).parameters.values()
-            yield from _described(fields, typing.get_type_hints(hint, include_extras=True), _documented(hint)[1], where)
+            of_group = {**_documented(hint)[1], **helps}
+            yield from _described(fields, typing.get_type_hints(hint, include_extras=True), of_group, where)
             continue
         described = [x for x in getattr(hint, "__metadata__", ()) if isinstance(x, Parameter)]
         if len(described) != 1:
