@@ -6,12 +6,11 @@ from typing import Annotated, Any
 from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Int, Layer, MeshElement, Percentage, mesh_filter
 from pymeshfair.filters.choosing import Projection, chosen_projection
 from pymeshfair.filters.denoising import JonesBorder, bilateral_fleishman, bilateral_jones, bilateral_projection
-from pymeshfair.filters.evidence import Trial
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import BorderPolicy
 
-from .moving_vertices import MOVES_VERTICES, NOTHING_TO_REMOVE, Selected, movable_vertices
+from .moving_vertices import MOVES_VERTICES, NOTHING_TO_REMOVE, Selected, movable_vertices, reported
 
 ITERATIONS = Int(minimum=0, maximum=10_000, help="How many steps are taken. More are smoother, slower, and shrink more.")
 
@@ -164,7 +163,7 @@ def apply_coord_bilateral_projection_of_points(
             layer.vertices, normals=normals, **arguments, movable=movable, progress=part_of(progress, 0.0, 0.8)
         )
         chosen = Projection() if choice is None else choice.chosen.label
-        values = {"chosen": chosen._asdict(), "tried": [] if choice is None else [_reported(trial) for trial in choice.trials]}
+        values = {"chosen": chosen._asdict(), "tried": reported(choice, Projection._asdict)}
         if chosen.iterations == 0:
             progress(1.0)
             return Edit(vertices=layer.vertices, values=values, notes=(NOTHING_TO_REMOVE,))
@@ -181,7 +180,3 @@ def apply_coord_bilateral_projection_of_points(
         progress=progress,
     )
     return Edit(vertices=points, values=values)
-
-
-def _reported(trial: Trial[Projection]) -> dict[str, float]:
-    return {**trial.label._asdict(), "error": trial.error, "excess": trial.excess, "uncertainty": trial.uncertainty}

@@ -37,7 +37,7 @@ from pymeshfair.filters.inspection import folded_faces, triangle_shapes
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import BorderPolicy, referenced_vertices
 
-from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
+from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices, reported
 
 #: the ways to choose parameters without a value
 Chooser: TypeAlias = Literal["held_out", "fixed"]
@@ -286,12 +286,7 @@ def _parameters(setting: Setting) -> dict[str, Any]:
 def _findings(made: AutomaticChoice) -> dict[str, Any]:
     """The kind of mesh and noise that was found, and the numbers behind it."""
     findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
-    if made.evidence is not None:
-        findings["tried"] = [
-            {**asdict(trial.label), **{name: value for name, value in vars(trial).items() if name != "label"}}
-            for trial in made.evidence.trials
-        ]
-    return findings
+    return findings if made.evidence is None else {**findings, "tried": reported(made.evidence, asdict)}
 
 
 def _comparison(layer: Layer, made: AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:
@@ -299,21 +294,10 @@ def _comparison(layer: Layer, made: AutomaticChoice, movable: Bools | None, prog
     if made.kind != "noisy":
         return []
     comparison = compare_smoothers(layer.vertices, layer.faces, setting=made.setting, movable=movable, progress=progress)
-    return (
-        []
-        if comparison is None
-        else [
-            {
-                "smoother": trial.label.smoother or "nothing",
-                "amount": trial.label.amount,
-                "error": trial.error,
-                "excess": trial.excess,
-                "uncertainty": trial.uncertainty,
-                "chosen": trial == comparison.chosen,
-            }
-            for trial in comparison.trials
-        ]
-    )
+    if comparison is None:
+        return []
+    rows = reported(comparison, lambda way: {"smoother": way.smoother or "nothing", "amount": way.amount})
+    return [{**row, "chosen": trial == comparison.chosen} for row, trial in zip(rows, comparison.trials, strict=True)]
 
 
 def _warnings(layer: Layer, before: int, after: int) -> tuple[str, ...]:

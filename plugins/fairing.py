@@ -42,6 +42,7 @@ from .moving_vertices import (
     MOVES_VERTICES,
     Border,
     Selected,
+    additions,
     displacement,
     irregular_note,
     movable_vertices,
@@ -303,8 +304,7 @@ def apply_coord_region_fairing(
 def _remade(layer: Layer, chosen: Bools, energy: Energy, rounds: int, progress: Progress) -> Edit:
     """The selected vertices and their triangles replaced by a filling."""
     region, filling = remesh_region(layer.vertices, layer.faces, chosen, energy=energy, rounds=rounds, progress=progress)
-    n, m = len(layer.vertices), len(layer.faces)
-    a, b = len(filling.new_vertices), len(filling.new_faces)
+    new_vertices, new_faces = len(filling.new_vertices), len(filling.new_faces)
     lower = sum(used != energy for used in filling.energies)
     notes = []
     if stayed := int((chosen & ~region).sum()):
@@ -314,16 +314,13 @@ def _remade(layer: Layer, chosen: Bools, energy: Energy, rounds: int, progress: 
     if lower:
         notes.append(f"{lower} of {len(filling.closed)} parts were placed with a lower energy than {energy!r}.")
     return Edit(
-        added_vertices=filling.new_vertices,
-        added_faces=filling.new_faces,
-        delete_vertices=np.concatenate([region, np.zeros(a, dtype=np.bool_)]),
-        vertex_selection=np.arange(n + a) >= n,
-        face_selection=np.arange(m + b) >= m,
+        **additions(layer, filling.new_vertices, filling.new_faces),
+        delete_vertices=np.concatenate([region, np.zeros(new_vertices, dtype=np.bool_)]),
         values={
             "deleted_vertices": int(region.sum()),
             "deleted_faces": int(region[layer.faces].any(axis=1).sum()),
-            "new_vertices": a,
-            "new_faces": b,
+            "new_vertices": new_vertices,
+            "new_faces": new_faces,
             "parts": len(filling.closed),
         },
         notes=tuple(notes),
@@ -357,19 +354,15 @@ def meshing_bridge_rims_by_fairing(
     """
     among = layer.selected_vertices() if selected else None
     blend = blend_parts(layer.vertices, layer.faces, energy=energy, among=among, progress=progress)
-    new_vertices, new_faces = len(blend.vertices), len(blend.faces)
     doubt = (
         "The two rims do not face each other clearly enough to tell whether both parts are the right way out; if the neck is "
         "twisted, turn the faces of one part over (invert faces orientation) and join them again."
     )
     return Edit(
-        added_vertices=blend.vertices,
-        added_faces=blend.faces,
-        vertex_selection=np.arange(len(layer.vertices) + new_vertices) >= len(layer.vertices),
-        face_selection=np.arange(len(layer.faces) + new_faces) >= len(layer.faces),
+        **additions(layer, blend.vertices, blend.faces),
         values={
-            "new_vertices": new_vertices,
-            "new_faces": new_faces,
+            "new_vertices": len(blend.vertices),
+            "new_faces": len(blend.faces),
             "first_rim_edges": len(blend.rims[0]),
             "second_rim_edges": len(blend.rims[1]),
         },

@@ -10,6 +10,8 @@ from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.holes import HoleEnergy, HoleFilling, OpenRim, close_holes
 from pymeshfair.filters.topology import non_manifold_edges
 
+from .moving_vertices import additions
+
 Mark: TypeAlias = Literal["none", "scalar", "color"]
 Islands: TypeAlias = Literal["join", "leave"]
 
@@ -91,14 +93,10 @@ def meshing_close_holes_by_fairing(
         selected=_touched(layer) if selected else None,
         progress=progress,
     )
-    n, m = len(layer.vertices), len(layer.faces)
-    new_faces = np.arange(m + len(filling.new_faces)) >= m
+    added = additions(layer, filling.new_vertices, filling.new_faces)
     return Edit(
-        added_vertices=filling.new_vertices,
-        added_faces=filling.new_faces,
-        vertex_selection=np.arange(n + len(filling.new_vertices)) >= n,
-        face_selection=new_faces,
-        **_marks(layer, filling, new_faces, mark),
+        **added,
+        **_marks(layer, filling, added["face_selection"], mark),
         values=_values(filling, energy),
         notes=_closed(layer, filling) + _lowered(filling, energy) + (_notes(layer, filling) or _no_hole(layer, filling)),
     )
