@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Edit, Floats, Ints, Layer
 from ..errors import MeshError
-from ..mesh_data.mesh_data import diagonal_of, mean_edge_of, selected_vertices_of
+from ..mesh_data.mesh_data import Has, diagonal_of, mean_edge_of, selected_vertices_of
 from .arrays import EDITABLE, empty_array, read_array
 from .workbench import Workbench
 
@@ -27,16 +27,6 @@ class _Array(Generic[_T]):
         return cast("_T", layer._array(self._name))
 
 
-class _Has:
-    """Whether a layer has an array: ``has_vertex_scalars`` for ``vertex_scalars``."""
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name.removeprefix("has_")
-
-    def __get__(self, layer: MeshLayer, owner: type) -> bool:
-        return layer._has(self._name)
-
-
 class MeshLayer:
     """A pymeshlab mesh as the `Layer` that a filter reads, with edits that MeshLab has not been told yet.
 
@@ -48,7 +38,7 @@ class MeshLayer:
     vertex_selection, face_selection = _Array[Bools](), _Array[Bools]()
     vertex_scalars, face_scalars = _Array[Floats](), _Array[Floats]()
     vertex_colors, face_colors = _Array[Floats](), _Array[Floats]()
-    has_vertex_scalars, has_vertex_colors, has_face_scalars, has_face_colors = _Has(), _Has(), _Has(), _Has()
+    has_vertex_scalars, has_vertex_colors, has_face_scalars, has_face_colors = Has(), Has(), Has(), Has()
 
     def __init__(
         self,
@@ -125,7 +115,8 @@ class MeshLayer:
     def has_wedge_tex_coords(self) -> bool:
         return self._mesh is not None and bool(self._mesh.has_wedge_tex_coord())
 
-    def _has(self, name: str) -> bool:
+    def has(self, name: str) -> bool:
+        """Whether the mesh or the edits have an array, such as ``"vertex_scalars"``."""
         if getattr(self._edit, name) is not None:
             return True
         return self._mesh is not None and bool(getattr(self._mesh, f"has_{name[:-1]}")())
