@@ -16,12 +16,11 @@ import pymeshlab
 from numpy.typing import NDArray
 
 from .declaration import Filter, FilterClass
-from .declaration import Mesh as MeshParameter
 from .files.errors import ContentsError
 from .files.reading import Reading
 from .filters.topology import proper_faces
 from .mesh_data import MeshData, Source, Texture, as_levels
-from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, diagonal_of, mean_edge_of
+from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
 from .meshlab.base import BASE
 from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from .meshlab.unrepeatable import LEAVES_STATE
@@ -176,8 +175,7 @@ class Door:
     def _measured(self) -> Any:
         """The current layer, as far as lengths are measured on it."""
         mesh = BASE.current_mesh(self._meshset)
-        arrays = [np.ascontiguousarray(a) for a in (mesh.vertex_matrix(), mesh.face_matrix(), mesh.edge_matrix())]
-        return _Measured(*arrays)
+        return MeshData(vertices=mesh.vertex_matrix(), faces=mesh.face_matrix(), edges=mesh.edge_matrix())
 
     # ---------------------------------------------------------------------------------------------------------------- out
 
@@ -285,23 +283,9 @@ class Door:
         return [name for name in names if not name.startswith("pymeshfair_")]
 
 
-class _Measured:
-    """The sizes that lengths are relative to."""
-
-    def __init__(self, vertices: Any, faces: Any, edges: Any) -> None:
-        self._arrays = vertices, faces, edges
-        self.diagonal = diagonal_of(vertices)
-
-    @property
-    def mean_edge(self) -> float:
-        """The mean edge length."""
-        return mean_edge_of(*self._arrays)
-
-
 def _with_ids(declared: Filter, values: Mapping[str, Any], ids: Mapping[int, int]) -> dict[str, Any]:
     """The values with the ids of layers changed; one that is not there stays, for MeshLab to refuse it."""
-    named = {p.name for p in declared.parameters if isinstance(p, MeshParameter)}
-    return {n: ids.get(value, value) if n in named and isinstance(value, int) else value for n, value in values.items()}
+    return {**values, **{name: ids.get(number, number) for name, number in declared.layers(values).items()}}
 
 
 def _words(values: Mapping[str, Any]) -> set[str]:
