@@ -17,18 +17,14 @@ from ..declaration import Floats
 from ..errors import MeshError
 from ..meshlab.base import BASE
 from .arrays import read_array
-from .refill import refill_faces, refill_vertices
+from .refill import PREFIX, SPARE, refill_faces, refill_vertices
 from .workbench import Workbench
 
 Element: TypeAlias = Literal["vertex", "face"]
 ELEMENTS: tuple[Element, Element] = ("vertex", "face")
 
-#: Every helper attribute's name begins with this.
-PREFIX = "pymeshfair_helper_"
 #: Most helper attributes for the vertices of a layer, and for its faces. A full edit needs nine, overwriting needs three more.
 MOST = 12
-#: The number of them that hold normals while others are overwritten.
-SPARE = 3
 
 _SAVED_AS: dict[Element, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 _POINTS_SAVED_AS: dict[Element, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
@@ -56,12 +52,12 @@ def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Flo
         for name, values in zip(fresh, arrays, strict=True):
             add(np.ascontiguousarray(values, dtype=np.float64), name)
         return fresh
-    filled = _names(SPARE, SPARE + len(arrays))
+    filled = _names(len(SPARE), len(SPARE) + len(arrays))
     if element == "face":
-        refill_faces(bench, mesh, spare_names(), filled, arrays)
+        refill_faces(bench, mesh, filled, arrays)
         return filled
     normals = read_array(mesh, "face_normals")
-    refill_vertices(bench, mesh, spare_names(), filled, arrays)
+    refill_vertices(bench, mesh, filled, arrays)
     if not np.array_equal(read_array(mesh, "face_normals"), normals):
         x, y, z = bring_in(bench, mesh, "face", list(normals.T))
         bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
@@ -71,11 +67,6 @@ def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Flo
 def has_room(bench: Workbench, element: Element, count: int) -> bool:
     """Whether the current layer may get that many more helper attributes."""
     return len(helper_names(bench, element)) + count <= MOST
-
-
-def spare_names() -> list[str]:
-    """The helper attributes that hold normals while others are overwritten."""
-    return _names(0, SPARE)
 
 
 def _names(start: int, stop: int) -> list[str]:

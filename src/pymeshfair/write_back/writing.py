@@ -20,7 +20,7 @@ from ..mesh_data import MeshData, Texture, adds, as_levels
 from ..mesh_data.apply_edit import faces_that_give, with_additions
 from ..meshlab.base import BASE
 from .arrays import EDITABLE, read_array
-from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room, spare_names
+from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room
 from .growth import check_growable, grow, shrink
 from .refill import move_points
 from .workbench import Workbench
@@ -329,7 +329,7 @@ def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
         if bench.move_to(mesh, vertices):
             return
     elif not has_room(bench, "vertex", 6):
-        move_points(bench, mesh, spare_names(), vertices)
+        move_points(bench, mesh, vertices)
     else:
         normals = read_array(mesh, "vertex_normals")
         x, y, z = bring_in(bench, mesh, "vertex", list(vertices.T))
