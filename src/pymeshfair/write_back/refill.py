@@ -46,7 +46,7 @@ def refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Sequ
     """Set the face attributes `names` of the current layer to the arrays.
 
     A face finds its number at one of its corners: in every round each vertex carries the index and two numbers of one of its
-    faces, until all have been served, after three rounds or so. Those of `SPARE`, of vertices and of faces, are used up on the way.
+    faces, until all have been served, after three rounds or so. Those of `SPARE` are used up on the way, of vertices and faces.
     """
     faces = read_array(mesh, "faces")
     targets = [*zip(names, arrays, strict=False)]
