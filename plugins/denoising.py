@@ -178,7 +178,10 @@ def apply_coord_normal_filtering(
     if set_values or choice == "fixed":
         choosing = part_of(progress, 0.0, CHOOSING)
         effective, findings = _completed(layer, set_values, choice, choosing, border=border, movable=movable)
-        vertices = _filtered(layer, effective, border, movable, part_of(progress, CHOOSING if findings else 0.0, 1.0))
+        how: dict[str, Any] = {name: effective[name] for name in BEFORE}
+        how["filtering"] = {name: value for name, value in effective.items() if name not in BEFORE}
+        rest = part_of(progress, CHOOSING if findings else 0.0, 1.0)
+        vertices = denoised(layer.vertices, layer.faces, **how, border=border, movable=movable, progress=rest)
     else:
         share = part_of(progress, 0.0, CHOOSING if compare else 1.0)
         vertices, made = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=share)
@@ -244,13 +247,6 @@ def _given(**values: Any) -> dict[str, Any]:
     """The parameters that are not automatic."""
     automatic = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
     return {name: value for name, value in values.items() if value not in (automatic.get(name, 0), "auto")}
-
-
-def _filtered(layer: Layer, effective: dict[str, Any], border: BorderPolicy, movable: Bools | None, progress: Progress) -> Floats:
-    """The vertices after the steps of Taubin's and the normal filtering that the parameters say."""
-    before = {name: effective[name] for name in BEFORE}
-    filtering = {name: value for name, value in effective.items() if name not in before}
-    return denoised(layer.vertices, layer.faces, **before, filtering=filtering, border=border, movable=movable, progress=progress)
 
 
 def _completed(

@@ -36,9 +36,10 @@ def _counted(selected: Bools, kind: str) -> tuple[str, ...]:
     return (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
 
 
-def _selection(selected: Bools, notes: tuple[str, ...]) -> Edit:
+def _selection(selected: Bools, notes: tuple[str, ...], scalars: Floats | None = None, **more: float) -> Edit:
     """The selection, and how many vertices are in it."""
-    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
+    values = {"selected_vertices": int(np.count_nonzero(selected)), **more}
+    return Edit(vertex_selection=selected, vertex_scalars=scalars, values=values, notes=notes)
 
 
 @mesh_filter(
@@ -73,16 +74,9 @@ def compute_selection_by_outlier_probability_per_vertex(
     """
     probabilities = local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
     selected = probabilities > threshold
-    return Edit(
-        vertex_scalars=probabilities,
-        vertex_selection=selected,
-        values={
-            "selected_vertices": int(np.count_nonzero(selected)),
-            "largest_probability": float(probabilities.max()),
-            "mean_probability": float(probabilities.mean()),
-        },
-        notes=_counted(selected, f"outliers of their neighbourhood by a probability above {threshold:g}"),
-    )
+    notes = _counted(selected, f"outliers of their neighbourhood by a probability above {threshold:g}")
+    largest, mean = float(probabilities.max()), float(probabilities.mean())
+    return _selection(selected, notes, probabilities, largest_probability=largest, mean_probability=mean)
 
 
 @mesh_filter(
