@@ -16,7 +16,7 @@ from .continuation import (
     find_donors,
     read_pixels,
 )
-from .mesh_data import MeshData, Texture
+from .mesh_data import MeshData, Texture, numbered
 
 _WIDTHS = {"vertices": 3, "added_vertices": 3, "vertex_normals": 3, "face_normals": 3, "vertex_colors": 4, "face_colors": 4}
 _FLAGS = ("vertex_selection", "face_selection", "delete_vertices", "delete_faces")
@@ -119,11 +119,9 @@ def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
     vertex: dict[str, Any] = {}
     face: dict[str, Any] = {}
     for element, attributes in (("vertex", vertex), ("face", face)):
-        for name in ("selection", "scalars", "normals"):
+        for name in ("selection", "scalars", "normals", "colors"):
             if (values := getattr(edit, f"{element}_{name}")) is not None:
-                attributes[name] = values
-        if (colors := getattr(edit, f"{element}_colors")) is not None:
-            attributes["colors"] = as_levels(colors)
+                attributes[name] = as_levels(values) if name == "colors" else values
     if vertex or face:
         mesh = mesh.with_attributes(vertex, face)
     return _with_deletions(mesh, edit)
@@ -209,8 +207,8 @@ def with_additions(mesh: MeshData, edit: Edit, may_give: Bools) -> MeshData:
         faces=np.concatenate([mesh.faces, added_faces]),
         vertex_attributes=vertex,
         face_attributes=face,
-        vertex_ids=_with_new(mesh.vertex_ids, len(mesh.vertices), len(added_vertices)),
-        face_ids=_with_new(mesh.face_ids, len(mesh.faces), len(added_faces)),
+        vertex_ids=np.append(numbered(mesh.vertex_ids, len(mesh.vertices)), np.full(len(added_vertices), -1)),
+        face_ids=np.append(numbered(mesh.face_ids, len(mesh.faces)), np.full(len(added_faces), -1)),
     )
 
 
@@ -222,10 +220,6 @@ def _pixels(textures: tuple[Texture, ...], numbers: Any, donors: NDArray[np.intp
 
 def _extended(values: NDArray[Any], count: int) -> NDArray[Any]:
     return np.concatenate([values, np.zeros((count, *values.shape[1:]), values.dtype)])
-
-
-def _with_new(ids: NDArray[np.int64] | None, count: int, added: int) -> NDArray[np.int64]:
-    return np.concatenate([np.arange(count) if ids is None else ids, np.full(added, -1)])
 
 
 def _with_deletions(mesh: MeshData, edit: Edit) -> MeshData:

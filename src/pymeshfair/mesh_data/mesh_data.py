@@ -130,9 +130,9 @@ class MeshData:
             edges=number[self.edges[kept_edges]],
             vertex_attributes={name: values[vertices] for name, values in self.vertex_attributes.items()},
             face_attributes={name: values[kept_faces] for name, values in self.face_attributes.items()},
-            vertex_ids=_ids(self.vertex_ids, len(self.vertices))[vertices],
-            face_ids=_ids(self.face_ids, len(self.faces))[kept_faces],
-            edge_ids=_ids(self.edge_ids, len(self.edges))[kept_edges],
+            vertex_ids=numbered(self.vertex_ids, len(self.vertices))[vertices],
+            face_ids=numbered(self.face_ids, len(self.faces))[kept_faces],
+            edge_ids=numbered(self.edge_ids, len(self.edges))[kept_edges],
         )
 
     def without_matrix(self) -> MeshData:
@@ -270,7 +270,8 @@ def selected_vertices_of(label: str, faces: Ints, vertices: Bools, selected_face
     )
 
 
-def _ids(ids: NDArray[np.int64] | None, count: int) -> NDArray[np.int64]:
+def numbered(ids: NDArray[np.int64] | None, count: int) -> NDArray[np.int64]:
+    """The elements of the source that so many elements are, also where they are all there in their order."""
     return np.arange(count) if ids is None else ids
 
 

@@ -98,7 +98,7 @@ def _on_a_line(bench: Workbench, mesh: Any) -> Iterator[_Line]:
     """The vertices of the current layer on a line for as long as the context lasts, however it ends."""
     line = _Line(bench, mesh)
     try:
-        line.lay_out()
+        bench.apply("compute_coord_by_function", x="vi", y="0", z="0")
         yield line
     finally:
         if np.array_equal(read_array(mesh, "vertices"), line.places[:-1]):
@@ -129,10 +129,6 @@ class _Line:
         # One place more than vertices: MeshLab's search would not end in the empty box around a single point.
         self.places = np.zeros((self.length + 1, 3))
         self.places[:, 0] = np.arange(self.length + 1)
-
-    def lay_out(self) -> None:
-        """Put vertex i at (i, 0, 0)."""
-        self._bench.apply("compute_coord_by_function", x="vi", y="0", z="0")
 
     def send(self, columns: Floats) -> None:
         """Set the normals of the vertices to these three numbers each."""

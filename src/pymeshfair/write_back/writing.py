@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Edit, Floats, Ints, NewLayer
 from ..errors import MeshError
-from ..mesh_data import MeshData, Texture, adds, as_levels
+from ..mesh_data import MeshData, Texture, adds
 from ..mesh_data.apply_edit import faces_that_give, with_additions
 from ..meshlab.base import BASE
-from .arrays import EDITABLE, read_array
+from .arrays import EDITABLE, attributes_of, read_array
 from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room
 from .growth import check_growable, grow, shrink
 from .refill import move_points
@@ -67,7 +67,8 @@ class _Before:
 
     def __init__(self, mesh: Any) -> None:
         self._faces = read_array(mesh, "faces")
-        self._values = {name: read_array(mesh, name) for name in EDITABLE if _has(mesh, name)}
+        lacking = [name for name in ("face_scalars", "face_colors") if not getattr(mesh, f"has_{name[:-1]}")()]
+        self._values = {name: read_array(mesh, name) for name in EDITABLE if name not in lacking}
         self._uv = mesh.vertex_tex_coord_matrix() if mesh.has_vertex_tex_coord() else None
         self._wedges = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
 
@@ -99,10 +100,6 @@ class _Before:
                 except _FAILURES:
                     lost.append(name.replace("_", " "))
         return lost
-
-
-def _has(mesh: Any, name: str) -> bool:
-    return name not in ("face_scalars", "face_colors") or bool(getattr(mesh, f"has_{name[:-1]}")())
 
 
 def _same(mesh: Any, name: str, wanted: Any) -> bool:
@@ -228,13 +225,7 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
 def _as_data(mesh: Any) -> MeshData:
     """What is continued into added elements."""
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
-    of: dict[str, dict[str, NDArray[Any]]] = {element: {} for element in ELEMENTS}
-    for element, attributes in of.items():
-        attributes["selection"] = read_array(mesh, f"{element}_selection")
-        if getattr(mesh, f"has_{element}_scalar")():
-            attributes["scalars"] = read_array(mesh, f"{element}_scalars")
-        if getattr(mesh, f"has_{element}_color")():
-            attributes["colors"] = as_levels(read_array(mesh, f"{element}_colors"))
+    of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
     textures: tuple[Texture, ...] = ()
     if mesh.has_wedge_tex_coord():
         of["face"]["wedge_texture_coordinates"] = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
