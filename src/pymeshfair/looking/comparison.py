@@ -214,21 +214,16 @@ def _moved(before: Floats, after: Floats, length: Callable[[float], LengthIn]) -
 def _deviation(found: SurfaceDistance, tolerance: float | None, length: Callable[[float], LengthIn]) -> Deviation:
     told: DistanceStatistics = found.statistics(tolerance)
     x, y, z = found.furthest.tolist()
+    lengths = ("mean", "mean_size", "rms", "standard_deviation", "mean_error", "mean_size_error", "rms_error")
     return Deviation(
         samples=told.samples,
-        mean=length(told.mean),
-        mean_size=length(told.mean_size),
-        rms=length(told.rms),
-        standard_deviation=length(told.standard_deviation),
         percentiles={percent: length(value) for percent, value in told.percentiles.items()},
         largest=length(found.largest),
         place=(x, y, z),
         at_most=length(found.at_most),
         within=told.within,
-        mean_error=length(told.mean_error),
-        mean_size_error=length(told.mean_size_error),
-        rms_error=length(told.rms_error),
         within_error=told.within_error,
+        **{name: length(getattr(told, name)) for name in lengths},
     )
 
 

@@ -139,18 +139,9 @@ class MeshData:
         """The mesh with its matrix applied to its coordinates and normals."""
         if self.matrix is None:
             return self
-        turn = self.matrix[:3, :3]
-        attributes = dict(self.vertex_attributes)
-        if "normals" in attributes:
-            attributes["normals"] = attributes["normals"] @ np.linalg.inv(turn)
-        face_attributes = {name: value for name, value in self.face_attributes.items() if name != "normals"}
-        return replace(
-            self,
-            vertices=self.vertices @ turn.T + self.matrix[:3, 3],
-            vertex_attributes=attributes,
-            face_attributes=face_attributes,
-            matrix=None,
-        )
+        turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
+        turned = self.with_attributes({"normals": None if normals is None else normals @ np.linalg.inv(turn)}, {"normals": None})
+        return replace(turned, vertices=self.vertices @ turn.T + self.matrix[:3, 3], matrix=None)
 
     # ------------------------------------------------------------------------------------------------------ as a `Layer`
 
