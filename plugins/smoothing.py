@@ -322,20 +322,21 @@ class Diffusion:
     iterations: Iterations = 10
     selected: Selected = False
 
-    def of(self, values: Floats, layer: Layer, progress: Progress) -> Floats:
-        """The values of vertices, (n,) or (n, k), after it."""
-        if self.step == 0.0:
-            raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
-        return perona_malik(
-            values,
-            layer.faces,
-            edge_stop=self.range_kernel,
-            contrast=self.range_sigma or None,
-            step=self.step * longest_step(layer.faces),
-            iterations=self.iterations,
-            movable=movable_vertices(layer, self.selected),
-            progress=progress,
-        )
+
+def _diffused(values: Floats, layer: Layer, how: Diffusion, progress: Progress) -> Floats:
+    """The values of vertices, (n,) or (n, k), after the diffusion."""
+    if how.step == 0.0:
+        raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
+    return perona_malik(
+        values,
+        layer.faces,
+        edge_stop=how.range_kernel,
+        contrast=how.range_sigma or None,
+        step=how.step * longest_step(layer.faces),
+        iterations=how.iterations,
+        movable=movable_vertices(layer, how.selected),
+        progress=progress,
+    )
 
 
 @mesh_filter(
@@ -354,7 +355,7 @@ def apply_scalar_anisotropic_diffusion_per_vertex(
         range_sigma: Differences between neighbours above it are edges, and stay. Larger smooths stronger noise and blurs more
             edges. 'auto' takes it from the median difference.
     """
-    return Edit(vertex_scalars=diffusion.of(layer.vertex_scalars, layer, progress))
+    return Edit(vertex_scalars=_diffused(layer.vertex_scalars, layer, diffusion, progress))
 
 
 @mesh_filter(
@@ -374,5 +375,5 @@ def apply_color_anisotropic_diffusion_per_vertex(
             smooths stronger noise and blurs more edges. 'auto' takes it from the median difference.
     """
     colors = np.array(layer.vertex_colors)
-    colors[:, :3] = diffusion.of(colors[:, :3], layer, progress)
+    colors[:, :3] = _diffused(colors[:, :3], layer, diffusion, progress)
     return Edit(vertex_colors=colors)
