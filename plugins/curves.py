@@ -2,13 +2,13 @@
 
 from typing import Annotated
 
-from pymeshfair.declaration import Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Edit, Enum, FilterClass, Int, Layer, MeshElement, Percentage, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.curves import CurveBorder, CurveMethod, CurveWeights, curve_smoothing
 from pymeshfair.filters.execution import Progress, ignore_progress
 
-from .moving_vertices import MOVES_VERTICES, Selected, detail_size_parameter, movable_vertices, no_amount, time_step_parameter
-from .smoothing import taubin_mu, taubin_pass_band, taubin_step
+from .moving_vertices import MOVES_VERTICES, TIME_STEP, Selected, movable_vertices, no_amount
+from .smoothing import TAUBIN_MU, TAUBIN_PASS_BAND, TAUBIN_STEP
 
 
 @mesh_filter(
@@ -21,67 +21,15 @@ from .smoothing import taubin_mu, taubin_pass_band, taubin_step
 def apply_coord_curve_smoothing(
     layer: Layer,
     *,
-    method: Annotated[
-        CurveMethod,
-        Enum(
-            help="'explicit': every vertex goes a step towards its neighbours; closed curves shrink. 'implicit': waves below the "
-            "detail size vanish, in steps that are stable however long; closed curves shrink a little. 'taubin': a step and a "
-            "longer one back, so that curves keep their size."
-        ),
-    ] = "implicit",
-    weights: Annotated[
-        CurveWeights,
-        Enum(
-            help="'inverse_length': near neighbours pull more, so that uneven sampling stays as it is and straight parts do not "
-            "move. 'uniform': all neighbours pull alike, which evens out the distances along the curve."
-        ),
-    ] = "inverse_length",
-    detail_size: Annotated[
-        float,
-        detail_size_parameter(
-            "For 'implicit' with 'inverse_length'; not used when a time step is given.",
-            default="12edge",
-            of_edges=True,
-            automatic=False,
-        ),
-    ],
-    time_step: Annotated[
-        float,
-        time_step_parameter("For 'implicit': how strong one iteration is, a pure number; with uniform weights it must be given."),
-    ] = 0.0,
-    step: Annotated[
-        float,
-        taubin_step(
-            "For 'explicit' and 'taubin': the share of the way towards the neighbours' mean that a vertex goes, above 0. Larger "
-            "is smoother."
-        ),
-    ] = 0.5,
-    mu: Annotated[
-        float,
-        taubin_mu(
-            "For 'taubin': the step back, below minus the first one. Nearer to -lambda is smoother; not used when a pass band is "
-            "given."
-        ),
-    ] = -0.53,
-    pass_band: Annotated[
-        float,
-        taubin_pass_band(
-            "For 'taubin': frequencies below it are kept, above it damped; on a closed curve of n vertices a wave that runs m "
-            "times round it has 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides."
-        ),
-    ] = 0.0,
-    iterations: Annotated[
-        int,
-        Int(
-            minimum=1,
-            maximum=100_000,
-            help="How many steps. More are smoother; with a detail size they cut off more sharply instead.",
-        ),
-    ] = 10,
-    border: Annotated[
-        CurveBorder,
-        Enum(label="Ends", help="What the ends of open curves do: 'fixed' stay; 'free' draw in towards their neighbours."),
-    ] = "fixed",
+    method: Annotated[CurveMethod, Enum()] = "implicit",
+    weights: Annotated[CurveWeights, Enum()] = "inverse_length",
+    detail_size: Annotated[float, Percentage(default="12edge", of_edges=True)],
+    time_step: Annotated[float, TIME_STEP] = 0.0,
+    step: Annotated[float, TAUBIN_STEP] = 0.5,
+    mu: Annotated[float, TAUBIN_MU] = -0.53,
+    pass_band: Annotated[float, TAUBIN_PASS_BAND] = 0.0,
+    iterations: Annotated[int, Int(minimum=1, maximum=100_000)] = 10,
+    border: Annotated[CurveBorder, Enum(label="Ends")] = "fixed",
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
@@ -89,6 +37,26 @@ def apply_coord_curve_smoothing(
 
     Planar curves stay in their plane. Where a curve branches, a vertex goes towards the mean of all its neighbours. Faces of the
     same layer are not looked at.
+
+    Args:
+        method: 'explicit': every vertex goes a step towards its neighbours; closed curves shrink. 'implicit': waves below the
+            detail size vanish, in steps that are stable however long; closed curves shrink a little. 'taubin': a step and a
+            longer one back, so that curves keep their size.
+        weights: 'inverse_length': near neighbours pull more, so that uneven sampling stays as it is and straight parts do not
+            move. 'uniform': all neighbours pull alike, which evens out the distances along the curve.
+        detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is
+            smoother. Mean edges are those of the curves. For 'implicit' with 'inverse_length'; not used when a time step is
+            given.
+        time_step: For 'implicit': how strong one iteration is, a pure number; with uniform weights it must be given. Larger is
+            smoother; any value is stable. 0: not used, the detail size decides.
+        step: For 'explicit' and 'taubin': the share of the way towards the neighbours' mean that a vertex goes, above 0. Larger
+            is smoother.
+        mu: For 'taubin': the step back, below minus the first one. Nearer to -lambda is smoother; not used when a pass band is
+            given.
+        pass_band: For 'taubin': frequencies below it are kept, above it damped; on a closed curve of n vertices a wave that runs
+            m times round it has 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides.
+        iterations: How many steps. More are smoother; with a detail size they cut off more sharply instead.
+        border: What the ends of open curves do: 'fixed' stay; 'free' draw in towards their neighbours.
     """
     by_size = method == "implicit" and time_step == 0.0
     if by_size and weights == "uniform":

@@ -37,7 +37,7 @@ from pymeshfair.filters.inspection import folded_faces, triangle_shapes
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import BorderPolicy, referenced_vertices
 
-from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
+from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices, reported
 
 #: the ways to choose parameters without a value
 Chooser: TypeAlias = Literal["held_out", "fixed"]
@@ -51,83 +51,39 @@ Auto: TypeAlias = Literal["auto"]
 
 @dataclass(frozen=True, kw_only=True)
 class NormalFilterParameters:
-    """How face normals are filtered; see `NormalFilter`. What is automatic is chosen for the mesh."""
+    """How face normals are filtered; see `NormalFilter`. What is automatic is chosen for the mesh.
 
-    method: Annotated[
-        Auto | NormalFilterMethod,
-        Enum(
-            help="What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds every "
-            "edge. 'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral, "
-            "deviations measured on normals averaged before, for strong noise. 'guided': on the normals of the most even "
-            "patches, for sharp edges. 'vertex_normals': bilateral on the normals of vertices, which loses edges; to compare "
-            "with."
-        ),
-    ] = "auto"
-    range_kernel: Annotated[
-        Auto | KernelName,
-        Enum(
-            help="How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and keep "
-            "edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes."
-        ),
-    ] = "auto"
-    space_kernel: Annotated[
-        Auto | SpaceKernel,
-        Enum(choices=("auto", *SPACE_KERNELS), advanced=True, help="How weight falls with distance; 'constant' does not."),
-    ] = "auto"
-    range_measure: Annotated[
-        Auto | RangeMeasure,
-        Enum(
-            advanced=True,
-            help="How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2; 'angle' in "
-            "radians; 'squared', the square of that length.",
-        ),
-    ] = "auto"
-    range_sigma: Annotated[
-        float,
-        Float(
-            minimum=0,
-            automatic=0,
-            help="The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is about 30 "
-            "degrees. Larger smooths more, and across sharper edges.",
-        ),
-    ] = 0.0
-    range_floor: Annotated[
-        float,
-        Float(
-            minimum=0,
-            maximum=4,
-            automatic=-1,
-            advanced=True,
-            help="Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from locking "
-            "the normals of two faces that happen to agree.",
-        ),
-    ] = -1.0
-    space_sigma: Annotated[
-        float,
-        Float(
-            minimum=0,
-            automatic=0,
-            help="The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres. Larger "
-            "smooths larger details.",
-        ),
-    ] = 0.0
-    neighborhood: Annotated[
-        Auto | Neighborhood,
-        Enum(
-            help="Which faces are averaged over: those across the edges, those at the vertices, those in two or three rings, or "
-            "those within a radius of twice the mean distance of centres, straight ('radius') or along the surface "
-            "('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower."
-        ),
-    ] = "auto"
-    normal_iterations: Annotated[
-        int,
-        Int(
-            minimum=1,
-            maximum=10_000,
-            automatic=0,
-            help="How often the normals are filtered before the vertices follow. More smooth more.",
-        ),
-    ] = 0
+    Attributes:
+        method: What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds every
+            edge. 'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral,
+            deviations measured on normals averaged before, for strong noise. 'guided': on the normals of the most even patches,
+            for sharp edges. 'vertex_normals': bilateral on the normals of vertices, which loses edges; to compare with.
+        range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and keep
+            edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
+        space_kernel: How weight falls with distance; 'constant' does not.
+        range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2; 'angle'
+            in radians; 'squared', the square of that length.
+        range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is about 30
+            degrees. Larger smooths more, and across sharper edges.
+        range_floor: Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from locking
+            the normals of two faces that happen to agree.
+        space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres. Larger
+            smooths larger details.
+        neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three rings,
+            or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'),
+            which does not jump across a thin wall. Larger smooths larger details and is slower.
+        normal_iterations: How often the normals are filtered before the vertices follow. More smooth more.
+    """
+
+    method: Annotated[Auto | NormalFilterMethod, Enum()] = "auto"
+    range_kernel: Annotated[Auto | KernelName, Enum()] = "auto"
+    space_kernel: Annotated[Auto | SpaceKernel, Enum(choices=("auto", *SPACE_KERNELS), advanced=True)] = "auto"
+    range_measure: Annotated[Auto | RangeMeasure, Enum(advanced=True)] = "auto"
+    range_sigma: Annotated[float, Float(minimum=0, automatic=0)] = 0.0
+    range_floor: Annotated[float, Float(minimum=0, maximum=4, automatic=-1, advanced=True)] = -1.0
+    space_sigma: Annotated[float, Float(minimum=0, automatic=0)] = 0.0
+    neighborhood: Annotated[Auto | Neighborhood, Enum()] = "auto"
+    normal_iterations: Annotated[int, Int(minimum=1, maximum=10_000, automatic=0)] = 0
 
 
 #: the parameters of `filter_face_normals`; the others are those of the vertices
@@ -165,86 +121,16 @@ def apply_coord_normal_filtering(
     layer: Layer,
     *,
     normals: NormalFilterParameters,
-    vertex_iterations: Annotated[
-        int,
-        Int(
-            minimum=1,
-            maximum=10_000,
-            automatic=0,
-            help="How many steps the vertices take towards faces with the filtered normals. More follow them more closely.",
-        ),
-    ] = 0,
-    outer_iterations: Annotated[
-        int,
-        Int(
-            minimum=0,
-            maximum=10_000,
-            automatic=-1,
-            help="How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one normal iteration "
-            "keep edges better than once 20. 0: outliers and relaxation alone.",
-        ),
-    ] = -1,
-    vertex_update: Annotated[
-        Auto | VertexUpdate,
-        Enum(
-            advanced=True,
-            help="How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their mean "
-            "weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.",
-        ),
-    ] = "auto",
-    outliers: Annotated[
-        Auto | Outliers,
-        Enum(
-            help="Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the "
-            "others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep "
-            "edges keep such spikes too. "
-            "'auto' keeps them where all parameters of the filter are given."
-        ),
-    ] = "auto",
-    rounding: Annotated[
-        Auto | RoundingPolicy,
-        Enum(
-            advanced=True,
-            help="Coordinates that were rounded along one axis, as depths of a camera: 'keep' filters the steps like any noise, "
-            "'undo' puts the vertices first on the smoothest surface within half a step of them. 'auto' keeps them where all "
-            "parameters of the filter are given.",
-        ),
-    ] = "auto",
-    relaxation: Annotated[
-        int,
-        Int(
-            minimum=0,
-            maximum=10_000,
-            automatic=-1,
-            help="How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over, and "
-            "round edges, which the filter sharpens again. 'auto' takes 0 where all parameters of the filter are given.",
-        ),
-    ] = -1,
-    relaxation_direction: Annotated[
-        Auto | RelaxationDirection,
-        Enum(
-            advanced=True,
-            help="Where these steps go: 'all' directions, which evens out noise along the surface too, or along the 'normal' "
-            "alone, so that no vertex slides.",
-        ),
-    ] = "auto",
+    vertex_iterations: Annotated[int, Int(minimum=1, maximum=10_000, automatic=0)] = 0,
+    outer_iterations: Annotated[int, Int(minimum=0, maximum=10_000, automatic=-1)] = -1,
+    vertex_update: Annotated[Auto | VertexUpdate, Enum(advanced=True)] = "auto",
+    outliers: Annotated[Auto | Outliers, Enum()] = "auto",
+    rounding: Annotated[Auto | RoundingPolicy, Enum(advanced=True)] = "auto",
+    relaxation: Annotated[int, Int(minimum=0, maximum=10_000, automatic=-1)] = -1,
+    relaxation_direction: Annotated[Auto | RelaxationDirection, Enum(advanced=True)] = "auto",
     choice: Annotated[Chooser, CHOICE] = "held_out",
-    compare: Annotated[
-        bool,
-        Bool(
-            label="Compare smoothers",
-            advanced=True,
-            help="Say, too, how well low-pass filters predict the same vertices, each with the amount that suits the mesh best: "
-            "Taubin's, implicit, bi-Laplacian and spectral smoothing. The result is the same. Only where all is automatic.",
-        ),
-    ] = False,
-    border: Annotated[
-        BorderPolicy,
-        Enum(
-            help="What the vertices of open borders do: 'fixed' stay; 'along' move up and down along the normal alone, so that "
-            "the outline stays; 'free' move like any other vertex."
-        ),
-    ] = "along",
+    compare: Annotated[bool, Bool(label="Compare smoothers", advanced=True)] = False,
+    border: Annotated[BorderPolicy, Enum()] = "along",
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
@@ -254,6 +140,28 @@ def apply_coord_normal_filtering(
     given, all of them have. Returns the parameters that were used, what the mesh was found to be, what was tried, the mean
     displacement of the vertices in mean edges ("drift"), and the number of faces that look away from those around them, before
     and after ("folded_before", "folded_after").
+
+    Args:
+        vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow them more
+            closely.
+        outer_iterations: How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one normal
+            iteration keep edges better than once 20. 0: outliers and relaxation alone.
+        vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their mean
+            weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
+        outliers: Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the
+            others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep edges
+            keep such spikes too. 'auto' keeps them where all parameters of the filter are given.
+        rounding: Coordinates that were rounded along one axis, as depths of a camera: 'keep' filters the steps like any noise,
+            'undo' puts the vertices first on the smoothest surface within half a step of them. 'auto' keeps them where all
+            parameters of the filter are given.
+        relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over, and
+            round edges, which the filter sharpens again. 'auto' takes 0 where all parameters of the filter are given.
+        relaxation_direction: Where these steps go: 'all' directions, which evens out noise along the surface too, or along the
+            'normal' alone, so that no vertex slides.
+        compare: Say, too, how well low-pass filters predict the same vertices, each with the amount that suits the mesh best:
+            Taubin's, implicit, bi-Laplacian and spectral smoothing. The result is the same. Only where all is automatic.
+        border: What the vertices of open borders do: 'fixed' stay; 'along' move up and down along the normal alone, so that the
+            outline stays; 'free' move like any other vertex.
     """
     set_values = _given(
         **asdict(normals),
@@ -270,7 +178,10 @@ def apply_coord_normal_filtering(
     if set_values or choice == "fixed":
         choosing = part_of(progress, 0.0, CHOOSING)
         effective, findings = _completed(layer, set_values, choice, choosing, border=border, movable=movable)
-        vertices = _filtered(layer, effective, border, movable, part_of(progress, CHOOSING if findings else 0.0, 1.0))
+        how: dict[str, Any] = {name: effective[name] for name in BEFORE}
+        how["filtering"] = {name: value for name, value in effective.items() if name not in BEFORE}
+        rest = part_of(progress, CHOOSING if findings else 0.0, 1.0)
+        vertices = denoised(layer.vertices, layer.faces, **how, border=border, movable=movable, progress=rest)
     else:
         share = part_of(progress, 0.0, CHOOSING if compare else 1.0)
         vertices, made = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=share)
@@ -305,13 +216,7 @@ def apply_normal_robust_filtering_per_face(
     *,
     normals: NormalFilterParameters,
     choice: Annotated[Chooser, CHOICE] = "held_out",
-    selected: Annotated[
-        bool,
-        Bool(
-            label="Selected faces only",
-            help="Only the selected faces get a new normal; the others are seen by their neighbours but keep theirs.",
-        ),
-    ] = False,
+    selected: Annotated[bool, Bool(label="Selected faces only")] = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
@@ -319,6 +224,9 @@ def apply_normal_robust_filtering_per_face(
     It is the first half of Normal Filtering, for shading and for filters that read face normals. Without any parameter they are
     chosen from the noise that is measured; automatic normal iterations are as many as Normal Filtering takes in all. Returns the
     parameters that were used.
+
+    Args:
+        selected: Only the selected faces get a new normal; the others are seen by their neighbours but keep theirs.
     """
     if selected and not layer.face_selection.any():
         raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
@@ -339,13 +247,6 @@ def _given(**values: Any) -> dict[str, Any]:
     """The parameters that are not automatic."""
     automatic = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
     return {name: value for name, value in values.items() if value not in (automatic.get(name, 0), "auto")}
-
-
-def _filtered(layer: Layer, effective: dict[str, Any], border: BorderPolicy, movable: Bools | None, progress: Progress) -> Floats:
-    """The vertices after the steps of Taubin's and the normal filtering that the parameters say."""
-    before = {name: effective[name] for name in BEFORE}
-    filtering = {name: value for name, value in effective.items() if name not in before}
-    return denoised(layer.vertices, layer.faces, **before, filtering=filtering, border=border, movable=movable, progress=progress)
 
 
 def _completed(
@@ -381,12 +282,7 @@ def _parameters(setting: Setting) -> dict[str, Any]:
 def _findings(made: AutomaticChoice) -> dict[str, Any]:
     """The kind of mesh and noise that was found, and the numbers behind it."""
     findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
-    if made.evidence is not None:
-        findings["tried"] = [
-            {**asdict(trial.label), **{name: value for name, value in vars(trial).items() if name != "label"}}
-            for trial in made.evidence.trials
-        ]
-    return findings
+    return findings if made.evidence is None else {**findings, "tried": reported(made.evidence, asdict)}
 
 
 def _comparison(layer: Layer, made: AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:
@@ -394,21 +290,10 @@ def _comparison(layer: Layer, made: AutomaticChoice, movable: Bools | None, prog
     if made.kind != "noisy":
         return []
     comparison = compare_smoothers(layer.vertices, layer.faces, setting=made.setting, movable=movable, progress=progress)
-    return (
-        []
-        if comparison is None
-        else [
-            {
-                "smoother": trial.label.smoother or "nothing",
-                "amount": trial.label.amount,
-                "error": trial.error,
-                "excess": trial.excess,
-                "uncertainty": trial.uncertainty,
-                "chosen": trial == comparison.chosen,
-            }
-            for trial in comparison.trials
-        ]
-    )
+    if comparison is None:
+        return []
+    rows = reported(comparison, lambda way: {"smoother": way.smoother or "nothing", "amount": way.amount})
+    return [{**row, "chosen": trial == comparison.chosen} for row, trial in zip(rows, comparison.trials, strict=True)]
 
 
 def _warnings(layer: Layer, before: int, after: int) -> tuple[str, ...]:

@@ -38,10 +38,11 @@ from pymeshfair.filters.holes import remesh_region
 from pymeshfair.filters.inspection import surface_measures
 
 from .moving_vertices import (
+    DETAIL_SIZE,
     MOVES_VERTICES,
     Border,
     Selected,
-    detail_size_parameter,
+    additions,
     displacement,
     irregular_note,
     movable_vertices,
@@ -62,41 +63,11 @@ Features: TypeAlias = Literal["none", "curvature", "scalar"]
 def apply_coord_bilaplacian_smoothing(
     layer: Layer,
     *,
-    detail_size: Annotated[float, detail_size_parameter("Not used when a weight is given.")],
-    weight: Annotated[
-        float,
-        Float(
-            minimum=0,
-            advanced=True,
-            help="How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays "
-            "closer to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides.",
-        ),
-    ] = 0.0,
-    features: Annotated[
-        Features,
-        Enum(
-            help="What is spared. 'none': every place is smoothed alike; 'curvature': ridges, found where the surface bends by "
-            "more than an angle, may stay sharp; 'scalar': places of a high vertex scalar are spared."
-        ),
-    ] = "none",
-    feature_angle: Annotated[
-        float,
-        Float(
-            minimum=1,
-            maximum=179,
-            help="For 'curvature', the angle between neighbouring triangles, in degrees, at which a ridge counts half; noise is "
-            "filtered out before. Larger spares sharper ridges alone.",
-        ),
-    ] = 30.0,
-    feature_scalar: Annotated[
-        float,
-        Float(
-            minimum=1e-30,
-            maximum=1e30,
-            help="For 'scalar', the size of the vertex scalar at which smoothing counts half, as 1 / (1 + (q / this)^2). Larger "
-            "spares higher values alone.",
-        ),
-    ] = 1.0,
+    detail_size: Annotated[float, DETAIL_SIZE],
+    weight: Annotated[float, Float(minimum=0, advanced=True)] = 0.0,
+    features: Annotated[Features, Enum()] = "none",
+    feature_angle: Annotated[float, Float(minimum=1, maximum=179)] = 30.0,
+    feature_scalar: Annotated[float, Float(minimum=1e-30, maximum=1e30)] = 1.0,
     border: Border = "along",
     selected: Selected = False,
     progress: Progress = ignore_progress,
@@ -106,6 +77,19 @@ def apply_coord_bilaplacian_smoothing(
     W is 1, or nearly 0 at features, where the surface may bend. Against implicit fairing at the same detail size, shorter waves
     are damped more and longer ones kept better, so that shapes shrink far less. Returns w in one over the fourth power of mesh
     units (0 or infinite where no number is so small or large), how many vertices moved and how far the furthest went.
+
+    Args:
+        detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is
+            smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used when a weight is
+            given.
+        weight: How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays closer
+            to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides.
+        features: What is spared. 'none': every place is smoothed alike; 'curvature': ridges, found where the surface bends by
+            more than an angle, may stay sharp; 'scalar': places of a high vertex scalar are spared.
+        feature_angle: For 'curvature', the angle between neighbouring triangles, in degrees, at which a ridge counts half; noise
+            is filtered out before. Larger spares sharper ridges alone.
+        feature_scalar: For 'scalar', the size of the vertex scalar at which smoothing counts half, as 1 / (1 + (q / this)^2).
+            Larger spares higher values alone.
     """
     if weight == 0.0 and detail_size == 0.0:
         raise no_amount("weight")
@@ -165,36 +149,10 @@ def _feature_weights(layer: Layer, features: Features, angle: float, scalar: flo
 def apply_coord_tangential_smoothing(
     layer: Layer,
     *,
-    weight: Annotated[
-        float,
-        Float(
-            minimum=1e-9,
-            maximum=1e9,
-            help="How strongly vertices are held to their places. Larger moves them less in each iteration.",
-        ),
-    ] = 0.1,
-    iterations: Annotated[
-        int,
-        Int(
-            minimum=0, maximum=1000, help="How many steps are taken. More give better triangles, up to a point, and take longer."
-        ),
-    ] = 5,
-    max_deviation: Annotated[
-        float,
-        Percentage(
-            label="Largest deviation",
-            default="0.05edge",
-            help="How far the middles of triangles and edges may get from the surface as it was, at sharp edges a fifth of it; "
-            "vertices stay on it. Larger allows better triangles where the surface is curved or has edges.",
-        ),
-    ],
-    flip_edges: Annotated[
-        bool,
-        Bool(
-            help="Before each step, take the other diagonal of two neighbouring triangles where that makes them better: for "
-            "range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes."
-        ),
-    ] = False,
+    weight: Annotated[float, Float(minimum=1e-9, maximum=1e9)] = 0.1,
+    iterations: Annotated[int, Int(minimum=0, maximum=1000)] = 5,
+    max_deviation: Annotated[float, Percentage(label="Largest deviation", default="0.05edge")],
+    flip_edges: Annotated[bool, Bool()] = False,
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
@@ -204,6 +162,14 @@ def apply_coord_tangential_smoothing(
     edges are flipped come last; they take colour and scalar from the old ones near them, and their custom attributes are 0.
     Returns the mean quality of the triangles before and after, as Surface Measures has it (1 for equilateral ones, 0 for those
     without area), how many triangles flips have changed, how many vertices moved and how far the furthest went.
+
+    Args:
+        weight: How strongly vertices are held to their places. Larger moves them less in each iteration.
+        iterations: How many steps are taken. More give better triangles, up to a point, and take longer.
+        max_deviation: How far the middles of triangles and edges may get from the surface as it was, at sharp edges a fifth of
+            it; vertices stay on it. Larger allows better triangles where the surface is curved or has edges.
+        flip_edges: Before each step, take the other diagonal of two neighbouring triangles where that makes them better: for
+            range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes.
     """
     textured = flip_edges and layer.has_wedge_tex_coords
     movable, faces = movable_vertices(layer, selected), layer.faces
@@ -266,25 +232,8 @@ def apply_coord_region_fairing(
     layer: Layer,
     *,
     energy: FairingEnergy = "thin_plate",
-    iterations: Annotated[
-        int,
-        Int(
-            minimum=1,
-            maximum=100,
-            advanced=True,
-            help="How often, each time with the areas and angles that the one before has left. More forget the shape that was "
-            "there more fully, and come nearer to the surface of least area or bending; one is mostly enough. With remeshing it "
-            "is done three times at least.",
-        ),
-    ] = 1,
-    remesh: Annotated[
-        bool,
-        Bool(
-            help="Replace the triangles of the part, too, by regular ones as dense as those around: for rough damage, whose "
-            "needles and folds would remain. Colours go on from around; what the texture showed there is lost, and each new "
-            "triangle shows one place of it. Without, triangles, texture and all attributes stay."
-        ),
-    ] = False,
+    iterations: Annotated[int, Int(minimum=1, maximum=100, advanced=True)] = 1,
+    remesh: Annotated[bool, Bool()] = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Replaces the selected part of a surface by the smoothest one that continues its surroundings.
@@ -294,6 +243,14 @@ def apply_coord_region_fairing(
     around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved, the backward
     error of the solution, and a bound of the error that solving leaves as a share of the region's diagonal. With `remesh` the
     selected vertices and their triangles go, new ones come last and are selected, and their numbers are returned.
+
+    Args:
+        iterations: How often, each time with the areas and angles that the one before has left. More forget the shape that was
+            there more fully, and come nearer to the surface of least area or bending; one is mostly enough. With remeshing it is
+            done three times at least.
+        remesh: Replace the triangles of the part, too, by regular ones as dense as those around: for rough damage, whose needles
+            and folds would remain. Colours go on from around; what the texture showed there is lost, and each new triangle shows
+            one place of it. Without, triangles, texture and all attributes stay.
     """
     try:
         chosen = layer.selected_vertices()
@@ -347,8 +304,7 @@ def apply_coord_region_fairing(
 def _remade(layer: Layer, chosen: Bools, energy: Energy, rounds: int, progress: Progress) -> Edit:
     """The selected vertices and their triangles replaced by a filling."""
     region, filling = remesh_region(layer.vertices, layer.faces, chosen, energy=energy, rounds=rounds, progress=progress)
-    n, m = len(layer.vertices), len(layer.faces)
-    a, b = len(filling.new_vertices), len(filling.new_faces)
+    new_vertices, new_faces = len(filling.new_vertices), len(filling.new_faces)
     lower = sum(used != energy for used in filling.energies)
     notes = []
     if stayed := int((chosen & ~region).sum()):
@@ -358,16 +314,13 @@ def _remade(layer: Layer, chosen: Bools, energy: Energy, rounds: int, progress: 
     if lower:
         notes.append(f"{lower} of {len(filling.closed)} parts were placed with a lower energy than {energy!r}.")
     return Edit(
-        added_vertices=filling.new_vertices,
-        added_faces=filling.new_faces,
-        delete_vertices=np.concatenate([region, np.zeros(a, dtype=np.bool_)]),
-        vertex_selection=np.arange(n + a) >= n,
-        face_selection=np.arange(m + b) >= m,
+        **additions(layer, filling.new_vertices, filling.new_faces),
+        delete_vertices=np.concatenate([region, np.zeros(new_vertices, dtype=np.bool_)]),
         values={
             "deleted_vertices": int(region.sum()),
             "deleted_faces": int(region[layer.faces].any(axis=1).sum()),
-            "new_vertices": a,
-            "new_faces": b,
+            "new_vertices": new_vertices,
+            "new_faces": new_faces,
             "parts": len(filling.closed),
         },
         notes=tuple(notes),
@@ -385,14 +338,7 @@ def meshing_bridge_rims_by_fairing(
     layer: Layer,
     *,
     energy: FairingEnergy = "thin_plate",
-    selected: Annotated[
-        bool,
-        Bool(
-            label="Selected rims only",
-            help="Join the two selected rims that lie nearest each other, which may belong to one part; a rim is selected when "
-            "all of its vertices are. Otherwise the two nearest rims of different parts are joined.",
-        ),
-    ] = False,
+    selected: Annotated[bool, Bool(label="Selected rims only")] = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Joins two parts of a mesh by a smooth neck between the two rims that face each other.
@@ -401,22 +347,22 @@ def meshing_bridge_rims_by_fairing(
     whose inside is then faired; the parts themselves stay as they are. The new vertices and triangles are selected. Parts in
     several layers are merged into one first (Flatten Visible Layers). Returns how many vertices and triangles are new, and how
     many edges each rim has.
+
+    Args:
+        selected: Join the two selected rims that lie nearest each other, which may belong to one part; a rim is selected when all
+            of its vertices are. Otherwise the two nearest rims of different parts are joined.
     """
     among = layer.selected_vertices() if selected else None
     blend = blend_parts(layer.vertices, layer.faces, energy=energy, among=among, progress=progress)
-    new_vertices, new_faces = len(blend.vertices), len(blend.faces)
     doubt = (
         "The two rims do not face each other clearly enough to tell whether both parts are the right way out; if the neck is "
         "twisted, turn the faces of one part over (invert faces orientation) and join them again."
     )
     return Edit(
-        added_vertices=blend.vertices,
-        added_faces=blend.faces,
-        vertex_selection=np.arange(len(layer.vertices) + new_vertices) >= len(layer.vertices),
-        face_selection=np.arange(len(layer.faces) + new_faces) >= len(layer.faces),
+        **additions(layer, blend.vertices, blend.faces),
         values={
-            "new_vertices": new_vertices,
-            "new_faces": new_faces,
+            "new_vertices": len(blend.vertices),
+            "new_faces": len(blend.faces),
             "first_rim_edges": len(blend.rims[0]),
             "second_rim_edges": len(blend.rims[1]),
         },

@@ -10,6 +10,8 @@ from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.holes import HoleEnergy, HoleFilling, OpenRim, close_holes
 from pymeshfair.filters.topology import non_manifold_edges
 
+from .moving_vertices import additions
+
 Mark: TypeAlias = Literal["none", "scalar", "color"]
 Islands: TypeAlias = Literal["join", "leave"]
 
@@ -43,66 +45,13 @@ _CHANGES = (
 def meshing_close_holes_by_fairing(
     layer: Layer,
     *,
-    max_edges: Annotated[
-        int,
-        Int(
-            label="Largest hole",
-            minimum=3,
-            maximum=10_000,
-            help="The most edges that the rim of a hole may have. Larger closes larger holes; one of 10,000 edges takes half a "
-            "gigabyte of memory. Outer borders of open sheets stay open, whatever their size: rims that turn like that "
-            "of a flat disc, and those that span more than a third of the area of their sheet, unless they are selected.",
-        ),
-    ] = 300,
-    energy: Annotated[
-        HoleEnergy,
-        Enum(
-            help="How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; "
-            "'thin_plate' continues the tangent planes around; 'minimum_variation' continues the curvatures too, so that what is "
-            "round stays round, and follows noise at the rim; 'none' leaves them flat as they were made. A hole at whose rim "
-            "there are degenerate triangles may get a lower energy than the others, which is said."
-        ),
-    ] = "thin_plate",
-    refine: Annotated[
-        bool,
-        Bool(
-            help="Split the new faces until they are as dense as those around. Without, a hole is closed by faces between the "
-            "vertices of its rim alone, and nothing is faired."
-        ),
-    ] = True,
-    rounds: Annotated[
-        int,
-        Int(
-            minimum=1,
-            maximum=100,
-            advanced=True,
-            help="How often the new faces are refined and faired. More let a filling bulge further where its rim suggests that.",
-        ),
-    ] = 3,
-    islands: Annotated[
-        Islands,
-        Enum(
-            help="Pieces of surface that lie loose in a hole: 'join' makes them part of the filling, or leaves the hole open if "
-            "that cannot be done; 'leave' fills the hole without regard to them."
-        ),
-    ] = "join",
-    selected: Annotated[
-        bool,
-        Bool(
-            label="Holes at the selection only",
-            help="Close only holes whose rim has a selected vertex, or a vertex of a selected face, those too that otherwise "
-            "count as outer borders by their area.",
-        ),
-    ] = False,
-    mark: Annotated[
-        Mark,
-        Enum(
-            label="Mark new faces",
-            help="How new faces are marked in a saved file: 'scalar' gives each the number of the hole that it "
-            "closes, from 1, and all others 0, in place of the scalars that faces had; 'color' paints them orange, and the "
-            "others white if faces had no colours; 'none' leaves both as they are.",
-        ),
-    ] = "none",
+    max_edges: Annotated[int, Int(label="Largest hole", minimum=3, maximum=10_000)] = 300,
+    energy: Annotated[HoleEnergy, Enum()] = "thin_plate",
+    refine: Annotated[bool, Bool()] = True,
+    rounds: Annotated[int, Int(minimum=1, maximum=100, advanced=True)] = 3,
+    islands: Annotated[Islands, Enum()] = "join",
+    selected: Annotated[bool, Bool(label="Holes at the selection only")] = False,
+    mark: Annotated[Mark, Enum(label="Mark new faces")] = "none",
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Closes holes with triangles as dense as those around, which continue the surface smoothly across the rim.
@@ -113,6 +62,25 @@ def meshing_close_holes_by_fairing(
     a hole was closed: "scalar" overwrites the scalars of all faces, "color" the colours of the new ones. Returns how many holes
     were closed and the edges of each rim, how many vertices and faces are new, how many holes were filled by a lower energy, and
     how many rims were left open, why and with how many edges; the largest are named one by one.
+
+    Args:
+        max_edges: The most edges that the rim of a hole may have. Larger closes larger holes; one of 10,000 edges takes half a
+            gigabyte of memory. Outer borders of open sheets stay open, whatever their size: rims that turn like that of a flat
+            disc, and those that span more than a third of the area of their sheet, unless they are selected.
+        energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; 'thin_plate'
+            continues the tangent planes around; 'minimum_variation' continues the curvatures too, so that what is round stays
+            round, and follows noise at the rim; 'none' leaves them flat as they were made. A hole at whose rim there are
+            degenerate triangles may get a lower energy than the others, which is said.
+        refine: Split the new faces until they are as dense as those around. Without, a hole is closed by faces between the
+            vertices of its rim alone, and nothing is faired.
+        rounds: How often the new faces are refined and faired. More let a filling bulge further where its rim suggests that.
+        islands: Pieces of surface that lie loose in a hole: 'join' makes them part of the filling, or leaves the hole open if
+            that cannot be done; 'leave' fills the hole without regard to them.
+        selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face, those too that otherwise count
+            as outer borders by their area.
+        mark: How new faces are marked in a saved file: 'scalar' gives each the number of the hole that it closes, from 1, and all
+            others 0, in place of the scalars that faces had; 'color' paints them orange, and the others white if faces had no
+            colours; 'none' leaves both as they are.
     """
     filling = close_holes(
         layer.vertices,
@@ -125,14 +93,10 @@ def meshing_close_holes_by_fairing(
         selected=_touched(layer) if selected else None,
         progress=progress,
     )
-    n, m = len(layer.vertices), len(layer.faces)
-    new_faces = np.arange(m + len(filling.new_faces)) >= m
+    added = additions(layer, filling.new_vertices, filling.new_faces)
     return Edit(
-        added_vertices=filling.new_vertices,
-        added_faces=filling.new_faces,
-        vertex_selection=np.arange(n + len(filling.new_vertices)) >= n,
-        face_selection=new_faces,
-        **_marks(layer, filling, new_faces, mark),
+        **added,
+        **_marks(layer, filling, added["face_selection"], mark),
         values=_values(filling, energy),
         notes=_closed(layer, filling) + _lowered(filling, energy) + (_notes(layer, filling) or _no_hole(layer, filling)),
     )

@@ -74,13 +74,7 @@ def get_surface_measures(layer: Layer) -> Edit:
 def compute_scalar_by_mean_curvature_per_vertex(
     layer: Layer,
     *,
-    operator: Annotated[
-        CurvatureOperator,
-        Enum(
-            help="'cotangent' is the Laplace-Beltrami operator, right on every mesh; 'uniform' is the mean of the neighbours, "
-            "calm at slivers, but wrong where vertices are spread unevenly."
-        ),
-    ] = "cotangent",
+    operator: Annotated[CurvatureOperator, Enum()] = "cotangent",
     color: Colored = True,
 ) -> Edit:
     """Gives every vertex its mean curvature: 1/r on a sphere of radius r, positive on bulges and negative in hollows.
@@ -88,6 +82,10 @@ def compute_scalar_by_mean_curvature_per_vertex(
     In 1 / mesh unit; 0 on borders. Colours: blue in hollows, nearly white where it is flat, orange on bulges, between limits that
     enclose 98 % of the vertices. The sign follows the orientation of the faces. Returns the limits, the lowest, the highest and
     the mean value.
+
+    Args:
+        operator: 'cotangent' is the Laplace-Beltrami operator, right on every mesh; 'uniform' is the mean of the neighbours, calm
+            at slivers, but wrong where vertices are spread unevenly.
     """
     values = mean_curvature(layer.vertices, layer.faces, operator=operator)
     return _seen(layer, values, symmetric_limits, diverging_colors, color)
@@ -103,13 +101,7 @@ def compute_scalar_by_mean_curvature_per_vertex(
 def compute_scalar_by_gaussian_curvature_per_vertex(
     layer: Layer,
     *,
-    measure: Annotated[
-        GaussianMeasure,
-        Enum(
-            help="'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing there, in "
-            "radians, which adds up to 2 pi times the Euler characteristic."
-        ),
-    ] = "per_area",
+    measure: Annotated[GaussianMeasure, Enum()] = "per_area",
     color: Colored = True,
 ) -> Edit:
     """Gives every vertex its Gaussian curvature: 1/r^2 on a sphere of radius r, 0 on cylinders and planes, negative on saddles.
@@ -117,6 +109,10 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
     Colours: blue on saddles, nearly white where the surface can be unrolled, orange on domes and in bowls, between limits that
     enclose 98 % of the vertices. Per area it is 0 on borders; as a deficit it is there how far the border turns. Returns the
     limits, the lowest, the highest and the mean value, and the sum.
+
+    Args:
+        measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing there, in radians,
+            which adds up to 2 pi times the Euler characteristic.
     """
     values = gaussian_curvature(layer.vertices, layer.faces, measure=measure)
     return _seen(layer, values, symmetric_limits, diverging_colors, color, sum=float(values[_used(layer)].sum()))
@@ -150,24 +146,20 @@ def compute_scalar_by_triangle_shape_per_face(layer: Layer, *, color: Colored = 
 def compute_color_by_reflection_lines_per_vertex(
     layer: Layer,
     *,
-    stripes: Annotated[
-        float,
-        Float(
-            minimum=1,
-            maximum=200,
-            help="How many lamps there are all round. More show smaller defects; too many for the mesh flicker from vertex to "
-            "vertex.",
-        ),
-    ] = 8.0,
-    direction: Annotated[
-        tuple[float, float, float], Direction(help="Along the lamps, which are parallel and infinitely far.")
-    ] = (0.0, 1.0, 0.0),
-    view: Annotated[tuple[float, float, float], Direction(help="From the mesh to the eye.")] = (0.0, 0.0, 1.0),
+    stripes: Annotated[float, Float(minimum=1, maximum=200)] = 8.0,
+    direction: Annotated[tuple[float, float, float], Direction()] = (0.0, 1.0, 0.0),
+    view: Annotated[tuple[float, float, float], Direction()] = (0.0, 0.0, 1.0),
 ) -> Edit:
     """Colours the vertices as if the mesh were polished and stood in a hall of parallel lamps.
 
     The lines jump where the surface has a crease and bend where its curvature does, which shading does not show. The brightness,
     from 0 to 1, becomes the vertex scalar. The colours are those for this one direction of view.
+
+    Args:
+        stripes: How many lamps there are all round. More show smaller defects; too many for the mesh flicker from vertex to
+            vertex.
+        direction: Along the lamps, which are parallel and infinitely far.
+        view: From the mesh to the eye.
     """
     normals = mesh_normals(layer.vertices, layer.faces)
     bright = reflection_stripes(normals, view=view, direction=direction, stripes=stripes)
@@ -184,19 +176,9 @@ def compute_color_by_reflection_lines_per_vertex(
 def compute_scalar_by_displacement_per_vertex(
     layer: Layer,
     *,
-    reference: Annotated[
-        int, Mesh(help="The layer from which the displacement is measured, such as the mesh before cleaning.")
-    ] = 0,
-    correspondence: Annotated[
-        Correspondence,
-        Enum(
-            help="'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the reference; "
-            "'auto' takes 'vertex' where the two layers have the same faces."
-        ),
-    ] = "auto",
-    signed: Annotated[
-        bool, Bool(help="Negative where the mesh lies on the inner side of the reference. Without it all values are distances.")
-    ] = True,
+    reference: Annotated[int, Mesh()] = 0,
+    correspondence: Annotated[Correspondence, Enum()] = "auto",
+    signed: Annotated[bool, Bool()] = True,
     color: Colored = True,
 ) -> Edit:
     """Gives every vertex how far it lies from another layer: what a clean-up has moved.
@@ -204,6 +186,12 @@ def compute_scalar_by_displacement_per_vertex(
     In mesh units. Signed: positive on the side to which the reference's faces look; blue below 0, nearly white there, orange
     above. Otherwise from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the limits, the mean distance,
     the root of the mean square, the distance that 95 % keep below, the largest one, and whether vertices were compared by number.
+
+    Args:
+        reference: The layer from which the displacement is measured, such as the mesh before cleaning.
+        correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the reference;
+            'auto' takes 'vertex' where the two layers have the same faces.
+        signed: Negative where the mesh lies on the inner side of the reference. Without it all values are distances.
     """
     other = layer.other(reference)
     result = displacement(layer.vertices, layer.faces, other.vertices, other.faces, correspondence=correspondence)

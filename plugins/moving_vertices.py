@@ -1,14 +1,14 @@
 """Parameters and results shared by filters that move vertices."""
 
-from collections.abc import Callable, Sequence
-from typing import Annotated, Any, NamedTuple, TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
 from pymeshfair.declaration import Bool, Bools, Enum, Float, Floats, Int, Ints, Layer, MeshElement, Percentage
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.choosing import DETAIL_SIZES, chosen_amount
-from pymeshfair.filters.evidence import Trial
+from pymeshfair.filters.evidence import Choice
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.topology import BorderPolicy
 
@@ -16,6 +16,7 @@ from pymeshfair.filters.topology import BorderPolicy
 MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
 #: the note of a filter whose automatic amount is 0
 NOTHING_TO_REMOVE = "there is no noise to remove: the vertices stay where they are"
+Label = TypeVar("Label")
 #: a filter by how much it smooths: vertices, faces, amount, which vertices may move, progress
 Smooth: TypeAlias = Callable[[Floats, Ints, float, Bools | None, Progress], Floats]
 Selected: TypeAlias = Annotated[
@@ -38,41 +39,9 @@ Iterations: TypeAlias = Annotated[
 ]
 
 
-def detail_size_parameter(
-    unless: str, *, default: str = "6edge", of_band: str = "", of_edges: bool = False, automatic: bool = True
-) -> Percentage:
-    """The wavelength at which a low-pass filter halves the amplitude.
-
-    Args:
-        unless: the sentence on when it is not used.
-        default: as a length.
-        of_band: the sentence on responses that are no low pass.
-        of_edges: whether mean edges are those of polylines.
-        automatic: whether it may be chosen.
-    """
-    sentences = (
-        "Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.",
-        of_band,
-        "Larger is smoother.",
-        "Mean edges are those of the curves." if of_edges else "",
-        "'auto' takes the size whose slopes are expected to be nearest to the true ones." if automatic else "",
-        unless,
-    )
-    return Percentage(
-        default=default, of_edges=of_edges, automatic=-1 if automatic else None, help=" ".join(s for s in sentences if s)
-    )
-
-
-def largest_size_parameter(of: str) -> Percentage:
-    """The other end of a band that begins at the detail size; `of` says which band."""
-    sentences = f"The longest wave {of} Larger takes in larger parts. 'auto': four detail sizes."
-    return Percentage(automatic=0, default="auto", help=sentences)
-
-
-def time_step_parameter(meaning: str) -> Float:
-    """The expert's parameter of implicit steps, which replaces the detail size."""
-    sentences = f"{meaning} Larger is smoother; any value is stable. 0: not used, the detail size decides."
-    return Float(minimum=0, advanced=True, help=sentences)
+#: the wavelength at which a low-pass filter halves the amplitude, and the expert's parameter of implicit steps, which replaces it
+DETAIL_SIZE = Percentage(default="6edge", automatic=-1)
+TIME_STEP = Float(minimum=0, advanced=True)
 
 
 def no_amount(other: str) -> FilterInputError:
@@ -117,7 +86,7 @@ def smoothed_by_amount(
         progress=part_of(progress, 0.0, 0.8),
     )
     amount = 0.0 if choice is None else choice.chosen.label * unit
-    values = {"chosen": amount, "tried": [] if choice is None else [_reported(trial) for trial in choice.trials]}
+    values = {"chosen": amount, "tried": reported(choice, lambda much: {"amount": much})}
     if amount == 0.0:
         progress(1.0)
         return Smoothed(layer.vertices, amount, values, (NOTHING_TO_REMOVE,))
@@ -129,8 +98,11 @@ def smoothed_by_size(layer: Layer, size: float, smooth: Smooth, *, selected: boo
     return smoothed_by_amount(layer, size, smooth, DETAIL_SIZES, unit=layer.mean_edge, selected=selected, progress=progress)
 
 
-def _reported(trial: Trial[float]) -> dict[str, float]:
-    return {"amount": trial.label, "error": trial.error, "excess": trial.excess, "uncertainty": trial.uncertainty}
+def reported(choice: Choice[Label] | None, labelled: Callable[[Label], Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """The report of what was tried: the label in words, and the scores."""
+    scores = ("error", "excess", "uncertainty")
+    trials = choice.trials if choice is not None else ()
+    return [{**labelled(trial.label), **{name: getattr(trial, name) for name in scores}} for trial in trials]
 
 
 def squared_mean_edge(layer: Layer) -> float:
@@ -146,6 +118,17 @@ def squared_mean_edge(layer: Layer) -> float:
 def movable_vertices(layer: Layer, selected: bool) -> Bools | None:
     """(n,) the vertices that a filter may move, None for all of them."""
     return layer.selected_vertices() if selected else None
+
+
+def additions(layer: Layer, vertices: Floats, faces: Ints) -> dict[str, Any]:
+    """The fields of an `Edit` that add vertices and faces, and select these alone."""
+    n, m = len(layer.vertices), len(layer.faces)
+    return {
+        "added_vertices": vertices,
+        "added_faces": faces,
+        "vertex_selection": np.arange(n + len(vertices)) >= n,
+        "face_selection": np.arange(m + len(faces)) >= m,
+    }
 
 
 def displacement(before: Floats, after: Floats) -> dict[str, float]:

@@ -36,9 +36,10 @@ def _counted(selected: Bools, kind: str) -> tuple[str, ...]:
     return (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
 
 
-def _selection(selected: Bools, notes: tuple[str, ...]) -> Edit:
+def _selection(selected: Bools, notes: tuple[str, ...], scalars: Floats | None = None, **more: float) -> Edit:
     """The selection, and how many vertices are in it."""
-    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
+    values = {"selected_vertices": int(np.count_nonzero(selected)), **more}
+    return Edit(vertex_selection=selected, vertex_scalars=scalars, values=values, notes=notes)
 
 
 @mesh_filter(
@@ -50,32 +51,9 @@ def _selection(selected: Bools, notes: tuple[str, ...]) -> Edit:
 def compute_selection_by_outlier_probability_per_vertex(
     layer: Layer,
     *,
-    neighbors: Annotated[
-        int,
-        Int(
-            label="Neighbours",
-            minimum=1,
-            help="How many nearest points a point is compared with. It must exceed the size of the clumps of stray points that "
-            "are to be found. More give steadier probabilities, blur borders between dense and sparse parts, and take longer.",
-        ),
-    ] = 20,
-    extent: Annotated[
-        float,
-        Float(
-            minimum=0.1,
-            help="How far beyond the usual a point must be to count as an outlier for certain, in standard deviations: 2 takes "
-            "95 % of the points for regular, 3 takes 99.7 %. Larger gives lower probabilities, so fewer points are selected.",
-        ),
-    ] = 3.0,
-    threshold: Annotated[
-        float,
-        Float(
-            minimum=0,
-            maximum=1,
-            help="Vertices with a probability above it are selected. Larger selects fewer: 1 none, 0 every vertex that is at all "
-            "farther from its neighbours than they are from theirs.",
-        ),
-    ] = 0.5,
+    neighbors: Annotated[int, Int(label="Neighbours", minimum=1)] = 20,
+    extent: Annotated[float, Float(minimum=0.1)] = 3.0,
+    threshold: Annotated[float, Float(minimum=0, maximum=1)] = 0.5,
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Selects the vertices that are probably outliers, and gives every vertex that probability.
@@ -85,19 +63,20 @@ def compute_selection_by_outlier_probability_per_vertex(
     looked at in colours before anything is deleted. The selection of vertices is replaced, that of faces stays. Faces play no
     part: a point cloud and a mesh with the same vertices have the same outliers. Returns the number of selected vertices, the
     largest and the mean probability.
+
+    Args:
+        neighbors: How many nearest points a point is compared with. It must exceed the size of the clumps of stray points that
+            are to be found. More give steadier probabilities, blur borders between dense and sparse parts, and take longer.
+        extent: How far beyond the usual a point must be to count as an outlier for certain, in standard deviations: 2 takes 95 %
+            of the points for regular, 3 takes 99.7 %. Larger gives lower probabilities, so fewer points are selected.
+        threshold: Vertices with a probability above it are selected. Larger selects fewer: 1 none, 0 every vertex that is at all
+            farther from its neighbours than they are from theirs.
     """
     probabilities = local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
     selected = probabilities > threshold
-    return Edit(
-        vertex_scalars=probabilities,
-        vertex_selection=selected,
-        values={
-            "selected_vertices": int(np.count_nonzero(selected)),
-            "largest_probability": float(probabilities.max()),
-            "mean_probability": float(probabilities.mean()),
-        },
-        notes=_counted(selected, f"outliers of their neighbourhood by a probability above {threshold:g}"),
-    )
+    notes = _counted(selected, f"outliers of their neighbourhood by a probability above {threshold:g}")
+    largest, mean = float(probabilities.max()), float(probabilities.mean())
+    return _selection(selected, notes, probabilities, largest_probability=largest, mean_probability=mean)
 
 
 @mesh_filter(
@@ -108,39 +87,24 @@ def compute_selection_by_outlier_probability_per_vertex(
 def compute_selection_by_stray_points_per_vertex(
     layer: Layer,
     *,
-    neighbors: Annotated[
-        int,
-        Int(
-            label="Neighbours",
-            minimum=1,
-            help="How many nearest points say how dense the cloud is around a point. More bridge wider gaps and take longer.",
-        ),
-    ] = 12,
-    sparseness: Annotated[
-        float,
-        Float(
-            minimum=1,
-            help="Points farther from their neighbours than this many times the median are selected: those alone and those in a "
-            "haze around the surface. Larger keeps sparser parts of a scan, and denser hazes.",
-        ),
-    ] = 8.0,
-    smallest_part: Annotated[
-        int,
-        Int(
-            minimum=1,
-            help="Clumps of fewer points than this, apart from all others, are selected. Larger selects larger clumps, and "
-            "larger islands of the surface too.",
-        ),
-    ] = 100,
-    clouds_only: Annotated[
-        bool, Bool(label="Point clouds only", help="Refuse a mesh: deleting the selected vertices would cut holes in it.")
-    ] = False,
+    neighbors: Annotated[int, Int(label="Neighbours", minimum=1)] = 12,
+    sparseness: Annotated[float, Float(minimum=1)] = 8.0,
+    smallest_part: Annotated[int, Int(minimum=1)] = 100,
+    clouds_only: Annotated[bool, Bool(label="Point clouds only")] = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Selects the points of a cloud that are part of no surface: single far ones, hazes, and clumps apart from the rest.
 
     A selection by local probability misses them where they are each other's neighbours. The selection of vertices is replaced.
     Faces play no part. Returns the number of selected points.
+
+    Args:
+        neighbors: How many nearest points say how dense the cloud is around a point. More bridge wider gaps and take longer.
+        sparseness: Points farther from their neighbours than this many times the median are selected: those alone and those in a
+            haze around the surface. Larger keeps sparser parts of a scan, and denser hazes.
+        smallest_part: Clumps of fewer points than this, apart from all others, are selected. Larger selects larger clumps, and
+            larger islands of the surface too.
+        clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
     """
     if clouds_only and len(layer.faces):
         raise FilterInputError(
@@ -159,13 +123,14 @@ def compute_selection_by_stray_points_per_vertex(
     classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET,
     changes=MeshElement.VERTFLAGSELECT,
 )
-def compute_selection_by_grid_per_vertex(
-    layer: Layer, *, side: Annotated[float, Percentage(default="1%", help="The side of the cells. Larger leaves fewer points.")]
-) -> Edit:
+def compute_selection_by_grid_per_vertex(layer: Layer, *, side: Annotated[float, Percentage(default="1%")]) -> Edit:
     """Selects all points but the first in each cell of a grid: without them a cloud is thinner, and as dense in all places.
 
     Points that stay are those that were measured, with all that belongs to them. The grid has a corner at the origin. The
     selection of vertices is replaced; faces play no part. Returns the number of selected points.
+
+    Args:
+        side: The side of the cells. Larger leaves fewer points.
     """
     if side == 0.0:
         raise FilterInputError("side is 0: nothing to do; give the side of a cell, such as '0.1' in mesh units")
@@ -182,15 +147,8 @@ def compute_selection_by_grid_per_vertex(
 def compute_selection_by_distance_from_cloud_per_vertex(
     layer: Layer,
     *,
-    reference: Annotated[int, Mesh(label="Cloud", help="The layer whose vertices are the points that were measured.")] = 0,
-    spacings: Annotated[
-        float,
-        Float(
-            minimum=0,
-            help="Vertices farther from the nearest point than this many times the spacing of the cloud are selected. Larger "
-            "keeps bridges over wider gaps.",
-        ),
-    ] = 4.0,
+    reference: Annotated[int, Mesh(label="Cloud")] = 0,
+    spacings: Annotated[float, Float(minimum=0)] = 4.0,
 ) -> Edit:
     """Selects the parts of a reconstruction that have no measured points near, such as the balloon of Screened Poisson.
 
@@ -198,6 +156,11 @@ def compute_selection_by_distance_from_cloud_per_vertex(
     is sparse, as far from a scanner, two thirds of what it is there. The selection of vertices is replaced. Says which share of
     the area hangs on them, which of the rest is over half as far, and which share of the points lies as far from the rest, and
     returns the number of selected vertices.
+
+    Args:
+        reference: The layer whose vertices are the points that were measured.
+        spacings: Vertices farther from the nearest point than this many times the spacing of the cloud are selected. Larger keeps
+            bridges over wider gaps.
     """
     cloud = layer.other(reference).vertices
     of_points = cloud_spacings(cloud)

@@ -1,7 +1,8 @@
 """Smoothing by diffusion: of vertices, explicit, implicit and Taubin's; of scalars and colours that stops at edges."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeAlias
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -41,17 +42,17 @@ from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.operators import OperatorName
 
 from .moving_vertices import (
+    DETAIL_SIZE,
     MOVES_VERTICES,
+    TIME_STEP,
     Border,
     Iterations,
     Selected,
-    detail_size_parameter,
     movable_vertices,
     no_amount,
     smoothed_by_amount,
     smoothed_by_size,
     squared_mean_edge,
-    time_step_parameter,
 )
 
 #: operators that approximate the Laplace-Beltrami operator, for which a wavelength has a meaning
@@ -67,53 +68,13 @@ GEOMETRIC_OPERATORS = ("cotangent", "robust")
 def apply_coord_implicit_fairing(
     layer: Layer,
     *,
-    operator: Annotated[
-        ImplicitOperator,
-        Enum(
-            help="'cotangent' is the Laplace-Beltrami operator: it does not depend on how the surface is triangulated; 'robust' "
-            "is the same for slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and "
-            "'scale_dependent' see the triangulation and need a time step."
-        ),
-    ] = "cotangent",
-    detail_size: Annotated[
-        float, detail_size_parameter("For the operators 'cotangent' and 'robust'; not used when a time step is given.")
-    ],
-    time_step: Annotated[
-        float,
-        time_step_parameter(
-            "The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and 'inverse_length')."
-        ),
-    ] = 0.0,
-    iterations: Annotated[
-        int,
-        Int(
-            minimum=1,
-            maximum=10_000,
-            help="How many steps. At the same detail size more steps cut off more sharply; with a time step each one smooths "
-            "further.",
-        ),
-    ] = 1,
-    flow: Annotated[
-        Flow,
-        Enum(
-            help="For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step; "
-            "'conformalized' updates the areas alone, so that thin parts do not pinch off under strong smoothing."
-        ),
-    ] = "linear",
-    preserve_volume: Annotated[
-        bool,
-        Bool(
-            help="Rescale every closed component about its centroid so that it keeps its volume. Open ones are left as they come "
-            "out."
-        ),
-    ] = False,
-    keep_dimensions: Annotated[
-        bool,
-        Bool(
-            help="Give back along the normals what whole parts of the shape have lost: limbs keep their thickness and the shape "
-            "its size, open or closed. Not for point clouds."
-        ),
-    ] = False,
+    operator: Annotated[ImplicitOperator, Enum()] = "cotangent",
+    detail_size: Annotated[float, DETAIL_SIZE],
+    time_step: Annotated[float, TIME_STEP] = 0.0,
+    iterations: Annotated[int, Int(minimum=1, maximum=10_000)] = 1,
+    flow: Annotated[Flow, Enum()] = "linear",
+    preserve_volume: Annotated[bool, Bool()] = False,
+    keep_dimensions: Annotated[bool, Bool()] = False,
     border: Border = "along",
     selected: Selected = False,
     progress: Progress = ignore_progress,
@@ -122,6 +83,24 @@ def apply_coord_implicit_fairing(
 
     The amount is given as the size of the details that are to vanish. Unlike explicit smoothing it does not depend on the
     sampling, and no step is too long.
+
+    Args:
+        operator: 'cotangent' is the Laplace-Beltrami operator: it does not depend on how the surface is triangulated; 'robust' is
+            the same for slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and 'scale_dependent' see the
+            triangulation and need a time step.
+        detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is
+            smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. For the operators
+            'cotangent' and 'robust'; not used when a time step is given.
+        time_step: The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and 'inverse_length').
+            Larger is smoother; any value is stable. 0: not used, the detail size decides.
+        iterations: How many steps. At the same detail size more steps cut off more sharply; with a time step each one smooths
+            further.
+        flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
+            'conformalized' updates the areas alone, so that thin parts do not pinch off under strong smoothing.
+        preserve_volume: Rescale every closed component about its centroid so that it keeps its volume. Open ones are left as they
+            come out.
+        keep_dimensions: Give back along the normals what whole parts of the shape have lost: limbs keep their thickness and the
+            shape its size, open or closed. Not for point clouds.
     """
 
     def smooth(points: Floats, faces: Ints, time: float, movable: Bools | None, tell: Progress) -> Floats:
@@ -183,33 +162,10 @@ def laplacian_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
 def apply_coord_explicit_smoothing(
     layer: Layer,
     *,
-    operator: Annotated[
-        OperatorName,
-        Enum(
-            help="How neighbours are weighted. 'uniform' evens out triangle sizes and drifts along the surface; 'inverse_length' "
-            "keeps uneven sampling; 'scale_dependent' does so in true lengths; 'cotangent' moves vertices along the normal "
-            "and leaves flat parts alone; 'laplace_beltrami' is the same in true units, the mean curvature flow; 'robust' "
-            "works on slivers, non-manifold meshes and point clouds too."
-        ),
-    ] = "uniform",
-    step: Annotated[
-        float,
-        Float(
-            minimum=0,
-            help="The share of the way towards the neighbours' mean that a vertex goes in one iteration, from 0 to 1; for "
-            "'scale_dependent', 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by "
-            "stability. Larger is smoother.",
-        ),
-    ] = 0.5,
+    operator: Annotated[OperatorName, Enum()] = "uniform",
+    step: Annotated[float, Float(minimum=0)] = 0.5,
     iterations: Iterations = 10,
-    update: Annotated[
-        UpdateRule,
-        Enum(
-            label="Update rule",
-            help="'euler' takes the step above. 'meshlab' repeats the rule of MeshLab's own Laplacian Smooth, where the vertex "
-            "itself is averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.",
-        ),
-    ] = "euler",
+    update: Annotated[UpdateRule, Enum(label="Update rule")] = "euler",
     border: Border = "along",
     selected: Selected = False,
     progress: Progress = ignore_progress,
@@ -218,6 +174,17 @@ def apply_coord_explicit_smoothing(
 
     Simple and fast, but closed surfaces shrink: use Taubin Fairing to keep the volume, or Implicit Fairing for strong smoothing
     in one step.
+
+    Args:
+        operator: How neighbours are weighted. 'uniform' evens out triangle sizes and drifts along the surface; 'inverse_length'
+            keeps uneven sampling; 'scale_dependent' does so in true lengths; 'cotangent' moves vertices along the normal and
+            leaves flat parts alone; 'laplace_beltrami' is the same in true units, the mean curvature flow; 'robust' works on
+            slivers, non-manifold meshes and point clouds too.
+        step: The share of the way towards the neighbours' mean that a vertex goes in one iteration, from 0 to 1; for
+            'scale_dependent', 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability.
+            Larger is smoother.
+        update: 'euler' takes the step above. 'meshlab' repeats the rule of MeshLab's own Laplacian Smooth, where the vertex
+            itself is averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.
     """
     unit = squared_mean_edge(layer) if operator in DIMENSIONAL_OPERATORS else 1.0
     try:
@@ -242,19 +209,10 @@ def apply_coord_explicit_smoothing(
     return Edit(vertices=vertices)
 
 
-def taubin_step(help: str) -> Float:
-    """The step lambda, which smooths."""
-    return Float(label="Step (lambda)", minimum=0, maximum=1, help=help)
-
-
-def taubin_mu(help: str) -> Float:
-    """The step mu, which goes back."""
-    return Float(label="Step back (mu)", minimum=-1.5, maximum=0, help=help)
-
-
-def taubin_pass_band(help: str) -> Float:
-    """The pass band, which gives mu for a lambda."""
-    return Float(label="Pass band", minimum=0, maximum=2, help=help)
+#: lambda, which smooths, mu, which goes back, and the pass band, which gives mu for a lambda
+TAUBIN_STEP = Float(label="Step (lambda)", minimum=0, maximum=1)
+TAUBIN_MU = Float(label="Step back (mu)", minimum=-1.5, maximum=0)
+TAUBIN_PASS_BAND = Float(label="Pass band", minimum=0, maximum=2)
 
 
 def taubin_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
@@ -276,38 +234,11 @@ def taubin_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
 def apply_coord_taubin_fairing(
     layer: Layer,
     *,
-    operator: Annotated[
-        TaubinOperator,
-        Enum(
-            help="How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling; 'cotangent' "
-            "moves vertices along the normal alone."
-        ),
-    ] = "uniform",
-    step: Annotated[float, taubin_step("The step that smooths, above 0. Larger is smoother per iteration.")] = 0.5,
-    mu: Annotated[
-        float,
-        taubin_mu(
-            "The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is smoother; "
-            "not used when a pass band is given."
-        ),
-    ] = -0.53,
-    pass_band: Annotated[
-        float,
-        taubin_pass_band(
-            "Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1. "
-            "Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda)."
-        ),
-    ] = 0.0,
-    iterations: Annotated[
-        int,
-        Int(
-            minimum=0,
-            maximum=100_000,
-            automatic=-1,
-            help="How many pairs of steps are taken. More are smoother and slower. 'auto' takes the number whose slopes are "
-            "expected to be nearest to the true ones.",
-        ),
-    ] = 10,
+    operator: Annotated[TaubinOperator, Enum()] = "uniform",
+    step: Annotated[float, TAUBIN_STEP] = 0.5,
+    mu: Annotated[float, TAUBIN_MU] = -0.53,
+    pass_band: Annotated[float, TAUBIN_PASS_BAND] = 0.0,
+    iterations: Annotated[int, Int(minimum=0, maximum=100_000, automatic=-1)] = 10,
     border: Border = "along",
     selected: Selected = False,
     progress: Progress = ignore_progress,
@@ -316,6 +247,17 @@ def apply_coord_taubin_fairing(
 
     With the uniform operator it is MeshLab's own Taubin Smooth, except on open borders, where a step of MeshLab's goes two thirds
     of the way of ours.
+
+    Args:
+        operator: How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling; 'cotangent'
+            moves vertices along the normal alone.
+        step: The step that smooths, above 0. Larger is smoother per iteration.
+        mu: The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is smoother; not
+            used when a pass band is given.
+        pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1.
+            Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda).
+        iterations: How many pairs of steps are taken. More are smoother and slower. 'auto' takes the number whose slopes are
+            expected to be nearest to the true ones.
     """
 
     def smooth(points: Floats, faces: Ints, passes: float, movable: Bools | None, tell: Progress) -> Floats:
@@ -345,20 +287,17 @@ def apply_coord_taubin_fairing(
 def apply_coord_spike_removal(
     layer: Layer,
     *,
-    steepness: Annotated[
-        float,
-        Float(
-            minimum=0,
-            help="A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike. "
-            "Larger removes thinner spikes alone; below 1 the corners of boxes go.",
-        ),
-    ] = 1.5,
+    steepness: Annotated[float, Float(minimum=0)] = 1.5,
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Puts single vertices that stand up like needles among their neighbours; all others stay to the bit.
 
     Vertices on open borders stay. Returns the number of spikes.
+
+    Args:
+        steepness: A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike.
+            Larger removes thinner spikes alone; below 1 the corners of boxes go.
     """
     vertices, spikes = remove_spikes(
         layer.vertices, layer.faces, steepness=steepness, movable=movable_vertices(layer, selected), progress=progress
@@ -366,31 +305,38 @@ def apply_coord_spike_removal(
     return Edit(vertices=vertices, values={"spikes": int(np.count_nonzero(spikes))})
 
 
-EdgeStopping: TypeAlias = Annotated[
-    EdgeStop,
-    Enum(
-        label="Range kernel",
-        choices=EDGE_STOPS,
-        help="How the flow between neighbours falls with their difference. 'lorentzian' and 'gaussian' are the paper's, "
-        "1 / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it, 'l2' does not.",
-    ),
-]
-ShareOfStep: TypeAlias = Annotated[
-    float,
-    Float(
-        label="Step",
-        minimum=0,
-        maximum=1,
-        help="The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger is "
-        "smoother per iteration.",
-    ),
-]
+@dataclass(frozen=True, kw_only=True)
+class Diffusion:
+    """Diffusion that stops at edges: the parameters that both filters have.
+
+    Attributes:
+        range_kernel: How the flow between neighbours falls with their difference. 'lorentzian' and 'gaussian' are the paper's,
+            1 / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it, 'l2' does not.
+        step: The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger is
+            smoother per iteration.
+    """
+
+    range_kernel: Annotated[EdgeStop, Enum(label="Range kernel", choices=EDGE_STOPS)] = "lorentzian"
+    range_sigma: Annotated[float, Float(label="Range sigma (contrast)", minimum=0, automatic=0)] = 0.0
+    step: Annotated[float, Float(label="Step", minimum=0, maximum=1)] = 1.0
+    iterations: Iterations = 10
+    selected: Selected = False
 
 
-def _contrast(meaning: str) -> Float:
-    """The difference of neighbours that counts as an edge."""
-    sentences = f"{meaning} Larger smooths stronger noise and blurs more edges. 'auto' takes it from the median difference."
-    return Float(label="Range sigma (contrast)", minimum=0, automatic=0, help=sentences)
+def _diffused(values: Floats, layer: Layer, how: Diffusion, progress: Progress) -> Floats:
+    """The values of vertices, (n,) or (n, k), after the diffusion."""
+    if how.step == 0.0:
+        raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
+    return perona_malik(
+        values,
+        layer.faces,
+        edge_stop=how.range_kernel,
+        contrast=how.range_sigma or None,
+        step=how.step * longest_step(layer.faces),
+        iterations=how.iterations,
+        movable=movable_vertices(layer, how.selected),
+        progress=progress,
+    )
 
 
 @mesh_filter(
@@ -401,18 +347,15 @@ def _contrast(meaning: str) -> Float:
     references=("perona1990", "black1998"),
 )
 def apply_scalar_anisotropic_diffusion_per_vertex(
-    layer: Layer,
-    *,
-    range_kernel: EdgeStopping = "lorentzian",
-    range_sigma: Annotated[float, _contrast("Differences between neighbours above it are edges, and stay.")] = 0.0,
-    step: ShareOfStep = 1.0,
-    iterations: Iterations = 10,
-    selected: Selected = False,
-    progress: Progress = ignore_progress,
+    layer: Layer, *, diffusion: Diffusion, progress: Progress = ignore_progress
 ) -> Edit:
-    """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move."""
-    values = _diffused(layer, layer.vertex_scalars, range_kernel, range_sigma, step, iterations, selected, progress)
-    return Edit(vertex_scalars=values)
+    """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move.
+
+    Args:
+        range_sigma: Differences between neighbours above it are edges, and stay. Larger smooths stronger noise and blurs more
+            edges. 'auto' takes it from the median difference.
+    """
+    return Edit(vertex_scalars=_diffused(layer.vertex_scalars, layer, diffusion, progress))
 
 
 @mesh_filter(
@@ -423,43 +366,14 @@ def apply_scalar_anisotropic_diffusion_per_vertex(
     references=("perona1990", "black1998"),
 )
 def apply_color_anisotropic_diffusion_per_vertex(
-    layer: Layer,
-    *,
-    range_kernel: EdgeStopping = "lorentzian",
-    range_sigma: Annotated[
-        float, _contrast("Differences between neighbouring colours above it are edges, and stay; 1.73 is from black to white.")
-    ] = 0.0,
-    step: ShareOfStep = 1.0,
-    iterations: Iterations = 10,
-    selected: Selected = False,
-    progress: Progress = ignore_progress,
+    layer: Layer, *, diffusion: Diffusion, progress: Progress = ignore_progress
 ) -> Edit:
-    """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays."""
+    """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays.
+
+    Args:
+        range_sigma: Differences between neighbouring colours above it are edges, and stay; 1.73 is from black to white. Larger
+            smooths stronger noise and blurs more edges. 'auto' takes it from the median difference.
+    """
     colors = np.array(layer.vertex_colors)
-    colors[:, :3] = _diffused(layer, colors[:, :3], range_kernel, range_sigma, step, iterations, selected, progress)
+    colors[:, :3] = _diffused(colors[:, :3], layer, diffusion, progress)
     return Edit(vertex_colors=colors)
-
-
-def _diffused(
-    layer: Layer,
-    values: Floats,
-    range_kernel: EdgeStop,
-    range_sigma: float,
-    step: float,
-    iterations: int,
-    selected: bool,
-    progress: Progress,
-) -> Floats:
-    if step == 0.0:
-        raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
-
-    return perona_malik(
-        values,
-        layer.faces,
-        edge_stop=range_kernel,
-        contrast=range_sigma or None,
-        step=step * longest_step(layer.faces),
-        iterations=iterations,
-        movable=movable_vertices(layer, selected),
-        progress=progress,
-    )

@@ -37,10 +37,9 @@ from pymeshfair.filters.spectral import (
 )
 
 from .moving_vertices import (
+    DETAIL_SIZE,
     MOVES_VERTICES,
     Selected,
-    detail_size_parameter,
-    largest_size_parameter,
     movable_vertices,
     no_amount,
     smoothed_by_size,
@@ -65,56 +64,13 @@ OPERATOR = Enum(
 def apply_coord_spectral_filter(
     layer: Layer,
     *,
-    response: Annotated[
-        ResponseName,
-        Enum(
-            help="'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size to the "
-            "largest size by the gain and keeps all others; 'band_pass' keeps that band alone, about the centroid of each "
-            "component, to look at."
-        ),
-    ] = "low_pass",
-    detail_size: Annotated[
-        float,
-        detail_size_parameter(
-            "Not used when a number of modes is given.",
-            of_band="With 'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise.",
-        ),
-    ],
-    largest_size: Annotated[float, largest_size_parameter("of the band of 'enhance' and 'band_pass'.")],
-    modes: Annotated[
-        int,
-        Int(
-            minimum=0,
-            maximum=1_000_000,
-            help="In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids stay "
-            "and do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size decides.",
-        ),
-    ] = 0,
-    gain: Annotated[
-        float,
-        Float(
-            minimum=0,
-            maximum=10,
-            help="By what 'enhance' multiplies the waves of the band. Larger makes these details stronger, below 1 weaker.",
-        ),
-    ] = 2.0,
-    order: Annotated[
-        int,
-        Int(
-            minimum=min(ORDERS),
-            maximum=max(ORDERS),
-            advanced=True,
-            help="How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves "
-            "ripples beside edges. Not used with a number of modes, where eigenvectors cut off at once.",
-        ),
-    ] = DEFAULT_ORDER,
-    method: Annotated[
-        SpectralMethod,
-        Enum(
-            help="'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto' "
-            "computes modes only where their number is given and memory allows. The result says which ran."
-        ),
-    ] = "auto",
+    response: Annotated[ResponseName, Enum()] = "low_pass",
+    detail_size: Annotated[float, DETAIL_SIZE],
+    largest_size: Annotated[float, Percentage(automatic=0, default="auto")],
+    modes: Annotated[int, Int(minimum=0, maximum=1_000_000)] = 0,
+    gain: Annotated[float, Float(minimum=0, maximum=10)] = 2.0,
+    order: Annotated[int, Int(minimum=min(ORDERS), maximum=max(ORDERS), advanced=True)] = DEFAULT_ORDER,
+    method: Annotated[SpectralMethod, Enum()] = "auto",
     operator: Annotated[SpectralOperator, OPERATOR] = "auto",
     selected: Selected = False,
     progress: Progress = ignore_progress,
@@ -126,6 +82,24 @@ def apply_coord_spectral_filter(
     one, and their centroids stay. Open borders are natural: their vertices are free, and they get as smooth as the surface.
     Returns the route that was taken, the number of modes or the degree of the polynomial, the wavelength at the cutoff, and a
     bound of the error in mesh units.
+
+    Args:
+        response: 'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size to the
+            largest size by the gain and keeps all others; 'band_pass' keeps that band alone, about the centroid of each
+            component, to look at.
+        detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. With
+            'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise. Larger is smoother.
+            'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used when a number of modes is
+            given.
+        largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 'auto': four detail
+            sizes.
+        modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids stay and
+            do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size decides.
+        gain: By what 'enhance' multiplies the waves of the band. Larger makes these details stronger, below 1 weaker.
+        order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves ripples
+            beside edges. Not used with a number of modes, where eigenvectors cut off at once.
+        method: 'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto' computes
+            modes only where their number is given and memory allows. The result says which ran.
     """
     if modes == 0 and detail_size == 0.0:
         raise no_amount("modes")
@@ -178,33 +152,10 @@ def _in_words(response: ResponseName, filtered: SpectralResult) -> str:
 def apply_coord_detail_enhancement(
     layer: Layer,
     *,
-    gain: Annotated[
-        float,
-        Float(
-            minimum=0,
-            maximum=10,
-            help="How many times as high the relief becomes. Larger makes it stronger, below 1 flatter; 1 changes nothing.",
-        ),
-    ] = 2.0,
-    detail_size: Annotated[
-        float,
-        Percentage(
-            automatic=0,
-            default="auto",
-            help="The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details alone. "
-            "'auto': where the spectrum of the surface rises above its noise, at least five mean edges.",
-        ),
-    ],
-    largest_size: Annotated[float, largest_size_parameter("of the relief; what is larger is shape and stays.")],
-    most: Annotated[
-        float,
-        Float(
-            minimum=0.001,
-            maximum=0.5,
-            help="How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that "
-            "is less. Larger lets thin parts change more.",
-        ),
-    ] = 0.05,
+    gain: Annotated[float, Float(minimum=0, maximum=10)] = 2.0,
+    detail_size: Annotated[float, Percentage(automatic=0, default="auto")],
+    largest_size: Annotated[float, Percentage(automatic=0, default="auto")],
+    most: Annotated[float, Float(minimum=0.001, maximum=0.5)] = 0.05,
     operator: Annotated[SpectralOperator, OPERATOR] = "auto",
     selected: Selected = False,
     progress: Progress = ignore_progress,
@@ -215,6 +166,15 @@ def apply_coord_detail_enhancement(
     as they are. Open borders stay, and what is near them changes less. Thin parts change less, too. Returns the two wavelengths,
     the height of the relief as it was (root mean square), the largest displacement, and the share of the vertices that the
     thickness has held back by half or more.
+
+    Args:
+        gain: How many times as high the relief becomes. Larger makes it stronger, below 1 flatter; 1 changes nothing.
+        detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details alone.
+            'auto': where the spectrum of the surface rises above its noise, at least five mean edges.
+        largest_size: The longest wave of the relief; what is larger is shape and stays. Larger takes in larger parts. 'auto':
+            four detail sizes.
+        most: How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that is
+            less. Larger lets thin parts change more.
     """
     enhanced = enhance_details(
         layer.vertices,
@@ -249,15 +209,7 @@ def apply_coord_detail_enhancement(
 def compute_scalar_by_manifold_harmonic_per_vertex(
     layer: Layer,
     *,
-    mode: Annotated[
-        int,
-        Int(
-            minimum=0,
-            maximum=1_000_000,
-            help="Which one, by rising frequency over all components. 0 is constant, 1 the longest wave, whatever the number of "
-            "components; larger has shorter waves and takes longer.",
-        ),
-    ] = 10,
+    mode: Annotated[int, Int(minimum=0, maximum=1_000_000)] = 10,
     operator: Annotated[SpectralOperator, OPERATOR] = "auto",
     progress: Progress = ignore_progress,
 ) -> Edit:
@@ -266,6 +218,10 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
     Modes are for a surface what sines are for sound: eigenfunctions of the Laplace-Beltrami operator. Its mean square over the
     surface is 1, its sign is arbitrary but always the same; it is 0 at vertices without a triangle and on other components.
     Returns its frequency (radians per mesh unit), its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
+
+    Args:
+        mode: Which one, by rising frequency over all components. 0 is constant, 1 the longest wave, whatever the number of
+            components; larger has shorter waves and takes longer.
     """
     harmonic = one_harmonic(layer.vertices, layer.faces, mode, operator=operator, progress=progress)
     frequency = math.sqrt(max(harmonic.eigenvalue, 0.0))
@@ -292,15 +248,7 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
 def get_surface_spectrum(
     layer: Layer,
     *,
-    modes: Annotated[
-        int,
-        Int(
-            minimum=0,
-            maximum=100_000,
-            help="How many modes are listed, from the lowest. More reach higher frequencies and take longer; "
-            "the energies of bands do not need them.",
-        ),
-    ] = 50,
+    modes: Annotated[int, Int(minimum=0, maximum=100_000)] = 50,
     operator: Annotated[SpectralOperator, OPERATOR] = "auto",
     progress: Progress = ignore_progress,
 ) -> Edit:
@@ -309,6 +257,10 @@ def get_surface_spectrum(
     The energy of a frequency is what its waves add to the mean squared distance of the surface from the centroids of its
     components, in squared mesh units; a frequency is 2 pi over a wavelength, in radians per mesh unit. Returns the frequencies
     and energies of the lowest modes, and the energies of bands of a third of an octave up to the finest waves of the mesh.
+
+    Args:
+        modes: How many modes are listed, from the lowest. More reach higher frequencies and take longer; the energies of bands do
+            not need them.
     """
     energies = spectrum(layer.vertices, layer.faces, modes=modes, operator=operator, progress=progress)
     # Lists, not arrays: a run hands them over whole.

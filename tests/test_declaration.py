@@ -304,6 +304,34 @@ def test_fields_of_a_dataclass_are_parameters_in_its_place() -> None:
     assert "progress" in inspect.signature(grouped.function).parameters
 
 
+def test_the_docstring_has_the_help_of_parameters() -> None:
+    """Help is taken from ``Args:`` where the annotation has none; the description is the docstring without that section."""
+
+    @mesh_filter(name="Documented", classes=FilterClass.OTHER)
+    def documented(
+        layer: Layer,
+        *,
+        first: Annotated[int, Int()] = 1,
+        last: Annotated[int, Int(help="Its own.")] = 9,
+    ) -> Edit:
+        """Does.
+
+        More.
+
+        Args:
+            layer: The mesh.
+            first: A number: one of
+                several.
+            last: Not this.
+
+        Last.
+        """
+        return Edit()
+
+    assert documented.info == "Does.\n\nMore.\n\nLast."
+    assert [p.help for p in documented.parameters] == ["A number: one of several.", "Its own."]
+
+
 def test_given_values_are_checked_in_declared_order() -> None:
     """Values come back in declared order; absent ones stay absent; an unknown one is named with the nearest that exists."""
     assert list(apply_coord_test_shift.check({"times": 1, "distance": "3%"}).items()) == [

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from pymeshfair.declaration import Enum, Filter, FilterClass, Parameter
+from pymeshfair.declaration import AUTO, Color, Enum, Filter, FilterClass, Matrix, Parameter, Percentage, Point, Shot
 from pymeshfair.meshlab.facts import meshlab_filters
-from pymeshfair.meshset.methods import annotation_text, method_docstring, shown_default
+from pymeshfair.meshset.methods import method_docstring, shown_default
 from pymeshfair.registry import custom_filters
 
 STUB = Path(__file__).parents[1] / "src/pymeshfair/meshset/filter_methods.pyi"
@@ -15,6 +15,8 @@ STUB = Path(__file__).parents[1] / "src/pymeshfair/meshset/filter_methods.pyi"
 _LINE = 130
 #: a default of more characters, such as a grammar, is left out
 _LONGEST_DEFAULT = 90
+#: the kinds of parameter whose type has a name in `pymeshfair.meshset.methods`
+_LIKE = {Percentage: "LengthLike", Point: "PointLike", Color: "ColorLike", Matrix: "MatrixLike", Shot: "Any"}
 _HEAD = '''\
 # Written by `python tools/generate.py stubs` from the declarations of the filters; change those instead.
 """The filters as methods, for `MeshSet` to inherit."""
@@ -63,8 +65,17 @@ def measures(known: Filter) -> bool:
     return FilterClass.MEASURE in known.classes and known.python_name.startswith("get_")
 
 
+def annotation_text(parameter: Parameter) -> str:
+    """The type of a parameter as the stub says it."""
+    if isinstance(parameter, Enum):
+        return f"Literal[{', '.join(map(repr, parameter.choices))}]".replace("'", '"')
+    own = parameter.python_type.__name__
+    text = next((like for of, like in _LIKE.items() if isinstance(parameter, of)), own)
+    return text if parameter.automatic is None or text == "LengthLike" else f'{text} | Literal["{AUTO}"]'
+
+
 def _argument(parameter: Parameter) -> Iterator[str]:
-    annotation = annotation_text(parameter).replace("'", '"')
+    annotation = annotation_text(parameter)
     default = repr(shown_default(parameter))
     if parameter.default is None or len(default) > _LONGEST_DEFAULT:
         default = "..."

@@ -60,17 +60,15 @@ _OURS = {
 
 
 def _from_elsewhere(name: str) -> Any:
-    if name == "errors":
-        import importlib
+    import importlib
 
+    if name == "errors":
         return importlib.import_module(".errors", __name__)
     if name == "__version__":
         import importlib.metadata
 
         return importlib.metadata.version("pymeshfair")
     if name in _OURS:
-        import importlib
-
         return getattr(importlib.import_module(f".{_OURS[name]}", __name__), name)
     if not name.startswith("_"):
         from .meshlab.loading import load_pymeshlab

@@ -38,8 +38,7 @@ def resolved(declared: Filter, values: Mapping[str, Any], layer: Layer) -> dict[
     of_edges = {p.name for p in declared.parameters if isinstance(p, Percentage) and p.of_edges}
 
     def mesh_units(name: str, length: Length) -> float:
-        measure = _mean_polyline_edge if name in of_edges else _mean_edge
-        return length.resolve(diagonal=layer.diagonal, mean_edge=lambda: measure(layer))
+        return length.resolve(diagonal=layer.diagonal, mean_edge=lambda: _mean_edge(layer, of_edges=name in of_edges))
 
     return {name: mesh_units(name, value) if isinstance(value, Length) else value for name, value in values.items()}
 
@@ -83,11 +82,9 @@ def reason(error: Exception) -> str:
     return str(error) if isinstance(error, PymeshfairError) else f"{type(error).__name__}: {error}"
 
 
-def _mean_edge(layer: Layer) -> float:
-    return layer.mean_edge
-
-
-def _mean_polyline_edge(layer: Layer) -> float:
+def _mean_edge(layer: Layer, *, of_edges: bool) -> float:
+    if not (of_edges and len(layer.edges)):
+        return layer.mean_edge
     from .filters.geometry import mean_edge_length  # compiled code, which not every use needs
 
-    return mean_edge_length(layer.vertices, layer.edges) if len(layer.edges) else layer.mean_edge
+    return mean_edge_length(layer.vertices, layer.edges)

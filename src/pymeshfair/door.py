@@ -16,18 +16,19 @@ import pymeshlab
 from numpy.typing import NDArray
 
 from .declaration import Filter, FilterClass
-from .declaration import Mesh as MeshParameter
 from .files.errors import ContentsError
 from .files.ply_write import write_ply
 from .files.reading import Reading
 from .filters.topology import proper_faces
-from .mesh_data import MeshData, Source, Texture, as_levels
-from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, diagonal_of, mean_edge_of
+from .mesh_data import MeshData, Source, Texture
+from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
 from .meshlab.base import BASE
 from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from .meshlab.unrepeatable import LEAVES_STATE
 from .processes.worker import use_up
 from .scripts.script import Step
+from .write_back.arrays import attributes_of
+from .write_back.attributes import SAVED_AS, saved_attributes
 
 #: the custom attribute by which elements are known again, from 1; 0 is a new one
 _ID = "pymeshfair_id"
@@ -36,7 +37,6 @@ _TEXTURE = "pymeshfair_texture"
 #: MeshLab's marks in a property called flags: selected, and edges within a polygon
 _SELECTED, _FAUX = 0x20, (0x40000, 0x80000, 0x100000)
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_CUSTOM_OF = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,8 +178,7 @@ class Door:
     def _measured(self) -> Any:
         """The current layer, as far as lengths are measured on it."""
         mesh = BASE.current_mesh(self._meshset)
-        arrays = [np.ascontiguousarray(a) for a in (mesh.vertex_matrix(), mesh.face_matrix(), mesh.edge_matrix())]
-        return _Measured(*arrays)
+        return MeshData(vertices=mesh.vertex_matrix(), faces=mesh.face_matrix(), edges=mesh.edge_matrix())
 
     # ---------------------------------------------------------------------------------------------------------------- out
 
@@ -205,10 +204,7 @@ class Door:
             normals = np.ascontiguousarray(mesh.vertex_normal_matrix())
             if keeps_normals or normals.any():
                 vertex["normals"] = _unit(normals)
-        if mesh.has_vertex_color():
-            vertex["colors"] = as_levels(mesh.vertex_color_matrix())
-        if mesh.has_vertex_scalar():
-            vertex["scalars"] = np.ascontiguousarray(mesh.vertex_scalar_array())
+        vertex |= attributes_of(mesh, "vertex")
         if mesh.has_vertex_tex_coord() and not (
             mesh.has_wedge_tex_coord() and (sent is None or "texture_coordinates" not in sent.vertex_attributes)
         ):
@@ -219,10 +215,7 @@ class Door:
         if mesh.selected_vertex_number():
             vertex["selection"] = np.ascontiguousarray(mesh.vertex_selection_array())
         if len(faces):
-            if mesh.has_face_color():
-                face["colors"] = as_levels(mesh.face_color_matrix())
-            if mesh.has_face_scalar():
-                face["scalars"] = np.ascontiguousarray(mesh.face_scalar_array())
+            face |= attributes_of(mesh, "face")
             if mesh.selected_face_number():
                 face["selection"] = np.ascontiguousarray(mesh.face_selection_array())
             if mesh.has_wedge_tex_coord():
@@ -237,8 +230,8 @@ class Door:
         if polygon is not None:
             face["polygon"] = polygon
         for element, attributes in (("vertex", vertex), ("face", face)):
-            for name in self._own_custom(element):
-                if (values := _attribute(mesh, element, name)) is not None:
+            for name in saved_attributes(self._meshset, SAVED_AS[element]):
+                if not name.startswith("pymeshfair_") and (values := _attribute(mesh, element, name)) is not None:
                     attributes[name] = values
         matrix = np.array(mesh.transform_matrix())
         base = MeshData(vertices=vertices) if sent is None else sent
@@ -279,31 +272,10 @@ class Door:
         self._apply("compute_new_custom_scalar_attribute_per_face", name=_TEXTURE, expr="ti")
         return np.asarray(mesh.face_custom_scalar_attribute_array(_TEXTURE)).astype(np.int32)
 
-    def _own_custom(self, element: str) -> list[str]:
-        """The custom attributes of the current layer that are none of the door's, as MeshLab lists them for saving."""
-        offered = BASE.filter_parameter_values(self._meshset, "ply")
-        prefix = _CUSTOM_OF[element]
-        names = [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
-        return [name for name in names if not name.startswith("pymeshfair_")]
-
-
-class _Measured:
-    """The sizes that lengths are relative to."""
-
-    def __init__(self, vertices: Any, faces: Any, edges: Any) -> None:
-        self._arrays = vertices, faces, edges
-        self.diagonal = diagonal_of(vertices)
-
-    @property
-    def mean_edge(self) -> float:
-        """The mean edge length."""
-        return mean_edge_of(*self._arrays)
-
 
 def _with_ids(declared: Filter, values: Mapping[str, Any], ids: Mapping[int, int]) -> dict[str, Any]:
     """The values with the ids of layers changed; one that is not there stays, for MeshLab to refuse it."""
-    named = {p.name for p in declared.parameters if isinstance(p, MeshParameter)}
-    return {n: ids.get(value, value) if n in named and isinstance(value, int) else value for n, value in values.items()}
+    return {**values, **{name: ids.get(number, number) for name, number in declared.layers(values).items()}}
 
 
 def _words(values: Mapping[str, Any]) -> set[str]:

@@ -195,14 +195,5 @@ def head_info(comment: str) -> RecipeInfo:
     """The words of a head comment, taken apart."""
     title, _, rest = comment.partition("\n")
     named, more = paragraphs(rest)
-    return RecipeInfo(
-        title.strip(),
-        named.get("For", ""),
-        named.get("Does", ""),
-        named.get("Tune", ""),
-        more,
-        task=named.get("Task", ""),
-        fits=named.get("Fits", ""),
-        judged=named.get("Judged", ""),
-        superseded=named.get("Superseded", ""),
-    )
+    words = {"For": "purpose"} | {word: word.lower() for word in ("Does", "Tune", "Task", "Fits", "Judged", "Superseded")}
+    return RecipeInfo(title.strip(), more=more, **{field: named.get(word, "") for word, field in words.items()})

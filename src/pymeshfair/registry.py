@@ -23,16 +23,6 @@ from .meshlab.facts import meshlab_filters
 ENTRY_POINT_GROUP = "pymeshfair.plugins"
 _LOG = logging.getLogger("pymeshfair")
 
-__all__ = [
-    "ENTRY_POINT_GROUP",
-    "BrokenPlugin",
-    "all_filters",
-    "broken_plugins",
-    "custom_filters",
-    "find_filter",
-    "reload_plugins",
-]
-
 
 @dataclass(frozen=True)
 class BrokenPlugin:

@@ -17,14 +17,13 @@ import trimesh
 
 from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.inspection import Limits
+from pymeshfair.mesh_data import MeshData
 from pymeshfair.report.charts import histogram, round_numbers, spectrum_chart
 from pymeshfair.report.display import shown_mesh
 from pymeshfair.report.scene import Marker, Scene, pack_scene
 from tests.commands.command_line import COMMAND, invoke
 from tests.meshes import icosphere, torus
 from tests.running.runs import RANGE_MAP
-
-NO_EDGES = np.empty((0, 2), dtype=np.int32)
 
 
 def unpacked(scene: Scene) -> list[dict[str, np.ndarray]]:
@@ -53,7 +52,7 @@ def test_what_is_packed_comes_back() -> None:
     vertices = vertices + np.array([1000.0, -2000.0, 50.0])
     values = vertices[:, 0].copy()
     values[3] = np.nan
-    shown = shown_mesh("before", vertices, faces, NO_EDGES, scalars={"curvature": values})
+    shown = shown_mesh("before", MeshData(vertices=vertices, faces=faces), scalars={"curvature": values})
     limits = Limits(float(np.nanmin(values)), float(np.nanmax(values)))
     scene = pack_scene([shown], {"curvature": limits}, markers=[Marker((1000.0, -2000.0, 50.0), "middle", 0)])
     (found,) = unpacked(scene)
@@ -78,17 +77,19 @@ def test_large_meshes_are_decimated_and_say_so() -> None:
     """A sphere of 20,480 faces keeps its place within a tenth of the coarse edges, and the numbers of the nearest vertices."""
     vertices, faces = icosphere(5)
     far = vertices + np.array([5e5, 5e6, 0.0])
-    shown = shown_mesh("after", far, faces, NO_EDGES, scalars={"displacement": vertices[:, 2].copy()}, most_faces=2000)
+    shown = shown_mesh(
+        "after", MeshData(vertices=far, faces=faces), scalars={"displacement": vertices[:, 2].copy()}, most_faces=2000
+    )
     assert shown.decimated
     assert (shown.of_vertices, shown.of_faces) == (len(vertices), len(faces))
     assert 1900 <= len(shown.elements) <= 2000
     local = shown.vertices - [5e5, 5e6, 0.0]
     assert np.abs(np.linalg.norm(local, axis=1) - 1.0).max() < 0.01
     assert np.abs(shown.scalars["displacement"] - local[:, 2]).max() < 0.05
-    cloud = shown_mesh("scan", vertices, np.empty((0, 3), dtype=np.int32), NO_EDGES, most_points=1000)
+    cloud = shown_mesh("scan", MeshData(vertices=vertices), most_points=1000)
     assert len(cloud.vertices) == 1000
     assert cloud.decimated
-    assert not shown_mesh("before", vertices, faces, NO_EDGES).decimated
+    assert not shown_mesh("before", MeshData(vertices=vertices, faces=faces)).decimated
 
 
 def test_histograms_count_everything() -> None:
@@ -108,7 +109,7 @@ def test_very_large_meshes_are_thinned_before_they_are_decimated() -> None:
     """A sphere of 81,920 faces becomes one of 2,000: all its faces look outwards, its vertices stay within 1 % of the radius."""
     vertices, faces = icosphere(6)
     numbers = {"distance": vertices[:, 2].copy()}
-    shown = shown_mesh("after", 7.0 * vertices + 100.0, faces, NO_EDGES, scalars=numbers, most_faces=2000)
+    shown = shown_mesh("after", MeshData(vertices=7.0 * vertices + 100.0, faces=faces), scalars=numbers, most_faces=2000)
     assert 1500 < len(shown.elements) <= 2000
     local = (shown.vertices - 100.0) / 7.0
     np.testing.assert_allclose(np.linalg.norm(local, axis=1), 1.0, atol=0.01)

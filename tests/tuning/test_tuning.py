@@ -61,25 +61,23 @@ def test_what_is_automatic_is_auto_on_the_page() -> None:
     texts = {p["name"]: p["value"] for p in step["parameters"] if p["automatic"]}
     assert len(texts) == 7
     assert set(texts.values()) == {"auto"}
-    (changed,) = script_with(recipe.script, [StepChoices(True, {"relaxation": "3"})]).steps
-    assert (
-        script_with(recipe.script.with_steps([changed]), [StepChoices(True, {"relaxation": "auto"})]).steps == recipe.script.steps
-    )
+    (changed,) = script_with(recipe.script, [{"relaxation": "3"}]).steps
+    assert script_with(recipe.script.with_steps([changed]), [{"relaxation": "auto"}]).steps == recipe.script.steps
     assert 'name="relaxation" value="-1"' in format_script(recipe.script)
 
 
 def test_wrong_settings_say_where() -> None:
     """A value that is not allowed names step and parameter; steps can be left out, but not all of them."""
     script = load_recipe("clean_range_map").script
-    given = [StepChoices(True, {}) for _ in script.steps]
-    given[-1] = StepChoices(True, {"iterations": "-1"})
+    given: list[StepChoices] = [{} for _ in script.steps]
+    given[-1] = {"iterations": "-1"}
     with pytest.raises(ChoiceError, match="whole number") as caught:
         script_with(script, given)
     assert (caught.value.step, caught.value.parameter) == (len(script.steps) - 1, "iterations")
-    given[-1] = StepChoices(False, {"iterations": "-1"})
+    given[-1] = None
     assert script_with(script, given).steps == script.steps[:-1]
     with pytest.raises(ParameterError, match="every step is switched off"):
-        script_with(script, [StepChoices(False, {})] * len(script.steps))
+        script_with(script, [None] * len(script.steps))
     with pytest.raises(ParameterError, match="settings for 1 steps"):
         script_with(script, given[:1])
     for wrong in (3, {"on": True}, {"on": True, "values": {"a": 1}}):

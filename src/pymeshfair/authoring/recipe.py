@@ -21,15 +21,10 @@ if TYPE_CHECKING:
     from ..scripts import Change, Step, overrides, warnings
     from . import building
 else:  # importing them takes longer than importing pymeshlab, and a program may only ask for this class
-    building = ImportedWhenUsed("pymeshfair.authoring.building")
-    job = ImportedWhenUsed("pymeshfair.running.job")
-    named = ImportedWhenUsed("pymeshfair.recipe")
-    overrides = ImportedWhenUsed("pymeshfair.scripts.overrides")
-    read = ImportedWhenUsed("pymeshfair.running.read")
-    registry = ImportedWhenUsed("pymeshfair.registry")
+    named, registry, building = (ImportedWhenUsed(f"pymeshfair.{name}") for name in ("recipe", "registry", "authoring.building"))
+    job, read, supervise = (ImportedWhenUsed(f"pymeshfair.running.{name}") for name in ("job", "read", "supervise"))
     scripts = ImportedWhenUsed("pymeshfair.scripts")
-    supervise = ImportedWhenUsed("pymeshfair.running.supervise")
-    warnings = ImportedWhenUsed("pymeshfair.scripts.warnings")
+    overrides, warnings = (ImportedWhenUsed(f"pymeshfair.scripts.{name}") for name in ("overrides", "warnings"))
 
 
 class Recipe(FilterMethods):

@@ -5,6 +5,7 @@ import enum
 import functools
 import inspect
 import keyword
+import re
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,7 +14,7 @@ from typing import Any, Literal, TypeAlias, TypeGuard
 from ..errors import DeclarationError, ParameterError, UnknownNameError
 from .layer import Edit, Layer
 from .parameter import Parameter
-from .parameters import Enum
+from .parameters import Enum, Mesh
 from .values import nearest
 
 
@@ -177,6 +178,11 @@ class Filter:
         """Values by parameter name, in declared order; they are not checked."""
         return {p.name: values[p.name] for p in self.parameters if p.name in values}
 
+    def layers(self, values: Mapping[str, Any]) -> dict[str, int]:
+        """The ids of layers among the values, by parameter name."""
+        named = {p.name: values.get(p.name) for p in self.parameters if isinstance(p, Mesh)}
+        return {name: value for name, value in named.items() if isinstance(value, int)}
+
     @property
     def defaults(self) -> dict[str, Any]:
         """The default of every parameter by name; None where MeshLab computes it for the mesh."""
@@ -195,8 +201,9 @@ def mesh_filter(
 ) -> Callable[[Callable[..., Edit]], Filter]:
     """Turn a function ``(layer, *, parameter: Annotated[type, Parameter(...)] = default, ...) -> Edit`` into a `Filter`.
 
-    The function's name is the Python name and its docstring the description. Parameters that filters share may be the fields of
-    a frozen, keyword-only dataclass, annotated alike; the function takes it as one parameter, users see its fields in that place.
+    The function's name is the Python name and its docstring the description, whose section ``Args:`` has the help texts of those
+    parameters whose annotation has none. Parameters that filters share may be the fields of a frozen, keyword-only dataclass,
+    annotated alike, with help under ``Attributes:``; the function takes it as one parameter, users see its fields in that place.
     A parameter ``progress`` is not shown to users: the host passes a function that takes the share of the work done, from 0 to 1.
     `equivalent` lets `pymeshfair export` replace the filter; tests have to prove what it says.
 
@@ -214,7 +221,7 @@ def mesh_filter(
         return Filter(
             python_name=function.__name__,
             name=name,
-            info=inspect.getdoc(function) or "",
+            info=_documented(function)[0],
             classes=classes,
             requires=requires,
             changes=changes,
@@ -237,10 +244,25 @@ def _parameters(function: Callable[..., Edit]) -> Iterable[Parameter]:
     arguments = list(inspect.signature(function).parameters.values())
     if not arguments or arguments[0].kind not in (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD):
         raise DeclarationError(f"{where} must take the layer as its first, positional parameter")
-    yield from _described(arguments[1:], hints, where)
+    yield from _described(arguments[1:], hints, _documented(function)[1], where)
 
 
-def _described(arguments: Iterable[inspect.Parameter], hints: Mapping[str, Any], where: str) -> Iterable[Parameter]:
+#: the section of a docstring on parameters
+_SECTION = re.compile(r"\n\n(?:Args|Attributes):\n((?:    .*(?:\n|$))+)")
+
+
+def _documented(described: object) -> tuple[str, dict[str, str]]:
+    """The docstring without its section on parameters, and that by parameter."""
+    text = inspect.getdoc(described) or ""
+    section = _SECTION.search(text)
+    _, *parts = re.split(r"^    (\w+): ", section[1] if section else "", flags=re.MULTILINE)
+    helps = {name: " ".join(words.split()) for name, words in zip(parts[::2], parts[1::2], strict=True)}
+    return _SECTION.sub("\n", text).rstrip(), helps
+
+
+def _described(
+    arguments: Iterable[inspect.Parameter], hints: Mapping[str, Any], helps: Mapping[str, str], where: str
+) -> Iterable[Parameter]:
     for argument in arguments:
         if argument.name == "progress":
             continue
@@ -249,13 +271,14 @@ def _described(arguments: Iterable[inspect.Parameter], hints: Mapping[str, Any],
         hint = hints.get(argument.name)
         if is_group(hint):
             fields = inspect.signature(hint).parameters.values()
-            yield from _described(fields, typing.get_type_hints(hint, include_extras=True), where)
+            of_group = {**_documented(hint)[1], **helps}
+            yield from _described(fields, typing.get_type_hints(hint, include_extras=True), of_group, where)
             continue
         described = [x for x in getattr(hint, "__metadata__", ()) if isinstance(x, Parameter)]
         if len(described) != 1:
             raise DeclarationError(f"{where}: annotate {argument.name!r} as Annotated[type, Float(...)] or another parameter")
         annotated = typing.get_args(hint)[0]
-        parameter = described[0]
+        parameter = replace(described[0], help=described[0].help or helps.get(argument.name, ""))
         if isinstance(parameter, Enum) and not parameter.choices:
             parameter = replace(parameter, choices=_words(annotated))
         _check_consistent(parameter, annotated, f"{where}: parameter {argument.name!r}")

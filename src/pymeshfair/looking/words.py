@@ -223,19 +223,14 @@ def distance_rows(found: Comparison) -> list[list[str]]:
     return [*rows, _length("Hausdorff distance", found.hausdorff)]
 
 
-def sampling_line(found: Comparison, unit: str | None = None) -> str:
-    """The bound for places between the samples."""
+def comparison_lines(found: Comparison, unit: str | None = None) -> list[str]:
+    """The bound for places between the samples, and other changes, one line each."""
     there, here = found.after_from_before, found.before_from_after
-    return (
+    lines = [
         f"distances: {there.samples:,} samples of AFTER and {here.samples:,} of BEFORE, on faces by area; sampling errors of the "
         f"mean {_in(there.mean_error.mesh_units, unit, 2)}, of the root mean square {_in(there.rms_error.mesh_units, unit, 2)}; "
         f"the Hausdorff distance is at most {_in(found.hausdorff_at_most.mesh_units, unit, 4)}"
-    )
-
-
-def comparison_lines(found: Comparison, unit: str | None = None) -> list[str]:
-    """Other changes, one line each."""
-    lines = [sampling_line(found, unit)]
+    ]
     for words, value in (("area", found.area_change), ("volume", found.volume_change)):
         if value is not None:
             lines.append(f"{words}: {value:+.4g} %")

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..declaration import Edit, Floats, Ints, Layer, NewLayer
+from ..declaration import Bools, Edit, Floats, Ints, Layer, NewLayer
 from ..errors import MeshError
 from .continuation import (
     continued_face_colors,
@@ -16,7 +16,7 @@ from .continuation import (
     find_donors,
     read_pixels,
 )
-from .mesh_data import MeshData, Texture
+from .mesh_data import MeshData, Texture, numbered
 
 _WIDTHS = {"vertices": 3, "added_vertices": 3, "vertex_normals": 3, "face_normals": 3, "vertex_colors": 4, "face_colors": 4}
 _FLAGS = ("vertex_selection", "face_selection", "delete_vertices", "delete_faces")
@@ -113,17 +113,15 @@ def adds_or_removes(edit: Edit) -> bool:
 def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
     """The mesh after a checked edit (`checked_edit`), but for its new layers; see `Edit` for what added elements get."""
     if adds(edit):
-        mesh = _with_additions(mesh, edit)
+        mesh = with_additions(mesh, edit, faces_that_give(mesh, edit.added_faces))
     if edit.vertices is not None:
         mesh = moved(mesh, np.concatenate([edit.vertices, mesh.vertices[len(edit.vertices) :]]))
     vertex: dict[str, Any] = {}
     face: dict[str, Any] = {}
     for element, attributes in (("vertex", vertex), ("face", face)):
-        for name in ("selection", "scalars", "normals"):
+        for name in ("selection", "scalars", "normals", "colors"):
             if (values := getattr(edit, f"{element}_{name}")) is not None:
-                attributes[name] = values
-        if (colors := getattr(edit, f"{element}_colors")) is not None:
-            attributes["colors"] = as_levels(colors)
+                attributes[name] = as_levels(values) if name == "colors" else values
     if vertex or face:
         mesh = mesh.with_attributes(vertex, face)
     return _with_deletions(mesh, edit)
@@ -163,16 +161,21 @@ def as_levels(colors: Floats) -> NDArray[np.uint8]:
     return np.rint(np.asarray(colors) * 255.0).astype(np.uint8)
 
 
-def _with_additions(mesh: MeshData, edit: Edit) -> MeshData:
-    """The mesh with the added vertices and faces, and with what near elements give them."""
+def faces_that_give(mesh: MeshData, added_faces: Ints | None) -> Bools:
+    """(m,) the faces that may give added ones their texture; see `faces_with_most_used_texture`."""
+    wedges, numbers = (mesh.face_attributes.get(name) for name in ("wedge_texture_coordinates", "texture"))
+    if wedges is None:
+        return np.ones(len(mesh.faces), np.bool_)
+    added: Ints = np.empty((0, 3), np.int32) if added_faces is None else added_faces
+    return faces_with_most_used_texture(mesh.faces, added, wedges, numbers)
+
+
+def with_additions(mesh: MeshData, edit: Edit, may_give: Bools) -> MeshData:
+    """The mesh with the added vertices and faces, and with what near elements, those of faces that `may_give`, give them."""
     added_vertices = np.empty((0, 3)) if edit.added_vertices is None else edit.added_vertices
     added_faces: Ints = np.empty((0, 3), np.int32) if edit.added_faces is None else edit.added_faces
     old_vertices = mesh.vertices if edit.vertices is None else edit.vertices
     points = np.concatenate([old_vertices, added_vertices])
-    wedges, numbers = (mesh.face_attributes.get(name) for name in ("wedge_texture_coordinates", "texture"))
-    may_give = np.ones(len(mesh.faces), np.bool_)
-    if wedges is not None:
-        may_give = faces_with_most_used_texture(mesh.faces, added_faces, wedges, numbers)
     donors = find_donors(points, mesh.faces, added_faces, len(mesh.vertices), may_give)
 
     vertex: dict[str, NDArray[Any]] = {}
@@ -191,7 +194,7 @@ def _with_additions(mesh: MeshData, edit: Edit) -> MeshData:
         elif name in ("scalars", "texture"):
             face[name] = np.concatenate([values, values[donors.faces]])
         elif name == "wedge_texture_coordinates":
-            image = _pixels(mesh.textures, numbers, donors.faces)
+            image = _pixels(mesh.textures, mesh.face_attributes.get("texture"), donors.faces)
             shown = continued_texture(image, values, mesh.faces, added_faces, may_give, donors.faces)
             face[name] = np.concatenate([values, np.repeat(shown[:, None], 3, axis=1)])
         elif name == "polygon":
@@ -204,8 +207,8 @@ def _with_additions(mesh: MeshData, edit: Edit) -> MeshData:
         faces=np.concatenate([mesh.faces, added_faces]),
         vertex_attributes=vertex,
         face_attributes=face,
-        vertex_ids=_with_new(mesh.vertex_ids, len(mesh.vertices), len(added_vertices)),
-        face_ids=_with_new(mesh.face_ids, len(mesh.faces), len(added_faces)),
+        vertex_ids=np.append(numbered(mesh.vertex_ids, len(mesh.vertices)), np.full(len(added_vertices), -1)),
+        face_ids=np.append(numbered(mesh.face_ids, len(mesh.faces)), np.full(len(added_faces), -1)),
     )
 
 
@@ -217,10 +220,6 @@ def _pixels(textures: tuple[Texture, ...], numbers: Any, donors: NDArray[np.intp
 
 def _extended(values: NDArray[Any], count: int) -> NDArray[Any]:
     return np.concatenate([values, np.zeros((count, *values.shape[1:]), values.dtype)])
-
-
-def _with_new(ids: NDArray[np.int64] | None, count: int, added: int) -> NDArray[np.int64]:
-    return np.concatenate([np.arange(count) if ids is None else ids, np.full(added, -1)])
 
 
 def _with_deletions(mesh: MeshData, edit: Edit) -> MeshData:

@@ -1,4 +1,8 @@
-"""Colours and textures continued into added elements, so that a filling looks like its surroundings."""
+"""Colours and textures continued into added elements, so that a filling looks like its surroundings.
+
+To n vertices and the (m, 3) `faces` are added a vertices and the (b, 3) `added_faces`, whose indices are from 0 to n + a - 1. For
+each added element `of` has the old one that gives what cannot be continued.
+"""
 
 import io
 from typing import NamedTuple
@@ -24,18 +28,11 @@ class Donors(NamedTuple):
 
 
 def find_donors(points: Floats, faces: Ints, added_faces: Ints, old: int, may_give: Bools) -> Donors:
-    """The old elements next to the added ones.
+    """For an added vertex the nearest old vertex that added faces use, for an added face an old face next to its centre.
 
-    Args:
-        points: (n + a, 3) old and added vertices.
-        faces: (m, 3) old faces.
-        added_faces: (b, 3) indices of `points`.
-        old: n.
-        may_give: (m,) the faces that may be donors, and whose vertices may; at least one.
-
-    Returns:
-        For an added vertex the nearest old vertex that added faces use, for an added face an old face at the one nearest to its
-        centre. If added faces use no old vertex, all old vertices of faces may give.
+    That is one at the nearest of these vertices. If added faces use no old vertex, all old vertices of faces may give. `points`
+    are the (n + a, 3) vertices, `old` is n, and `may_give`, (m,), says which faces may be donors, and whose vertices; at least
+    one.
     """
     givers = np.flatnonzero(may_give)
     at, first = np.unique(faces[givers], return_index=True)  # the first corner at each vertex
@@ -53,11 +50,7 @@ def find_donors(points: Floats, faces: Ints, added_faces: Ints, old: int, may_gi
 def faces_with_most_used_texture(faces: Ints, added_faces: Ints, wedges: Floats, textures: Ints | None) -> Bools:
     """(m,) the faces that have the texture which most vertices of the rim have, and finite texture coordinates.
 
-    Args:
-        faces: (m, 3) the old faces.
-        added_faces: (b, 3) indices of old and added vertices.
-        wedges: (m, 3, 2) texture coordinates at the corners of the old faces.
-        textures: (m,) the number of the texture of each; None if there is one alone.
+    `wedges` are the (m, 3, 2) texture coordinates at their corners, `textures` the (m,) numbers; None if there is one alone.
     """
     finite: Bools = np.all(np.isfinite(wedges), axis=(1, 2), out=np.empty(len(wedges), np.bool_))
     numbers = np.zeros(len(faces), np.int32) if textures is None else textures
@@ -69,26 +62,18 @@ def faces_with_most_used_texture(faces: Ints, added_faces: Ints, wedges: Floats,
 
 
 def continued_vertex_colors(before: Floats, added_faces: Ints, of: NDArray[np.intp]) -> Floats:
-    """(n + a, 4) the colours of n vertices and, for those that are added, the mean of their neighbours' in added faces.
+    """(n + a, 4) the (n, 4) colours and, for added vertices, the mean of their neighbours' in added faces.
 
-    Args:
-        before: (n, 4).
-        added_faces: (b, 3) indices from 0 to n + a - 1.
-        of: (a,) for each added vertex the old one that colours it if its faces touch no old vertex.
+    One whose faces touch no old vertex has the colour of that in `of`, (a,).
     """
     values = np.concatenate([before, before[of]])
     return _harmonic(values, added_faces, np.arange(len(values)) < len(before))
 
 
 def continued_face_colors(before: Floats, faces: Ints, added_faces: Ints, vertices: int, of: NDArray[np.intp]) -> Floats:
-    """(m + b, 4) the colours of m faces, and for those that are added a blend of the colours of the faces around.
+    """(m + b, 4) the (m, 4) colours, and for added faces a blend of the colours of the faces around; `vertices` is n.
 
-    Args:
-        before: (m, 4).
-        faces: (m, 3) the old faces.
-        added_faces: (b, 3) indices of old and added vertices.
-        vertices: how many old vertices there are.
-        of: (b,) for each added face the old one that colours it if it is connected with no old face.
+    One that is connected with no old face has the colour of that in `of`, (b,).
     """
     used = np.zeros(vertices, dtype=np.bool_)
     used[faces] = True
@@ -101,16 +86,10 @@ def continued_texture(
     """(b, 2) for each added face a place of the texture, well inside an old face, whose colour continues those around.
 
     The image has no texels for what was not there. So an added face shows one colour: of the old faces near the added ones, that
-    of the middle of the one whose colour is nearest to a blend of the colours around. Without an image it is the middle of a
-    neighbour, never its corner, where the image may show what lies beside its charts.
+    of the middle of the one whose colour is nearest to a blend of the colours around. Without an image, (height, width, 3)
+    `pixels`, it is the middle of a neighbour, never its corner, where the image may show what lies beside its charts.
 
-    Args:
-        pixels: (height, width, 3) of the texture; None if it is not known.
-        wedges: (m, 3, 2) texture coordinates at the corners of old faces.
-        faces: (m, 3) the old faces.
-        added_faces: (b, 3) indices of old and added vertices.
-        may_give: (m,) the old faces that may give their texture.
-        of: (b,) for each added face the old one next to it.
+    `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_give` says which faces may give theirs.
     """
     middles = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # as MeshLab keeps them
     old = int(faces.max()) + 1

@@ -47,6 +47,16 @@ class Source:
     edges: int = 0  # how many edges its polylines have
 
 
+class Has:
+    """Whether a layer has an array: ``has_vertex_scalars`` for ``vertex_scalars``."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name.removeprefix("has_")
+
+    def __get__(self, layer: Any, owner: type) -> bool:
+        return bool(layer.has(self._name))
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MeshData:
     """A mesh: n vertices, m triangles, e edges of polylines. Arrays are read-only; an edit makes another value.
@@ -120,27 +130,18 @@ class MeshData:
             edges=number[self.edges[kept_edges]],
             vertex_attributes={name: values[vertices] for name, values in self.vertex_attributes.items()},
             face_attributes={name: values[kept_faces] for name, values in self.face_attributes.items()},
-            vertex_ids=_ids(self.vertex_ids, len(self.vertices))[vertices],
-            face_ids=_ids(self.face_ids, len(self.faces))[kept_faces],
-            edge_ids=_ids(self.edge_ids, len(self.edges))[kept_edges],
+            vertex_ids=numbered(self.vertex_ids, len(self.vertices))[vertices],
+            face_ids=numbered(self.face_ids, len(self.faces))[kept_faces],
+            edge_ids=numbered(self.edge_ids, len(self.edges))[kept_edges],
         )
 
     def without_matrix(self) -> MeshData:
         """The mesh with its matrix applied to its coordinates and normals."""
         if self.matrix is None:
             return self
-        turn = self.matrix[:3, :3]
-        attributes = dict(self.vertex_attributes)
-        if "normals" in attributes:
-            attributes["normals"] = attributes["normals"] @ np.linalg.inv(turn)
-        face_attributes = {name: value for name, value in self.face_attributes.items() if name != "normals"}
-        return replace(
-            self,
-            vertices=self.vertices @ turn.T + self.matrix[:3, 3],
-            vertex_attributes=attributes,
-            face_attributes=face_attributes,
-            matrix=None,
-        )
+        turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
+        turned = self.with_attributes({"normals": None if normals is None else normals @ np.linalg.inv(turn)}, {"normals": None})
+        return replace(turned, vertices=self.vertices @ turn.T + self.matrix[:3, 3], matrix=None)
 
     # ------------------------------------------------------------------------------------------------------ as a `Layer`
 
@@ -165,20 +166,17 @@ class MeshData:
     @property
     def vertex_selection(self) -> Bools:
         """(n,) the selected vertices."""
-        own = self.vertex_attributes.get("selection")
-        return np.zeros(len(self.vertices), np.bool_) if own is None else own
+        return self.vertex_attributes.get("selection", np.zeros(len(self.vertices), np.bool_))
 
     @property
     def face_selection(self) -> Bools:
         """(m,) the selected faces."""
-        own = self.face_attributes.get("selection")
-        return np.zeros(len(self.faces), np.bool_) if own is None else own
+        return self.face_attributes.get("selection", np.zeros(len(self.faces), np.bool_))
 
     @property
     def vertex_scalars(self) -> Floats:
         """(n,) the scalars; 0 if it has none, as in MeshLab."""
-        own = self.vertex_attributes.get("scalars")
-        return np.zeros(len(self.vertices)) if own is None else own
+        return self.vertex_attributes.get("scalars", np.zeros(len(self.vertices)))
 
     @property
     def face_scalars(self) -> Floats:
@@ -196,25 +194,12 @@ class MeshData:
         """(m, 4) from 0 to 1."""
         return self._own_of_faces("colors") / 255.0
 
-    @property
-    def has_vertex_scalars(self) -> bool:
-        """Whether its vertices have scalars."""
-        return "scalars" in self.vertex_attributes
+    has_vertex_scalars, has_vertex_colors, has_face_scalars, has_face_colors = Has(), Has(), Has(), Has()
 
-    @property
-    def has_vertex_colors(self) -> bool:
-        """Whether its vertices have colours."""
-        return "colors" in self.vertex_attributes
-
-    @property
-    def has_face_scalars(self) -> bool:
-        """Whether its faces have scalars."""
-        return "scalars" in self.face_attributes
-
-    @property
-    def has_face_colors(self) -> bool:
-        """Whether its faces have colours."""
-        return "colors" in self.face_attributes
+    def has(self, name: str) -> bool:
+        """Whether it has an array, such as ``"vertex_scalars"``."""
+        element, _, attribute = name.partition("_")
+        return attribute in (self.vertex_attributes if element == "vertex" else self.face_attributes)
 
     @property
     def has_wedge_tex_coords(self) -> bool:
@@ -276,7 +261,8 @@ def selected_vertices_of(label: str, faces: Ints, vertices: Bools, selected_face
     )
 
 
-def _ids(ids: NDArray[np.int64] | None, count: int) -> NDArray[np.int64]:
+def numbered(ids: NDArray[np.int64] | None, count: int) -> NDArray[np.int64]:
+    """The elements of the source that so many elements are, also where they are all there in their order."""
     return np.arange(count) if ids is None else ids
 
 

@@ -4,6 +4,7 @@ Imported with `pymeshfair.MeshSet`, since a program may put that in the place of
 """
 
 import threading
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -15,6 +16,18 @@ BASE: Any = pymeshlab.MeshSet
 MESHLAB = threading.RLock()
 #: mesh sets that MeshLab still holds pointers to
 _KEPT: list[Any] = []
+
+
+def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose: bool) -> dict[str, Any]:
+    """Apply a filter of that name to a mesh set without adding it to MeshLab's own script; what it reports."""
+    with MESHLAB:
+        try:
+            result: dict[str, Any] = BASE.apply_filter(meshset, name, **values)
+        except Exception:
+            after_failure(meshset, verbose=verbose)
+            raise
+        BASE.clear_filter_script(meshset)
+    return result
 
 
 def after_failure(meshset: Any, *, verbose: bool) -> None:

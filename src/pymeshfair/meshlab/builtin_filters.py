@@ -7,7 +7,7 @@ import pymeshlab
 
 from ..declaration import Filter, Layer, Length, Percentage
 from ..errors import ParameterError, UnknownNameError
-from .base import BASE, MESHLAB, after_failure
+from .base import BASE, MESHLAB, apply_filter
 from .errors import FilterParameterError, UnknownFilterError
 from .values import for_meshlab, from_meshlab
 
@@ -54,14 +54,7 @@ class BuiltinFilters:
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Call pymeshlab's filter of that name; what it reports."""
         self._changing()
-        with MESHLAB:
-            try:
-                result: dict[str, Any] = BASE.apply_filter(self._meshset, name, **values)
-            except Exception:
-                after_failure(self._meshset, verbose=self.verbose)
-                raise
-            BASE.clear_filter_script(self._meshset)  # MeshLab's own list of filters
-        return result
+        return apply_filter(self._meshset, name, values, verbose=self.verbose)
 
     def ask(self, name: str, **values: Any) -> Mapping[str, Any]:
         """All values that pymeshlab's filter of that name would run with on the current layer."""

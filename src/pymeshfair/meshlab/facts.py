@@ -47,12 +47,12 @@ def meshlab_filters() -> tuple[Filter, ...]:
     A default is None where MeshLab computes it for the mesh at hand, as is a bound. Bounds of whole numbers are ours: MeshLab
     has none, and hangs or dies on a negative count.
     """
-    return tuple(_filter(*row) for row in _table()["filters"])
+    return tuple(_filter(*row) for row in table("filters")["filters"])
 
 
 def table_version() -> str:
     """The version of pymeshlab that the table describes."""
-    return str(_table()["version"])
+    return str(table("filters")["version"])
 
 
 def differences_from_installed() -> list[str]:
@@ -69,7 +69,7 @@ def differences_from_installed() -> list[str]:
     differences = []
     if installed.version != table_version():
         differences.append(f"pymeshlab {installed.version} is installed; the table of its filters is of {table_version()}")
-    expected = {row[0]: row[-1] for row in _table()["filters"]}
+    expected = {row[0]: row[-1] for row in table("filters")["filters"]}
     differences += [f"filter {name!r} is not in the table" for name in sorted(installed.filters.keys() - expected.keys())]
     for name, rows in expected.items():
         if name not in installed.filters:
@@ -80,10 +80,10 @@ def differences_from_installed() -> list[str]:
 
 
 @functools.cache
-def _table() -> dict[str, Any]:
-    text = importlib.resources.files(__package__).joinpath("filters.json").read_text("utf-8")
-    table: dict[str, Any] = json.loads(text)
-    return table
+def table(name: str) -> dict[str, Any]:
+    """The facts of that name in this folder."""
+    facts: dict[str, Any] = json.loads(importlib.resources.files(__package__).joinpath(f"{name}.json").read_text("utf-8"))
+    return facts
 
 
 def _filter(

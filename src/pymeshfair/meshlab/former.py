@@ -1,11 +1,11 @@
 """Facts about filters and parameters of older MeshLab versions and today's, kept in ``former_filters.json``."""
 
 import functools
-import importlib.resources
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
+
+from .facts import table
 
 
 @dataclass(frozen=True)
@@ -64,13 +64,13 @@ def former_parameters(name: str) -> Former:
 @functools.cache
 def parameter_facts() -> Mapping[str, Former]:
     """Today's form of parameters, by today's name of their filter."""
-    return {name: Former(now=name, **entry) for name, entry in _table()["parameters"].items()}
+    return {name: Former(now=name, **entry) for name, entry in table("former_filters")["parameters"].items()}
 
 
 @functools.cache
 def former_filters() -> Mapping[str, Former]:
     """Today's form of filters, by their old name."""
-    return {name: Former(**entry) for name, entry in _table()["filters"].items()}
+    return {name: Former(**entry) for name, entry in table("former_filters")["filters"].items()}
 
 
 @functools.cache
@@ -81,10 +81,3 @@ def _by_plain_name() -> Mapping[str, Former]:
 
 def _plain(name: str) -> str:
     return " ".join(name.casefold().split())
-
-
-@functools.cache
-def _table() -> dict[str, Any]:
-    text = importlib.resources.files(__package__).joinpath("former_filters.json").read_text("utf-8")
-    table: dict[str, Any] = json.loads(text)
-    return table

@@ -9,7 +9,6 @@ import pymeshlab
 
 from ..calling import StoppedError, call, check_needs, resolved
 from ..declaration import Arity, Edit, Filter, Percentage
-from ..declaration import Mesh as MeshParameter
 from ..errors import MeshError, ParameterError, UnknownNameError
 from ..meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from ..meshlab.errors import FilterFailedError, FilterParameterError, UnknownFilterError, reason
@@ -61,8 +60,7 @@ class PluginFilters:
         except MeshError as error:
             raise FilterFailedError(str(error)) from None
         edit, losses = self._compute(declared, values, layer)
-        for note in edit.notes:
-            self.tell(note)
+        self.tell(edit.notes, logging.INFO)
         self.tell_losses(losses)
         return dict(edit.values), values
 
@@ -70,20 +68,17 @@ class PluginFilters:
         """The values that the filter would run with, lengths in mesh units."""
         return resolved(declared, {**declared.defaults, **checked}, self._layers.current())
 
-    def tell(self, note: str) -> None:
-        """Pass on a sentence of a filter."""
-        if self.on_note is not None:
-            self.on_note(note)
-        else:
-            _LOG.info("%s", note)
-
-    def tell_losses(self, losses: Iterable[str]) -> None:
-        """Pass on what is not kept."""
-        for text in losses:
+    def tell(self, sentences: Iterable[str], level: int) -> None:
+        """Pass on sentences of a filter."""
+        for text in sentences:
             if self.on_note is not None:
                 self.on_note(text)
             else:
-                _LOG.warning("%s", text)
+                _LOG.log(level, "%s", text)
+
+    def tell_losses(self, losses: Iterable[str]) -> None:
+        """Pass on what is not kept."""
+        self.tell(losses, logging.WARNING)
 
     def _compute(self, declared: Filter, values: Mapping[str, Any], layer: MeshLayer) -> tuple[Edit, tuple[str, ...]]:
         try:
@@ -128,28 +123,21 @@ class FilterRunner:
             self._layers.settle()
             return self.builtins.call(filter_name, given), None
         self._check_mesh(declared)
-        result, values = self._of_kind(declared, dict(given) if declared.is_builtin else self.plugins.check(declared, given))
-        return result, Step(declared, _with_ids(declared, values, self._layers.bench.without_helpers))
+        return self._applied(declared, dict(given) if declared.is_builtin else self.plugins.check(declared, given))
 
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
         """Apply a step of a script, whose values are checked; what the filter reports, and the step as it was applied."""
-        declared = step.filter
-        self._check_mesh(declared)
-        result, values = self._of_kind(declared, self._values_here(step))
-        return result, Step(declared, _with_ids(declared, values, self._layers.bench.without_helpers))
+        self._check_mesh(step.filter)
+        return self._applied(step.filter, self._values_here(step))
 
-    def effective(self, step: Step) -> dict[str, Any]:
-        """All values that a step would run with, as a script says them: relative lengths stay relative."""
+    def effective(self, step: Step, *, mesh_units: bool) -> dict[str, Any]:
+        """All values that a step would run with: relative lengths in units of the current layer, or as a script says them."""
         declared, values = step.filter, self._values_here(step)
         self._layers.settle()
-        effective = self.builtins.effective(declared, values) if declared.is_builtin else {**declared.defaults, **values}
-        return _with_ids(declared, effective, self._layers.bench.without_helpers)
-
-    def on_mesh(self, step: Step) -> dict[str, Any]:
-        """As `effective`, with lengths in mesh units of the current layer."""
-        declared, values = step.filter, self._values_here(step)
-        self._layers.settle()
-        effective = (self.builtins if declared.is_builtin else self.plugins).on_mesh(declared, values)
+        if mesh_units:
+            effective = (self.builtins if declared.is_builtin else self.plugins).on_mesh(declared, values)
+        else:
+            effective = self.builtins.effective(declared, values) if declared.is_builtin else {**declared.defaults, **values}
         return _with_ids(declared, effective, self._layers.bench.without_helpers)
 
     def values(self, filter_name: str, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -165,13 +153,13 @@ class FilterRunner:
             return self.builtins.values(declared, given)
         return self.plugins.on_mesh(declared, self.plugins.check(declared, given))
 
-    def _of_kind(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        if not declared.is_builtin:
-            return self.plugins.apply(declared, values)
-        self._layers.settle()
-        self._layers.check_named(declared, values)
-        self.builtins.verbose = self._layers.bench.verbose
-        return self.builtins.apply(declared, values)
+    def _applied(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], Step]:
+        if declared.is_builtin:
+            self._layers.settle()
+            self._layers.check_named(declared, values)
+            self.builtins.verbose = self._layers.bench.verbose
+        result, effective = (self.builtins if declared.is_builtin else self.plugins).apply(declared, values)
+        return result, Step(declared, _with_ids(declared, effective, self._layers.bench.without_helpers))
 
     def _check_mesh(self, declared: Filter) -> None:
         if declared.arity is not Arity.NONE and not self._layers.has_current():
@@ -183,5 +171,4 @@ class FilterRunner:
 
 
 def _with_ids(declared: Filter, values: Mapping[str, Any], change: Callable[[int], int]) -> dict[str, Any]:
-    ids = {p.name for p in declared.parameters if isinstance(p, MeshParameter)}
-    return {name: change(value) if name in ids and isinstance(value, int) else value for name, value in values.items()}
+    return {**values, **{name: change(number) for name, number in declared.layers(values).items()}}

@@ -8,7 +8,6 @@ from typing import Any
 import pymeshlab
 
 from ..declaration import Edit, Filter, Layer
-from ..declaration import Mesh as MeshParameter
 from ..mesh_data import adds, adds_or_removes
 from ..meshlab.base import BASE
 from ..meshlab.errors import UnknownLayerError
@@ -100,10 +99,8 @@ class Layers:
 
     def check_named(self, declared: Filter, values: dict[str, Any]) -> None:
         """Raise `UnknownLayerError` if a parameter of the filter names a layer that is not there."""
-        for parameter in declared.parameters:
-            mesh_id = values.get(parameter.name)
-            if isinstance(parameter, MeshParameter) and isinstance(mesh_id, int):
-                self.check(mesh_id, f"{declared.python_name}: parameter {parameter.name!r}: ")
+        for name, mesh_id in declared.layers(values).items():
+            self.check(mesh_id, f"{declared.python_name}: parameter {name!r}: ")
 
     def _read(self, mesh: Any) -> MeshLayer:
         return MeshLayer(mesh, self.bench, other=self._other, settle=self.settle)

@@ -100,7 +100,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             step: of a script.
             mesh_units: give lengths in mesh units; otherwise those that were given or declared as relative stay so.
         """
-        return self._filters.on_mesh(step) if mesh_units else self._filters.effective(step)
+        return self._filters.effective(step, mesh_units=mesh_units)
 
     def filter_parameter_values(self, filter_name: str, /, **kwargs: Any) -> dict[str, Any]:
         """The values that a filter would run with on the current mesh, lengths in mesh units, given some of them.

@@ -10,22 +10,23 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import declaration
-from ..declaration import AUTO, Bool, Enum, Filter, FilterClass, Length, Parameter
+from ..declaration import AUTO, Bool, Color, Enum, Filter, FilterClass, Length, Matrix, Parameter, Percentage, Point, Shot
 
 if TYPE_CHECKING:
-    from .pymeshlab_classes import Color, PercentageValue, PureValue
+    from . import pymeshlab_classes as pymeshlab
 else:
-    from pymeshlab import Color, PercentageValue, PureValue
+    import pymeshlab
 
 #: What may be said for a length: ``"1%"`` of the diagonal, ``"0.5edge"``, ``"0.3"`` in mesh units, or an object that says so.
-LengthLike: TypeAlias = str | Length | PercentageValue | PureValue
+LengthLike: TypeAlias = str | Length | pymeshlab.PercentageValue | pymeshlab.PureValue
 
 #: What may be said for a point, a matrix and a colour.
 PointLike: TypeAlias = Sequence[float] | NDArray[np.float64]
 MatrixLike: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
-ColorLike: TypeAlias = Sequence[int] | Color
+ColorLike: TypeAlias = Sequence[int] | pymeshlab.Color
 
+#: the kinds of parameter that take more than what the filter's function receives
+_LIKE: dict[type[Parameter], Any] = {Percentage: LengthLike, Point: PointLike, Color: ColorLike, Matrix: MatrixLike, Shot: Any}
 _WIDTH = 120
 #: the description of MeshLab's filters by its makers
 _FILTER_LIST = "https://pymeshlab.readthedocs.io/en/latest/filter_list.html"
@@ -63,33 +64,8 @@ def _signature(declared: Filter) -> inspect.Signature:
 def _annotation(parameter: Parameter) -> Any:
     if isinstance(parameter, Enum):
         return Literal[parameter.choices]
-    kind = next(kind for of, (kind, _) in _TYPES.items() if isinstance(parameter, of))
+    kind = next((like for of, like in _LIKE.items() if isinstance(parameter, of)), parameter.python_type)
     return kind if parameter.automatic is None or kind is LengthLike else kind | Literal[AUTO]
-
-
-#: the type of each kind of parameter, and how it is written in a stub; the first kind that fits counts
-_TYPES: dict[type[Parameter], tuple[Any, str]] = {
-    declaration.Bool: (bool, "bool"),
-    declaration.Int: (int, "int"),
-    declaration.Float: (float, "float"),
-    declaration.Percentage: (LengthLike, "LengthLike"),
-    declaration.FileOpen: (str, "str"),
-    declaration.FileSave: (str, "str"),
-    declaration.String: (str, "str"),
-    declaration.Mesh: (int, "int"),
-    declaration.Point: (PointLike, "PointLike"),
-    declaration.Color: (ColorLike, "ColorLike"),
-    declaration.Matrix: (MatrixLike, "MatrixLike"),
-    Parameter: (Any, "Any"),
-}
-
-
-def annotation_text(parameter: Parameter) -> str:
-    """The type of a parameter as a stub says it."""
-    if isinstance(parameter, Enum):
-        return f"Literal[{', '.join(map(repr, parameter.choices))}]"
-    text = next(text for of, (_, text) in _TYPES.items() if isinstance(parameter, of))
-    return text if parameter.automatic is None or text == "LengthLike" else f"{text} | Literal[{AUTO!r}]"
 
 
 def shown_default(parameter: Parameter) -> Any:

@@ -32,7 +32,7 @@ from ..looking.words import (
     verdict_text,
 )
 from ..running.job import StepReport
-from .charts import Chart, SectionChart, histogram, section_chart, spectrum_chart
+from .charts import Chart, histogram, section_chart, spectrum_chart
 from .display import Shown, shown_mesh
 from .page import Figure, figure_of, render
 from .scene import Marker, Scene, pack_scene
@@ -110,6 +110,7 @@ def comparison_page(
         planes: of the sections to show.
         unit: of the scan, if it is known.
     """
+    before, after = compared.before.mesh, compared.after.mesh
     ends = limits or _limits(compared)
     curvatures = _curvatures(compared)
     scene, shown = _scene(compared, up, markers or _markers(compared.found, unit), ends, curvatures, unit)
@@ -128,7 +129,7 @@ def comparison_page(
         area_rows=area_rows(compared.found, _AREAS),
         lines=comparison_lines(compared.found, unit),
         measure_rows=measure_rows({"before": compared.found.before, "after": compared.found.after}, unit),
-        sections=_sections(compared, planes, unit),
+        sections=[c for plane in planes if (c := section_chart(before, after, plane, unit)) is not None],
         charts=_charts(compared, ends, curvatures, unit or "mesh units"),
         left_out=left_out,
         warnings=warnings,
@@ -189,24 +190,16 @@ def _scene(
 ) -> tuple[Scene, list[Shown]]:
     before, after = compared.before.mesh, compared.after.mesh
     limits = {"distance": ends}
-    moved = None
+    scalars = {name: {"curvature": numbers} for name, numbers in curvatures.items()}
+    of_after = {**scalars.get("after", {}), "distance": compared.distances.after.at_vertices}
     if compared.found.displacement is not None:
-        moved = vector_lengths(after.vertices - before.vertices)
-        limits["displacement"] = robust_limits(moved)
+        of_after["displacement"] = vector_lengths(after.vertices - before.vertices)
+        limits["displacement"] = robust_limits(of_after["displacement"])
     if curvatures:
         limits["curvature"] = symmetric_limits(np.concatenate(list(curvatures.values())))
-    shown: list[Shown] = []
     same = len(before.vertices) == len(after.vertices) and np.array_equal(before.faces, after.faces)
-    for name, state in (("before", compared.before), ("after", compared.after)):
-        scalars = {"curvature": curvatures[name]} if name in curvatures else {}
-        if name == "after":
-            scalars["distance"] = compared.distances.after.at_vertices
-            if moved is not None:
-                scalars["displacement"] = moved
-        mesh = state.mesh
-        normals = mesh.vertex_attributes.get("normals")
-        like = shown[0] if same and name == "after" else None
-        shown.append(shown_mesh(name, mesh.vertices, mesh.faces, mesh.edges, normals=normals, scalars=scalars, like=like))
+    shown = [shown_mesh("before", before, scalars=scalars.get("before"))]
+    shown.append(shown_mesh("after", after, scalars=of_after, like=shown[0] if same else None))
     tolerance = compared.found.tolerance.mesh_units if compared.found.tolerance else 0.0
     return pack_scene(shown, limits, up=up, markers=markers, tolerance=tolerance, unit=unit), shown
 
@@ -272,11 +265,6 @@ def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], 
         charts.append(histogram("Shape of triangles", "1: equilateral, 0: degenerate", shapes, *Limits(0.0, 1.0)))
     charts.append(spectrum_chart(compared.spectra, unit))
     return [chart for chart in charts if chart is not None]
-
-
-def _sections(compared: Compared, planes: Sequence[Plane], unit: str | None) -> list[SectionChart]:
-    drawn = (section_chart(compared.before.mesh, compared.after.mesh, plane, unit) for plane in planes)
-    return [chart for chart in drawn if chart is not None]
 
 
 def _edge_lengths(vertices: Floats, faces: Any) -> Floats:

@@ -11,6 +11,7 @@ from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import mesh_normals
 from ..filters.libraries import spatial
 from ..filters.topology import proper_faces
+from ..mesh_data import MeshData
 
 #: faces of a mesh that a browser is given; more are decimated
 MOST_FACES = 120_000
@@ -41,11 +42,8 @@ class Shown:
 
 def shown_mesh(
     name: str,
-    vertices: Floats,
-    faces: Ints,
-    edges: Ints,
+    mesh: MeshData,
     *,
-    normals: Floats | None = None,
     scalars: Mapping[str, Floats] | None = None,
     like: Shown | None = None,
     most_faces: int = MOST_FACES,
@@ -57,16 +55,13 @@ def shown_mesh(
 
     Args:
         name: see `Shown`.
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        edges: (e, 2) edges, shown where there are no faces.
-        normals: (n, 3), those of a cloud; computed where there are faces.
+        mesh: its edges are shown where there are no faces, its own normals where it is a cloud.
         scalars: (n,) each.
         like: another mesh of the same vertices and faces, moved; what remains of it is what remains here.
         most_faces: a mesh with more is decimated by quadrics; one with many more is thinned on a grid first.
         most_points: of a cloud with more, evenly chosen ones are left out.
     """
-    given = dict(scalars or {})
+    vertices, faces, edges = mesh.vertices, mesh.faces, mesh.edges
     points, elements = vertices, faces if len(faces) else edges if len(edges) else np.empty((0, 3), dtype=np.int32)
     if like is not None:
         kept, elements = like.kept, like.elements
@@ -78,11 +73,9 @@ def shown_mesh(
         points = vertices[kept]
     else:
         kept = np.arange(len(vertices), dtype=np.int32)
-    of = {key: np.asarray(values)[kept] for key, values in given.items()}
-    if len(faces):
-        normals = mesh_normals(vertices, faces)
-    elif normals is None:
-        normals = np.zeros((len(vertices), 3))
+    of = {key: np.asarray(values)[kept] for key, values in (scalars or {}).items()}
+    own = mesh.vertex_attributes.get("normals", np.zeros((len(vertices), 3)))
+    normals = mesh_normals(vertices, faces) if len(faces) else own
     return Shown(name, points, elements, normals[kept], of, len(vertices), len(faces), kept)
 
 

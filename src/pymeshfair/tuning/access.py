@@ -63,14 +63,10 @@ class Guarded:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request of ASGI."""
-        if scope["type"] not in ("http", "websocket"):
-            await self._application(scope, receive, send)
-        elif not self.allows(scope):
+        if scope["type"] in ("http", "websocket") and not self.allows(scope):
             await _refuse(scope, receive, send)
-        elif scope["type"] == "http":
-            await self._application(scope, receive, _with_headers(send))
         else:
-            await self._application(scope, receive, send)
+            await self._application(scope, receive, _with_headers(send) if scope["type"] == "http" else send)
 
     def allows(self, scope: Scope) -> bool:
         """Whether token, host and origin are right."""

@@ -93,15 +93,8 @@ class Bench:
     def _shown(self, name: str, mesh: MeshData) -> Shown:
         first = self._before.mesh
         same = mesh is not first and len(mesh.vertices) == len(first.vertices) and np.array_equal(mesh.faces, first.faces)
-        return shown_mesh(
-            name,
-            mesh.vertices,
-            mesh.faces,
-            mesh.edges,
-            normals=mesh.vertex_attributes.get("normals"),
-            scalars={"curvature": mean_curvature(mesh.vertices, mesh.faces)} if len(mesh.faces) else {},
-            like=self._scan if same else None,
-        )
+        scalars = {"curvature": mean_curvature(mesh.vertices, mesh.faces)} if len(mesh.faces) else {}
+        return shown_mesh(name, mesh, scalars=scalars, like=self._scan if same else None)
 
     def _packed(self, shown: Shown) -> bytes:
         limits = {key: symmetric_limits(np.asarray(values)) for key, values in shown.scalars.items()}

@@ -1,8 +1,7 @@
 """A recipe as the controls of a page, and a page's settings as a script again."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..declaration import AUTO, Bool, Enum, Float, Int, Length, Parameter, Percentage, Shot, String
 from ..errors import ParameterError
@@ -11,14 +10,9 @@ from ..scripts.script import Script, Step
 from ..scripts.value_text import parse_value
 from ..scripts.write import number_text
 
-
-@dataclass(frozen=True)
-class StepChoices:
-    """The choices of a page for one step."""
-
-    on: bool  # whether the step is to run
-    #: texts by parameter name, in the form that `parse_value` reads; empty where MeshLab is to find the value
-    values: Mapping[str, str]
+#: the choices of a page for one step: texts by parameter name, in the form that `parse_value` reads, empty where MeshLab is to
+#: find the value; None if the step is off
+StepChoices: TypeAlias = Mapping[str, str] | None
 
 
 class ChoiceError(ParameterError):
@@ -58,12 +52,12 @@ def controls(recipe: Recipe) -> dict[str, Any]:
 
 def choices_of(documents: Sequence[Any]) -> list[StepChoices]:
     """The settings that a page sent; what has another form is refused."""
-    found = []
+    found: list[StepChoices] = []
     for document in documents:
         values = document.get("values") if isinstance(document, dict) else None
         if not isinstance(values, dict) or not all(isinstance(text, str) for text in values.values()):
             raise ParameterError("the page sent settings that are none")
-        found.append(StepChoices(document.get("on") is True, values))
+        found.append(values if document.get("on") is True else None)
     return found
 
 
@@ -76,7 +70,8 @@ def script_with(script: Script, settings: Sequence[StepChoices]) -> Script:
     """
     if len(settings) != len(script.steps):
         raise ParameterError(f"the page has settings for {len(settings)} steps, the recipe has {len(script.steps)}")
-    steps = [_set(k, step, setting) for k, (step, setting) in enumerate(zip(script.steps, settings, strict=True)) if setting.on]
+    pairs = enumerate(zip(script.steps, settings, strict=True))
+    steps = [_set(k, step, setting) for k, (step, setting) in pairs if setting is not None]
     if not steps:
         raise ParameterError("every step is switched off: switch one on")
     return script.with_steps(steps)
@@ -105,10 +100,10 @@ def _plain(text: str) -> str:
     return "".join(letter if letter.isprintable() else " " for letter in text).replace("--", "- -").rstrip("-")
 
 
-def _set(number: int, step: Step, setting: StepChoices) -> Step:
+def _set(number: int, step: Step, setting: Mapping[str, str]) -> Step:
     values = {}
     shown = step.with_defaults().values
-    for name, text in setting.values.items():
+    for name, text in setting.items():
         if text == value_text(shown.get(name)):
             continue  # an unchanged value keeps the setting of the recipe that it comes from
         try:

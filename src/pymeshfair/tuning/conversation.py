@@ -16,7 +16,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ..errors import ParameterError, PymeshfairError
 from ..recipe import Recipe, load_recipe, shipped_heads
-from ..running.job import Event, Job, RunResult
+from ..running.job import Event, Job
 from ..running.supervise import run_job
 from ..scripts.script import Script
 from ..scripts.write import write_script
@@ -24,31 +24,6 @@ from .bench import Result, Stopped
 from .controls import ChoiceError, choices_of, controls, in_mesh_units, saved_comment, script_with
 from .scan import Scan, cut_out
 from .workshop import Workshop
-
-
-class Finisher:
-    """One run of a file into a file, in a thread."""
-
-    def __init__(self) -> None:
-        self._stopped = threading.Event()
-
-    def stop(self) -> None:
-        """Stop a run at its next sign of life."""
-        self._stopped.set()
-
-    async def run(
-        self, recipe: Recipe, scan: Path, output: Path, overwrite: bool, on_event: Callable[[Event], None]
-    ) -> RunResult:
-        """Run the recipe; see `pymeshfair.running.supervise.run_job`."""
-        stopped = self._stopped = threading.Event()
-
-        def passed_on(event: Event) -> None:
-            if stopped.is_set():
-                raise Stopped("stopped")
-            on_event(event)
-
-        job = Job(recipe, scan, output, overwrite=overwrite, command=tuple(sys.argv))
-        return await asyncio.to_thread(run_job, job, passed_on)
 
 
 @dataclass(frozen=True)
@@ -77,7 +52,7 @@ class Conversation:
         self._number = 0
         self._sending = asyncio.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
-        self._finisher = Finisher()
+        self._finish_stopped = threading.Event()  # stops a run of the file into a file at its next sign of life
         self._opened: set[bool] = set()
         self._replaced = False
 
@@ -119,7 +94,7 @@ class Conversation:
             await self._connection.close()
 
     async def _leave(self) -> None:
-        self._finisher.stop()
+        self._finish_stopped.set()
         for task in list(self._tasks):
             task.cancel()
         if not self._replaced:  # else they work for another page by now
@@ -217,27 +192,38 @@ class Conversation:
             await self._tell("failed", run=number, asked=asked, message=str(error))
 
     async def _stop(self, order: Mapping[str, Any]) -> None:
-        self._finisher.stop()
+        self._finish_stopped.set()
         for workshop in self._workshops.values():
             await workshop.stop()
 
     async def _save(self, order: Mapping[str, Any]) -> None:
-        path = self._target(order, ".mlx")
+        path, overwrite = self._target(order, ".mlx"), order.get("replace") is True
         recipe, script = self._asked(order)
-        self._write(path, recipe, script, str(order.get("note", "")), replace_it=order.get("replace") is True)
+        if path.exists() and not overwrite:
+            raise ParameterError(f"{path.name} is there already: give another name, or tick that it may be replaced")
+        scan = self._subject.scan
+        script = replace(script, comment=saved_comment(recipe, scan.path.name, str(order.get("note", ""))))
+        write_script(script, path, diagonal=scan.diagonal, mean_edge=scan.mean_edge, overwrite=overwrite)
         await self._tell("saved", path=str(path))
 
     async def _finish(self, order: Mapping[str, Any]) -> None:
         path = self._target(order, "")
         recipe, script = self._asked(order)
         await self._stop(order)
-        script = replace(script, comment=saved_comment(recipe, self._subject.scan.path.name, ""), path=None)
+        scan = self._subject.scan.path
+        script = replace(script, comment=saved_comment(recipe, scan.name, ""), path=None)
+        job = Job(Recipe(recipe.name, script), scan, path, overwrite=order.get("replace") is True, command=tuple(sys.argv))
+        stopped, tell = threading.Event(), self._telling(0)
+        self._finish_stopped = stopped
+
+        def passed_on(event: Event) -> None:
+            if stopped.is_set():
+                raise Stopped("stopped")
+            tell(event)
 
         async def work() -> None:
             try:
-                result = await self._finisher.run(
-                    Recipe(recipe.name, script), self._subject.scan.path, path, order.get("replace") is True, self._telling(0)
-                )
+                result = await asyncio.to_thread(run_job, job, passed_on)
             except (PymeshfairError, OSError) as error:
                 await self._tell("failed", run=0, message=str(error))
             else:
@@ -260,14 +246,6 @@ class Conversation:
         if extension and Path(name).suffix.casefold() != extension:
             name += extension
         return self._subject.folder / name
-
-    def _write(self, path: Path, recipe: Recipe, script: Script, note: str, *, replace_it: bool) -> None:
-        if path.exists() and not replace_it:
-            raise ParameterError(f"{path.name} is there already: give another name, or tick that it may be replaced")
-        scan = self._subject.scan
-        comment = saved_comment(recipe, scan.path.name, note)
-        script = replace(script, comment=comment)
-        write_script(script, path, diagonal=scan.diagonal, mean_edge=scan.mean_edge, overwrite=replace_it)
 
     def _telling(self, number: int) -> Callable[[Any], None]:
         """A function that passes the events of a run on to the page."""

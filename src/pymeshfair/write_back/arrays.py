@@ -6,6 +6,8 @@ import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
+from ..mesh_data import as_levels
+
 #: What an `Edit` can change without adding or removing elements; a layer has attributes of the same names.
 EDITABLE = (
     "vertices",
@@ -47,6 +49,16 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
         # after each filter.
         mesh.compact()
         return np.ascontiguousarray(getattr(mesh, method)(), dtype=dtype)
+
+
+def attributes_of(mesh: Any, element: str) -> dict[str, NDArray[Any]]:
+    """The colours and scalars of vertices or faces, as far as there are any, as `MeshData` has them."""
+    found: dict[str, NDArray[Any]] = {}
+    if getattr(mesh, f"has_{element}_color")():
+        found["colors"] = as_levels(read_array(mesh, f"{element}_colors"))
+    if getattr(mesh, f"has_{element}_scalar")():
+        found["scalars"] = read_array(mesh, f"{element}_scalars")
+    return found
 
 
 def empty_array(name: str) -> NDArray[Any]:

@@ -17,21 +17,18 @@ from ..declaration import Floats
 from ..errors import MeshError
 from ..meshlab.base import BASE
 from .arrays import read_array
-from .refill import refill_faces, refill_vertices
+from .refill import PREFIX, SPARE, refill_faces, refill_vertices
 from .workbench import Workbench
 
 Element: TypeAlias = Literal["vertex", "face"]
 ELEMENTS: tuple[Element, Element] = ("vertex", "face")
 
-#: Every helper attribute's name begins with this.
-PREFIX = "pymeshfair_helper_"
 #: Most helper attributes for the vertices of a layer, and for its faces. A full edit needs nine, overwriting needs three more.
 MOST = 12
-#: The number of them that hold normals while others are overwritten.
-SPARE = 3
 
-_SAVED_AS: dict[Element, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
-_POINTS_SAVED_AS: dict[Element, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
+#: MeshLab's names of custom attributes as parameters of saving begin with these
+SAVED_AS: dict[str, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
+_POINTS_SAVED_AS: dict[str, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
 
 
 #: Names that can stand in an expression, apart from the constants of muParser.
@@ -56,12 +53,12 @@ def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Flo
         for name, values in zip(fresh, arrays, strict=True):
             add(np.ascontiguousarray(values, dtype=np.float64), name)
         return fresh
-    filled = _names(SPARE, SPARE + len(arrays))
+    filled = _names(len(SPARE), len(SPARE) + len(arrays))
     if element == "face":
-        refill_faces(bench, mesh, spare_names(), filled, arrays)
+        refill_faces(bench, mesh, filled, arrays)
         return filled
     normals = read_array(mesh, "face_normals")
-    refill_vertices(bench, mesh, spare_names(), filled, arrays)
+    refill_vertices(bench, mesh, filled, arrays)
     if not np.array_equal(read_array(mesh, "face_normals"), normals):
         x, y, z = bring_in(bench, mesh, "face", list(normals.T))
         bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
@@ -73,23 +70,18 @@ def has_room(bench: Workbench, element: Element, count: int) -> bool:
     return len(helper_names(bench, element)) + count <= MOST
 
 
-def spare_names() -> list[str]:
-    """The helper attributes that hold normals while others are overwritten."""
-    return _names(0, SPARE)
-
-
 def _names(start: int, stop: int) -> list[str]:
     return [f"{PREFIX}{i}" for i in range(start, stop)]
 
 
 def helper_names(bench: Workbench, element: Element) -> list[str]:
     """The helper attributes that the current layer has."""
-    return [name for name in _saved(bench, _SAVED_AS[element]) if name.startswith(PREFIX)]
+    return [name for name in saved_attributes(bench.meshset, SAVED_AS[element]) if name.startswith(PREFIX)]
 
 
-def _saved(bench: Workbench, prefix: str) -> list[str]:
-    """The custom attributes of one kind; MeshLab lists them as parameters of saving a PLY file."""
-    offered = BASE.filter_parameter_values(bench.meshset, "ply")
+def saved_attributes(meshset: Any, prefix: str) -> list[str]:
+    """The custom attributes of the current layer of one kind; MeshLab lists them as parameters of saving a PLY file."""
+    offered = BASE.filter_parameter_values(meshset, "ply")
     return [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
 
 
@@ -141,8 +133,8 @@ def custom_attributes(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, st
 def _own(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, bool, str | None]]:
     """Custom attributes except helpers: element, name as MeshLab lists it, whether its values are points, exact name or None."""
     for element in ELEMENTS:
-        for points, prefixes in ((False, _SAVED_AS), (True, _POINTS_SAVED_AS)):
-            for listed in _saved(bench, prefixes[element]):
+        for points, prefixes in ((False, SAVED_AS), (True, _POINTS_SAVED_AS)):
+            for listed in saved_attributes(bench.meshset, prefixes[element]):
                 if points or not listed.startswith(PREFIX):
                     yield element, listed, points, _spelled(_reader(mesh, element, points=points), listed)
 
@@ -179,7 +171,7 @@ def _spellings(listed: str) -> Iterator[str]:
 
 def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
     """The parameters of saving a file without those that stand for helper attributes."""
-    ours = tuple(prefix + PREFIX for prefix in _SAVED_AS.values())
+    ours = tuple(prefix + PREFIX for prefix in SAVED_AS.values())
     return {name: value for name, value in parameters.items() if not name.startswith(ours)}
 
 

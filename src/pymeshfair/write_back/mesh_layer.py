@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Edit, Floats, Ints, Layer
 from ..errors import MeshError
-from ..mesh_data.mesh_data import diagonal_of, mean_edge_of, selected_vertices_of
+from ..mesh_data.mesh_data import Has, diagonal_of, mean_edge_of, selected_vertices_of
 from .arrays import EDITABLE, empty_array, read_array
 from .workbench import Workbench
 
@@ -27,16 +27,6 @@ class _Array(Generic[_T]):
         return cast("_T", layer._array(self._name))
 
 
-class _Has:
-    """Whether a layer has an array: ``has_vertex_scalars`` for ``vertex_scalars``."""
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name.removeprefix("has_")
-
-    def __get__(self, layer: MeshLayer, owner: type) -> bool:
-        return layer._has(self._name)
-
-
 class MeshLayer:
     """A pymeshlab mesh as the `Layer` that a filter reads, with edits that MeshLab has not been told yet.
 
@@ -48,7 +38,7 @@ class MeshLayer:
     vertex_selection, face_selection = _Array[Bools](), _Array[Bools]()
     vertex_scalars, face_scalars = _Array[Floats](), _Array[Floats]()
     vertex_colors, face_colors = _Array[Floats](), _Array[Floats]()
-    has_vertex_scalars, has_vertex_colors, has_face_scalars, has_face_colors = _Has(), _Has(), _Has(), _Has()
+    has_vertex_scalars, has_vertex_colors, has_face_scalars, has_face_colors = Has(), Has(), Has(), Has()
 
     def __init__(
         self,
@@ -64,24 +54,19 @@ class MeshLayer:
         self._bench = bench
         self._other = other
         self._settle = settle
-        self._edit = edit or Edit()
+        self.pending = edit or Edit()
         self._arrays: dict[str, NDArray[Any]] = {}
         self._mean_edge: float | None = None
 
     @property
-    def pending(self) -> Edit:
-        """The changes that MeshLab has not been told of yet."""
-        return self._edit
-
-    @property
     def has_pending(self) -> bool:
-        """Whether there are such changes."""
-        return any(getattr(self._edit, name) is not None for name in EDITABLE)
+        """Whether there are changes that MeshLab has not been told of yet."""
+        return any(getattr(self.pending, name) is not None for name in EDITABLE)
 
     def edited(self, edit: Edit) -> MeshLayer:
         """The layer as it is after an edit that adds and removes no elements; shares the arrays that stay."""
         changed = {name: value for name in EDITABLE if (value := getattr(edit, name)) is not None}
-        before = {name: value for name in EDITABLE if (value := getattr(self._edit, name)) is not None}
+        before = {name: value for name in EDITABLE if (value := getattr(self.pending, name)) is not None}
         if "vertices" in changed and len(self.faces):
             # Normals follow from coordinates; those of an earlier edit belong to the earlier surface.
             before.pop("vertex_normals", None)
@@ -97,7 +82,7 @@ class MeshLayer:
 
     def _array(self, name: str) -> NDArray[Any]:
         if name not in self._arrays:
-            value = getattr(self._edit, name, None)
+            value = getattr(self.pending, name, None)
             if value is None:
                 value = self._read(name)
             view: NDArray[Any] = np.ascontiguousarray(value).view()
@@ -110,7 +95,7 @@ class MeshLayer:
             return empty_array(name)
         if name in ("face_scalars", "face_colors") and not getattr(self._mesh, f"has_{name[:-1]}")():
             raise MeshError(f"the mesh {self.label!r} has no {name.replace('_', ' ')}")
-        if name.endswith("normals") and self._edit.vertices is not None and len(self.faces):
+        if name.endswith("normals") and self.pending.vertices is not None and len(self.faces):
             self._settle()
         if name == "face_normals":
             with self._bench.matrix_aside(self._mesh):
@@ -125,8 +110,9 @@ class MeshLayer:
     def has_wedge_tex_coords(self) -> bool:
         return self._mesh is not None and bool(self._mesh.has_wedge_tex_coord())
 
-    def _has(self, name: str) -> bool:
-        if getattr(self._edit, name) is not None:
+    def has(self, name: str) -> bool:
+        """Whether the mesh or the edits have an array, such as ``"vertex_scalars"``."""
+        if getattr(self.pending, name) is not None:
             return True
         return self._mesh is not None and bool(getattr(self._mesh, f"has_{name[:-1]}")())
 

@@ -19,15 +19,19 @@ from ..declaration import Floats, Ints
 from .arrays import read_array
 from .workbench import Workbench
 
+#: every helper attribute's name begins with this
+PREFIX = "pymeshfair_helper_"
+#: the helper attributes that hold normals while others are overwritten
+SPARE = tuple(f"{PREFIX}{i}" for i in range(3))
 _AXES = ("nx", "ny", "nz")
 
 
-def refill_vertices(bench: Workbench, mesh: Any, spare: Sequence[str], names: Sequence[str], arrays: Sequence[Floats]) -> None:
-    """Set the vertex attributes `names` of the current layer to the arrays; the three of `spare` are used up on the way.
+def refill_vertices(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Sequence[Floats]) -> None:
+    """Set the vertex attributes `names` of the current layer to the arrays; those of `SPARE` are used up on the way.
 
     Face normals become those of the geometry.
     """
-    with _on_a_line(bench, mesh, spare) as line:
+    with _on_a_line(bench, mesh) as line:
         for first in range(0, len(arrays), 3):
             columns = np.zeros((line.length, 3))
             taken = arrays[first : first + 3]
@@ -38,22 +42,21 @@ def refill_vertices(bench: Workbench, mesh: Any, spare: Sequence[str], names: Se
                 bench.apply("compute_new_custom_scalar_attribute_per_vertex", name=name, expr=axis)
 
 
-def refill_faces(bench: Workbench, mesh: Any, spare: Sequence[str], names: Sequence[str], arrays: Sequence[Floats]) -> None:
+def refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Sequence[Floats]) -> None:
     """Set the face attributes `names` of the current layer to the arrays.
 
     A face finds its number at one of its corners: in every round each vertex carries the index and two numbers of one of its
-    faces, until all have been served, after three rounds or so. The three of `spare`, of the vertices and of the faces, are used
-    up on the way.
+    faces, until all have been served, after three rounds or so. Those of `SPARE` are used up on the way, of vertices and faces.
     """
     faces = read_array(mesh, "faces")
     targets = [*zip(names, arrays, strict=False)]
-    with _on_a_line(bench, mesh, spare) as line:
+    with _on_a_line(bench, mesh) as line:
         if line.face_normals is not None:
-            targets += zip(spare, line.face_normals.T, strict=True)
+            targets += zip(SPARE, line.face_normals.T, strict=True)
         for first in range(0, len(targets), 2):
             _fill_pair(bench, line, faces, targets[first : first + 2])
     if line.face_normals is not None:
-        x, y, z = spare
+        x, y, z = SPARE
         bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
 
 
@@ -73,9 +76,9 @@ def _fill_pair(bench: Workbench, line: _Line, faces: Ints, pair: Sequence[tuple[
             bench.apply("compute_new_custom_scalar_attribute_per_face", name=name, expr=expression)
 
 
-def move_points(bench: Workbench, mesh: Any, spare: Sequence[str], points: Floats) -> None:
+def move_points(bench: Workbench, mesh: Any, points: Floats) -> None:
     """Give the vertices of the current layer, which has no faces, new places and leave their normals alone."""
-    with _on_a_line(bench, mesh, spare) as line:
+    with _on_a_line(bench, mesh) as line:
         line.points = points
 
 
@@ -91,11 +94,11 @@ def _assign(faces: Ints, waiting: NDArray[np.intp], vertices: int) -> tuple[NDAr
 
 
 @contextmanager
-def _on_a_line(bench: Workbench, mesh: Any, spare: Sequence[str]) -> Iterator[_Line]:
+def _on_a_line(bench: Workbench, mesh: Any) -> Iterator[_Line]:
     """The vertices of the current layer on a line for as long as the context lasts, however it ends."""
-    line = _Line(bench, mesh, spare)
+    line = _Line(bench, mesh)
     try:
-        line.lay_out()
+        bench.apply("compute_coord_by_function", x="vi", y="0", z="0")
         yield line
     finally:
         if np.array_equal(read_array(mesh, "vertices"), line.places[:-1]):
@@ -113,10 +116,9 @@ class _Line:
             the geometry; else None.
     """
 
-    def __init__(self, bench: Workbench, mesh: Any, spare: Sequence[str]) -> None:
+    def __init__(self, bench: Workbench, mesh: Any) -> None:
         self._bench = bench
         self._id = int(mesh.id())
-        self._spare = spare
         self.points, self._normals = read_array(mesh, "vertices"), read_array(mesh, "vertex_normals")
         self.length = len(self.points)
         self.face_normals: Floats | None = None
@@ -127,10 +129,6 @@ class _Line:
         # One place more than vertices: MeshLab's search would not end in the empty box around a single point.
         self.places = np.zeros((self.length + 1, 3))
         self.places[:, 0] = np.arange(self.length + 1)
-
-    def lay_out(self) -> None:
-        """Put vertex i at (i, 0, 0)."""
-        self._bench.apply("compute_coord_by_function", x="vi", y="0", z="0")
 
     def send(self, columns: Floats) -> None:
         """Set the normals of the vertices to these three numbers each."""
@@ -152,10 +150,10 @@ class _Line:
     def put_back(self) -> None:
         """Give the vertices their places and normals again."""
         self.send(self._normals)
-        for name, axis in zip(self._spare, _AXES, strict=True):
+        for name, axis in zip(SPARE, _AXES, strict=True):
             self._bench.apply("compute_new_custom_scalar_attribute_per_vertex", name=name, expr=axis)
         self.send(self.points)
         x, y, z = _AXES
         self._bench.apply("compute_coord_by_function", x=x, y=y, z=z)
-        x, y, z = self._spare
+        x, y, z = SPARE
         self._bench.apply("compute_normal_by_function_per_vertex", x=x, y=y, z=z)

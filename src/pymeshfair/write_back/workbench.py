@@ -8,7 +8,7 @@ import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
-from ..meshlab.base import BASE, MESHLAB, after_failure
+from ..meshlab.base import BASE, MESHLAB, apply_filter
 from .arrays import read_array
 
 #: A morph is s + (t - s) in floating point; from what the first leaves over, the second reaches t exactly.
@@ -36,14 +36,14 @@ class Workbench:
 
     def apply(self, filter_name: str, /, **parameters: Any) -> dict[str, Any]:
         """Apply a filter of MeshLab to the current layer; what it reports."""
-        with MESHLAB, self._silence():
+        with MESHLAB:
+            BASE.set_verbosity(self.meshset, False)
+            BASE.set_parameter_verbosity(self.meshset, False)
             try:
-                result: dict[str, Any] = BASE.apply_filter(self.meshset, filter_name, **parameters)
-            except Exception:
-                after_failure(self.meshset, verbose=False)
-                raise
-            BASE.clear_filter_script(self.meshset)
-        return result
+                return apply_filter(self.meshset, filter_name, parameters, verbose=False)
+            finally:
+                BASE.set_verbosity(self.meshset, self.verbose)
+                BASE.set_parameter_verbosity(self.meshset, self.tells_parameters)
 
     @contextmanager
     def helper_layer(self, mesh: Any) -> Iterator[int]:
@@ -90,16 +90,6 @@ class Workbench:
         BASE.set_current_mesh(self.meshset, mesh.id())
         self.apply("set_matrix", transformmatrix=matrix, compose=False, freeze=False)
         BASE.set_current_mesh(self.meshset, current)
-
-    @contextmanager
-    def _silence(self) -> Iterator[None]:
-        BASE.set_verbosity(self.meshset, False)
-        BASE.set_parameter_verbosity(self.meshset, False)
-        try:
-            yield
-        finally:
-            BASE.set_verbosity(self.meshset, self.verbose)
-            BASE.set_parameter_verbosity(self.meshset, self.tells_parameters)
 
     def without_helpers(self, mesh_id: int) -> int:
         """The id that a layer would have if no helper layer had ever taken one: what a script should say."""

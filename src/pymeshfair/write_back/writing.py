@@ -16,18 +16,11 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Edit, Floats, Ints, NewLayer
 from ..errors import MeshError
-from ..mesh_data import Texture, adds
-from ..mesh_data.continuation import (
-    continued_face_colors,
-    continued_texture,
-    continued_vertex_colors,
-    faces_with_most_used_texture,
-    find_donors,
-    read_pixels,
-)
+from ..mesh_data import MeshData, Texture, adds
+from ..mesh_data.apply_edit import faces_that_give, with_additions
 from ..meshlab.base import BASE
-from .arrays import EDITABLE, read_array
-from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room, spare_names
+from .arrays import EDITABLE, attributes_of, read_array
+from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room
 from .growth import check_growable, grow, shrink
 from .refill import move_points
 from .workbench import Workbench
@@ -74,7 +67,8 @@ class _Before:
 
     def __init__(self, mesh: Any) -> None:
         self._faces = read_array(mesh, "faces")
-        self._values = {name: read_array(mesh, name) for name in EDITABLE if _has(mesh, name)}
+        lacking = [name for name in ("face_scalars", "face_colors") if not getattr(mesh, f"has_{name[:-1]}")()]
+        self._values = {name: read_array(mesh, name) for name in EDITABLE if name not in lacking}
         self._uv = mesh.vertex_tex_coord_matrix() if mesh.has_vertex_tex_coord() else None
         self._wedges = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
 
@@ -106,10 +100,6 @@ class _Before:
                 except _FAILURES:
                     lost.append(name.replace("_", " "))
         return lost
-
-
-def _has(mesh: Any, name: str) -> bool:
-    return name not in ("face_scalars", "face_colors") or bool(getattr(mesh, f"has_{name[:-1]}")())
 
 
 def _same(mesh: Any, name: str, wanted: Any) -> bool:
@@ -212,69 +202,64 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
     """
     check_growable(mesh)
     check_names(bench, mesh)
-    vertices = read_array(mesh, "vertices") if edit.vertices is None else edit.vertices
-    faces = read_array(mesh, "faces")
-    added_vertices = np.empty((0, 3)) if edit.added_vertices is None else edit.added_vertices
-    added_faces = np.empty((0, 3), dtype=np.int32) if edit.added_faces is None else edit.added_faces
-    points = np.concatenate([vertices, added_vertices])
-    uv = mesh.vertex_tex_coord_matrix() if mesh.has_vertex_tex_coord() else None
-    wedges = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
-    selection = {element: read_array(mesh, f"{element}_selection") for element in ELEMENTS}
-    may_give = np.ones(len(faces), dtype=np.bool_) if wedges is None else _textured(bench, mesh, wedges, faces, added_faces)
-    donors = find_donors(points, faces, added_faces, len(vertices), may_give)
+    before = _as_data(mesh)
+    n, faces, wedges = len(before.vertices), before.faces, before.face_attributes.get("wedge_texture_coordinates")
+    may_give = _textured(bench, mesh, before, edit.added_faces)
+    made = with_additions(before, edit, may_give)
+    remaining: dict[str, Any] = {"vertices": made.vertices, "added_vertices": None, "added_faces": None}
+    for element, attributes in zip(ELEMENTS, (made.vertex_attributes, made.face_attributes), strict=True):
+        for name in ("selection", "scalars", "colors"):
+            if name in attributes and getattr(edit, f"{element}_{name}") is None:
+                remaining[f"{element}_{name}"] = attributes[name] / 255.0 if name == "colors" else attributes[name]
 
-    remaining: dict[str, Any] = {"vertices": points, "added_vertices": None, "added_faces": None}
-    for element, of in zip(ELEMENTS, (donors.vertices, donors.faces), strict=True):
-        chosen = np.append(selection[element], np.zeros(len(of), dtype=np.bool_))
-        remaining[f"{element}_selection"] = chosen if (given := getattr(edit, f"{element}_selection")) is None else given
-        if getattr(edit, f"{element}_scalars") is None and getattr(mesh, f"has_{element}_scalar")():
-            before = read_array(mesh, f"{element}_scalars")
-            remaining[f"{element}_scalars"] = np.concatenate([before, before[of]])
-    if edit.vertex_colors is None and mesh.has_vertex_color():
-        before = read_array(mesh, "vertex_colors")
-        remaining["vertex_colors"] = continued_vertex_colors(before, added_faces, donors.vertices)
-    if edit.face_colors is None and mesh.has_face_color():
-        before = read_array(mesh, "face_colors")
-        remaining["face_colors"] = continued_face_colors(before, faces, added_faces, len(vertices), donors.faces)
-    shown = None
-    if wedges is not None and len(added_faces):
-        # Which of several images an index means pymeshlab does not tell.
-        image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
-        shown = continued_texture(_pixels(image), wedges, faces, added_faces, may_give, donors.faces)
-
-    seed, triangulated = grow(bench, mesh, len(added_vertices), added_faces, may_give)
-    clear_beyond(bench, mesh, "vertex", len(vertices))
+    seed, triangulated = grow(bench, mesh, len(made.vertices) - n, made.faces[len(faces) :], may_give)
+    clear_beyond(bench, mesh, "vertex", n)
     clear_beyond(bench, mesh, "face", len(faces))
     if wedges is not None:
-        write_wedge_uv(bench, mesh, wedges, np.empty((0, 2)) if shown is None else shown, seed)
-        if uv is None:  # MeshLab has given it some on the way
-            uv = np.zeros((len(vertices), 2))
-            uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
-    if uv is not None:
-        write_vertex_uv(bench, mesh, np.concatenate([uv, uv[donors.vertices]]))
+        write_wedge_uv(bench, mesh, wedges, made.face_attributes["wedge_texture_coordinates"][len(faces) :, 0], seed)
+    if (uv := made.vertex_attributes.get("texture_coordinates")) is not None:
+        write_vertex_uv(bench, mesh, uv)
     return replace(edit, **remaining), (TRIANGULATED,) if triangulated else ()
 
 
-def _textured(bench: Workbench, mesh: Any, wedges: Floats, faces: Ints, added_faces: Ints) -> Bools:
-    """(m,) the faces with the texture that most vertices of the rim have (`faces_with_most_used_texture`)."""
-    if mesh.texture_number() < 2:
-        return faces_with_most_used_texture(faces, added_faces, wedges, None)
-    numbers = np.full(len(faces), -1)
+def _as_data(mesh: Any) -> MeshData:
+    """What is continued into added elements."""
+    vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
+    of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
+    textures: tuple[Texture, ...] = ()
+    if mesh.has_wedge_tex_coord():
+        of["face"]["wedge_texture_coordinates"] = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
+        # MeshLab will give its vertices some on the way.
+        uv = of["vertex"]["texture_coordinates"] = np.zeros((len(vertices), 2))
+        uv[faces.ravel()[::-1]] = of["face"]["wedge_texture_coordinates"].reshape(-1, 2)[::-1]
+        textures = _image(mesh)
+    if mesh.has_vertex_tex_coord():
+        of["vertex"]["texture_coordinates"] = mesh.vertex_tex_coord_matrix()
+    return MeshData(vertices=vertices, faces=faces, vertex_attributes=of["vertex"], face_attributes=of["face"], textures=textures)
+
+
+def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints | None) -> Bools:
+    """(m,) the faces with the texture that most vertices of the rim have (`faces_that_give`)."""
+    if mesh.texture_number() < 2 or "wedge_texture_coordinates" not in before.face_attributes:
+        return faces_that_give(before, added_faces)
+    numbers = np.full(len(before.faces), -1, np.int32)
     for index in range(mesh.texture_number()):
         bench.apply("compute_selection_by_condition_per_face", condselect=f"ti=={index}")
         numbers[read_array(mesh, "face_selection")] = index
+    wedges = before.face_attributes["wedge_texture_coordinates"]
     wedges = np.where(numbers[:, None, None] < 0, np.nan, wedges)  # faces without an image give none
-    return faces_with_most_used_texture(faces, added_faces, wedges, numbers)
+    return faces_that_give(before.with_attributes(face={"wedge_texture_coordinates": wedges, "texture": numbers}), added_faces)
 
 
-def _pixels(image: Any) -> NDArray[np.uint8] | None:
-    """(height, width, 3) the pixels of pymeshlab's image, from the top; None if it has none."""
+def _image(mesh: Any) -> tuple[Texture, ...]:
+    """The image of a mesh that has one; which of several an index means pymeshlab does not tell."""
+    image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
     if image is None or not (image.width() and image.height()):
-        return None
+        return ()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "texture.ppm"
         image.save(str(file))
-        return read_pixels(Texture("", file)) if file.exists() else None
+        return (Texture("", file.read_bytes()),) if file.exists() else ()
 
 
 def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
@@ -316,7 +301,7 @@ def write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:
     """
     for element in ELEMENTS:
         if (scalars := getattr(edit, f"{element}_scalars")) is not None:
-            _write_scalars(bench, mesh, element, scalars)
+            _write_numbers(bench, mesh, element, "scalar", scalars)
         if (colors := getattr(edit, f"{element}_colors")) is not None:
             _write_colors(bench, mesh, element, colors)
         if (selection := getattr(edit, f"{element}_selection")) is not None:
@@ -325,7 +310,7 @@ def write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:
         _write_vertices(bench, mesh, edit.vertices)
     for element in ELEMENTS:
         if (normals := getattr(edit, f"{element}_normals")) is not None:
-            _write_normals(bench, mesh, element, normals)
+            _write_numbers(bench, mesh, element, "normal", normals)
 
 
 def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
@@ -335,30 +320,26 @@ def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
         if bench.move_to(mesh, vertices):
             return
     elif not has_room(bench, "vertex", 6):
-        move_points(bench, mesh, spare_names(), vertices)
+        move_points(bench, mesh, vertices)
     else:
         normals = read_array(mesh, "vertex_normals")
         x, y, z = bring_in(bench, mesh, "vertex", list(vertices.T))
         bench.apply("compute_coord_by_function", x=x, y=y, z=z)
-        _write_normals(bench, mesh, "vertex", normals)  # MeshLab normalises them when it moves points
+        _write_numbers(bench, mesh, "vertex", "normal", normals)  # MeshLab normalises them when it moves points
     verify(mesh, "vertices", vertices)
 
 
-def _write_normals(bench: Workbench, mesh: Any, element: Element, normals: Floats) -> None:
-    if np.array_equal(read_array(mesh, f"{element}_normals"), normals):
+def _write_numbers(bench: Workbench, mesh: Any, element: Element, kind: str, values: Floats) -> None:
+    """Write "normal"s or "scalar"s of vertices or faces."""
+    name = f"{element}_{kind}s"
+    had = kind == "normal" or getattr(mesh, f"has_{element}_scalar")()
+    if had and np.array_equal(read_array(mesh, name), values):
         return
-    x, y, z = bring_in(bench, mesh, element, list(normals.T))
-    bench.apply(f"compute_normal_by_function_per_{element}", x=x, y=y, z=z)
-    verify(mesh, f"{element}_normals", normals)
-
-
-def _write_scalars(bench: Workbench, mesh: Any, element: Element, scalars: Floats) -> None:
-    had = getattr(mesh, f"has_{element}_scalar")()
-    if had and np.array_equal(read_array(mesh, f"{element}_scalars"), scalars):
-        return
-    (name,) = bring_in(bench, mesh, element, [scalars])
-    bench.apply(f"compute_scalar_by_function_per_{element}", q=name)
-    verify(mesh, f"{element}_scalars", scalars)
+    brought = bring_in(bench, mesh, element, list(np.atleast_2d(values.T)))
+    bench.apply(
+        f"compute_{kind}_by_function_per_{element}", **dict(zip("xyz" if kind == "normal" else "q", brought, strict=True))
+    )
+    verify(mesh, name, values)
 
 
 def _write_colors(bench: Workbench, mesh: Any, element: Element, colors: Floats) -> None:
