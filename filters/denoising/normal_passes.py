@@ -11,7 +11,7 @@ import numpy as np
 
 from ..compilation import compiled, prange
 from ..execution import Progress, threads_for
-from ..geometry import AREA, CENTRE, NORMAL
+from ..geometry import AREA, CENTRE, NORMAL, squared_length
 from ..libraries import sparse
 from ..mesh import Floats, Ints, Longs
 from ..topology import one_rings
@@ -40,31 +40,17 @@ def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, e
     """
     measures, means, guides = np.empty(len(normals)), np.empty_like(normals), np.empty_like(normals)
     with threads_for(len(patches.neighbours)):
-        _measure_patches(
-            normals,
-            np.ascontiguousarray(table[:, 3]),
-            patches.offsets,
-            patches.neighbours,
-            edge_neighbours.offsets,
-            edge_neighbours.neighbours,
-            measures,
-            means,
-        )
-        _choose(measures, means, patches.offsets, patches.neighbours, guides)
+        _measure_patches(normals, np.ascontiguousarray(table[:, 3]), patches, edge_neighbours, measures, means)
+        _choose(measures, means, *patches, guides)
     return guides
 
 
 @compiled(parallel=True)
 def _measure_patches(
-    normals: Floats,
-    areas: Floats,
-    offsets: Longs,
-    neighbours: Ints,
-    edge_offsets: Longs,
-    edge_neighbours: Ints,
-    measures: Floats,
-    means: Floats,
+    normals: Floats, areas: Floats, patches: FaceNeighbourhoods, edge: FaceNeighbourhoods, measures: Floats, means: Floats
 ) -> None:
+    offsets, neighbours = patches
+    edge_offsets, edge_neighbours = edge
     for i in prange(normals.shape[0]):
         size = offsets[i + 1] - offsets[i] + 1
         patch = np.empty(size, dtype=np.int32)
@@ -78,7 +64,7 @@ def _measure_patches(
             y += areas[j] * normals[j, 1]
             z += areas[j] * normals[j, 2]
             for b in range(a + 1, size):
-                largest = max(largest, _squared_difference(normals, j, patch[b]))
+                largest = max(largest, squared_length(normals, j, patch[b]))
         total = steepest = 0.0
         for a in range(size):
             j = patch[a]
@@ -88,7 +74,7 @@ def _measure_patches(
                     continue
                 for b in range(size):
                     if patch[b] == h:
-                        difference = math.sqrt(_squared_difference(normals, j, h))
+                        difference = math.sqrt(squared_length(normals, j, h))
                         total += difference
                         steepest = max(steepest, difference)
                         break
@@ -110,12 +96,6 @@ def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, g
             if measures[j] < measures[best] or (measures[j] == measures[best] and best != i and j < best):
                 best = j
         guides[i, 0], guides[i, 1], guides[i, 2] = means[best, 0], means[best, 1], means[best, 2]
-
-
-@compiled
-def _squared_difference(normals: Floats, i: int, j: int) -> float:
-    x, y, z = normals[j, 0] - normals[i, 0], normals[j, 1] - normals[i, 1], normals[j, 2] - normals[i, 2]
-    return float(x * x + y * y + z * z)
 
 
 def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeighbourhoods:
