@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compilation import compiled, prange
-from ..mesh import Bools, Floats, Ints, Longs
+from ..mesh import Bools, Floats, Ints, Longs, mask_of
 from ..robust import kernel_weight
 from .neighbour_weights import REACH, Term
 
@@ -31,9 +31,7 @@ def heights_of_rings(points: Floats, around: HeightNeighbours) -> Floats:
     """The heights n_i . (p_j - p_i) of all neighbours j in the one-rings of the vertices that move."""
     heights = np.zeros(len(around.neighbours))
     _heights(points, around, heights)
-    which = np.zeros(len(points), dtype=np.bool_)
-    which[around.moving] = True
-    result: Floats = heights[np.repeat(which, np.diff(around.offsets))]
+    result: Floats = heights[np.repeat(mask_of(around.moving, len(points)), np.diff(around.offsets))]
     return result
 
 

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
-from ..mesh import Bools, Floats, Ints, NormalisedMesh
+from ..mesh import Bools, Floats, Ints, NormalisedMesh, mask_of
 from ..operators import CURVE_OPERATOR, OPERATOR_NAMES, SHORTEST_EDGE, Laplacian, OperatorName, build_laplacian, curve_laplacian
 from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, OPEN, BorderPolicy, Stars, one_rings
 from .steps import (
@@ -220,8 +220,7 @@ def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -
     kinds = stars.kinds if movable is None else np.where(movable, stars.kinds, np.uint8(0))
     inside, curve = kinds, np.empty(0, dtype=np.int32)
     if len(edges):
-        on_border = np.zeros(n, dtype=np.bool_)
-        on_border[edges] = True
+        on_border = mask_of(edges, n)
         inside = np.where(on_border, np.uint8(0), kinds)
         if border == "along":
             curve = _where(on_border & (kinds > 0))

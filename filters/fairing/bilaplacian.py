@@ -21,7 +21,7 @@ from ..linear_solvers import (
     preconditioned_norm,
     refined_solution,
 )
-from ..mesh import Bools, Floats, Longs, bounding_box, check_mesh, normalised_mesh, spikes, worth_reordering
+from ..mesh import Bools, Floats, Longs, bounding_box, check_mesh, mask_of, normalised_mesh, spikes, worth_reordering
 from ..operators import curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges
 from .surface_operator import SurfaceOperator, evened_operator, surface_operator
@@ -123,8 +123,7 @@ def bilaplacian_smoothing(
         return quadratic.minimiser(start, prescribed, inside, diagonal, rising(progress, 0.1, 1.0))
 
     edges = border_edges(triangles)
-    at_border = np.zeros(len(start), dtype=np.bool_)
-    at_border[edges] = True
+    at_border = mask_of(edges, len(start))
     displacement = np.zeros_like(start)
     with threads_for(len(start)):
         if border == "along" and (at_border & moves).any():

@@ -16,7 +16,19 @@ from ..execution import Progress, ignore_progress
 from ..geometry import cross_product
 from ..libraries import sparse
 from ..linear_solvers import RefinedSolution, laplacian_power, refined_solution
-from ..mesh import Bools, Floats, Ints, Longs, bounding_box, check_healthy, check_mesh, check_vertex_mask, normalised_mesh, spikes
+from ..mesh import (
+    Bools,
+    Floats,
+    Ints,
+    Longs,
+    bounding_box,
+    check_healthy,
+    check_mesh,
+    check_vertex_mask,
+    mask_of,
+    normalised_mesh,
+    spikes,
+)
 from ..topology import Submesh, submesh_around
 from .surface_operator import SurfaceOperator, evened_operator, surface_operator
 
@@ -128,12 +140,16 @@ def fair_region(
     moved, faired, freed = points.copy(), system.points.copy(), part.vertices.take(places)
     moved[freed] = solution.values / mesh.scale + mesh.middle
     faired[places] = solution.values
-    everywhere = np.zeros(len(points), dtype=np.bool_)
-    everywhere[freed] = True
     area_before, area_after = _areas(system.points, faired, part.free, part.faces)
     share = area_after / area_before if area_before > 0.0 else 1.0
     return FairedRegion(
-        moved, everywhere, solution.backward_error, solution.last_correction / extent, solution.refinements, share, irregular
+        moved,
+        mask_of(freed, len(points)),
+        solution.backward_error,
+        solution.last_correction / extent,
+        solution.refinements,
+        share,
+        irregular,
     )
 
 

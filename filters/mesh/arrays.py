@@ -84,6 +84,13 @@ def check_points(vertices: ArrayLike) -> Floats:
     return points
 
 
+def mask_of(indices: NDArray[np.integer] | Bools, count: int) -> Bools:
+    """(count,) whether each number is among the indices, an array of any shape."""
+    mask = np.zeros(count, dtype=np.bool_)
+    mask[indices] = True
+    return mask
+
+
 def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
     """(n,) which vertices may move: all of them for None.
 

@@ -8,8 +8,8 @@ import numpy as np
 from ..checks import FilterInputError, check_choice
 from ..compilation import compiled
 from ..libraries import robust_laplacian, sparse
-from ..mesh import Floats, Ints, scaled_to_unit
-from ..topology import non_manifold_edges
+from ..mesh import Floats, Ints, mask_of, scaled_to_unit
+from ..topology import non_manifold_edges, proper_faces
 from .cotangent import cotangent_laplacian, cotangent_stiffness, laplace_beltrami
 from .laplacian import Laplacian, inverse_length_laplacian, scale_dependent_laplacian, uniform_laplacian
 
@@ -149,10 +149,8 @@ def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
         FilterInputError: the edges differ in length by too many orders of magnitude.
     """
     n = len(vertices)
-    used = np.zeros(n, dtype=np.bool_)
-    a, b, c = faces.T
-    proper = faces[(a != b) & (b != c) & (c != a)]
-    used[proper] = True
+    proper = faces[proper_faces(faces)]
+    used = mask_of(proper, n)
     points = vertices[used]
     if len(points) == 0 or not (points != points[0]).any():
         return Laplacian(sparse.csr_matrix((n, n)), np.zeros(n))

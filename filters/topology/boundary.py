@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Bools, Floats, Ints, mask_of
 from .edge_lists import edge_face_counts, proper_faces
 
 #: Why a border cannot be followed at a vertex: an edge with more than two faces ends there, or its faces are not coherently
@@ -73,9 +73,7 @@ def boundary_loops(vertices: Floats, faces: Ints) -> Boundary:
     n = len(vertices)
     near = _faces_at(border, faces, n)
     starts, ends, opposite = _directed_border(border, near, n)
-    non_manifold = np.zeros(n, dtype=np.bool_)
-    non_manifold[pairs[counts > 2]] = True
-    following, breaks = border_successors(starts, ends, near, vertices, non_manifold)
+    following, breaks = border_successors(starts, ends, near, vertices, mask_of(pairs[counts > 2], n))
     cycles, rest = _cycles(following)
     loops = []
     for cycle in cycles:
@@ -96,8 +94,7 @@ def is_seam(loop: BoundaryLoop, vertices: Floats) -> bool:
 
 def _faces_at(border: Ints, faces: Ints, n_vertices: int) -> Ints:
     """The proper faces with a vertex on the border."""
-    on_border = np.zeros(n_vertices, dtype=np.bool_)
-    on_border[border] = True
+    on_border = mask_of(border, n_vertices)
     a, b, c = faces.T
     near: Ints = faces[(on_border[a] | on_border[b] | on_border[c]) & proper_faces(faces)]
     return near

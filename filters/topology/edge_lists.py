@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 
 from ..compilation import compiled
-from ..mesh import Bools, Ints, Longs
+from ..mesh import Bools, Ints, Longs, mask_of
 from .rings import sort_slice
 
 #: "fixed": border vertices stay. "along": only neighbours on the border count for them, so the border is smoothed as a curve.
@@ -35,9 +35,7 @@ def non_manifold_edges(faces: Ints) -> Ints:
 
 def referenced_vertices(faces: Ints, n_vertices: int) -> Bools:
     """(n,) whether the vertex belongs to a proper face."""
-    used = np.zeros(n_vertices, dtype=np.bool_)
-    used[faces[proper_faces(faces)]] = True
-    return used
+    return mask_of(faces[proper_faces(faces)], n_vertices)
 
 
 def proper_faces(faces: Ints | Longs) -> Bools:
@@ -154,9 +152,7 @@ def border_edges(faces: Ints) -> Ints:
 
 def border_vertices(faces: Ints, n_vertices: int) -> Bools:
     """(n,) whether a vertex lies on a border edge."""
-    on_border = np.zeros(n_vertices, dtype=np.bool_)
-    on_border[border_edges(faces)] = True
-    return on_border
+    return mask_of(border_edges(faces), n_vertices)
 
 
 def face_adjacency(faces: Ints) -> tuple[Ints, Ints]:

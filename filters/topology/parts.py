@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compilation import compiled
-from ..mesh import Bools, Floats, Ints, Longs
+from ..mesh import Bools, Floats, Ints, Longs, mask_of
 from .edge_lists import end_of_edge, faces_by_edge
 
 
@@ -86,9 +86,7 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
         inside[chosen] = True
         chosen = _touching(faces, inside)
     # A mark for each vertex gives them in ascending order without sorting.
-    marked = np.zeros(len(points), dtype=np.bool_)
-    marked[chosen] = True
-    vertices = np.flatnonzero(marked).astype(np.int32)
+    vertices = np.flatnonzero(mask_of(chosen, len(points))).astype(np.int32)
     number = np.empty(len(points), dtype=np.int32)
     number[vertices] = np.arange(len(vertices), dtype=np.int32)
     local = number.take(chosen)
