@@ -11,6 +11,7 @@ from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
+from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, mask_of
 from .edge_lists import edge_face_counts, proper_faces
 
@@ -133,22 +134,14 @@ def _cycles(following: Ints) -> tuple[list[list[int]], list[int]]:
 
 def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[BrokenBorder]:
     """The edges that lie on no loop, by connected component."""
-    parent: dict[int, int] = {}
-
-    def root(v: int) -> int:
-        while parent.setdefault(v, v) != v:
-            parent[v] = parent[parent[v]]
-            v = parent[v]
-        return v
-
-    for a, b in zip(starts.tolist(), ends.tolist(), strict=True):
-        low, high = sorted((root(a), root(b)))
-        parent[high] = low
-    groups: dict[int, list[int]] = defaultdict(list)
-    for v in sorted(parent):
-        groups[root(v)].append(v)
+    if len(starts) == 0:
+        return []
+    own, at_edges = np.unique([starts, ends], return_inverse=True)
+    graph = sparse.coo_array((np.ones(len(starts)), at_edges.reshape(2, -1)), shape=(len(own), len(own)))
+    labels = sparse.csgraph.connected_components(graph, directed=False)[1]
     broken = []
-    for group in groups.values():
+    for vertices in np.split(own[np.argsort(labels, kind="stable")], np.cumsum(np.bincount(labels))[:-1]):
+        group = vertices.tolist()
         at = [v for v in group if breaks.get(v) == "non_manifold"] or [v for v in group if v in breaks]
         broken.append(BrokenBorder(np.array(group, dtype=np.int32), breaks[at[0]], at[0]))
     return broken
