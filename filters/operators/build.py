@@ -53,17 +53,20 @@ def build_laplacian(vertices: Floats, faces: Ints, operator: OperatorName) -> La
         if operator != "robust":
             raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
         return robust_cloud_laplacian(vertices)
+    return _named(vertices, faces, operator)
+
+
+def _named(vertices: Floats, faces_or_edges: Ints, operator: OperatorName) -> Laplacian:
+    builders = {
+        "inverse_length": inverse_length_laplacian,
+        "scale_dependent": scale_dependent_laplacian,
+        "cotangent": cotangent_laplacian,
+        "laplace_beltrami": laplace_beltrami,
+        "robust": robust_mesh_laplacian,
+    }
     if operator == "uniform":
-        return uniform_laplacian(faces, len(vertices))
-    if operator == "inverse_length":
-        return inverse_length_laplacian(vertices, faces)
-    if operator == "scale_dependent":
-        return scale_dependent_laplacian(vertices, faces)
-    if operator == "cotangent":
-        return cotangent_laplacian(vertices, faces)
-    if operator == "laplace_beltrami":
-        return laplace_beltrami(vertices, faces)
-    return robust_mesh_laplacian(vertices, faces)
+        return uniform_laplacian(faces_or_edges, len(vertices))
+    return builders[operator](vertices, faces_or_edges)
 
 
 class ChosenLaplacian(NamedTuple):
@@ -131,12 +134,7 @@ def curve_laplacian(vertices: Floats, edges: Ints, operator: OperatorName) -> La
         edges: (e, 2) edges; the rows of vertices that none of them touches are 0.
         operator: the operator of the surface.
     """
-    curve = CURVE_OPERATOR[operator]
-    if curve == "uniform":
-        return uniform_laplacian(edges, len(vertices))
-    if curve == "inverse_length":
-        return inverse_length_laplacian(vertices, edges)
-    return scale_dependent_laplacian(vertices, edges)
+    return _named(vertices, edges, CURVE_OPERATOR[operator])
 
 
 def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:

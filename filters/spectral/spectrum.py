@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import ConvergenceError, FilterInputError, check_whole_number
 from ..compilation import compiled, prange
-from ..execution import Progress, ignore_progress, threads_for
+from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..linear_solvers import CompressedRows
 from ..mesh import Floats, check_mesh, normalised_mesh
 from .eigenpairs import lowest_eigenpairs
@@ -108,7 +108,7 @@ def spectrum(
     count = min(int(modes), len(problem.mass) - problem.n_components)
     kappa, shapes = np.empty(0), np.empty((len(rest), 0))
     if count:
-        kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=lambda done: progress(_SHARE_OF_MODES * done))
+        kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=part_of(progress, 0.0, _SHARE_OF_MODES))
     energies = np.empty(len(kappa))
     for k in range(len(kappa)):  # one by one: a product of matrices may round differently with the number of threads
         weighted = problem.mass * shapes[:, k]
@@ -117,7 +117,7 @@ def spectrum(
         rest -= shapes[:, k, None] * along
     taken = enough_steps(problem, float(kappa[-1]) if len(kappa) else 0.0) if steps is None else int(steps)
     share = _SHARE_OF_MODES if count else 0.0
-    nodes, weights = energy_quadrature(problem, rest, taken, progress=lambda done: progress(share + (1.0 - share) * done))
+    nodes, weights = energy_quadrature(problem, rest, taken, progress=part_of(progress, share, 1.0))
     edges, bands = _bands(
         np.sqrt(np.concatenate([kappa, nodes])) / unit,
         np.concatenate([energies, weights / area]) * unit**2,
