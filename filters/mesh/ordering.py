@@ -78,11 +78,9 @@ def faces_by_place(faces: Ints, n_vertices: int) -> Ints:
     return ordered
 
 
-def order_of_faces(faces: Ints, n_vertices: int) -> Ints:
+def order_of_faces(faces: Ints) -> Ints:
     """(m,) a permutation: the triangles by their lowest vertex, for vertices in an order such as that of `order_by_place`."""
-    order = np.empty(len(faces), dtype=np.int32)
-    _order_faces(faces, np.zeros(n_vertices + 1, dtype=np.int32), order)
-    return order
+    return np.argsort(faces.min(axis=1), kind="stable").astype(np.int32)
 
 
 @compiled(nogil=True)
@@ -132,15 +130,3 @@ def _sort_faces(faces: Ints, starts: Ints, ordered: Ints) -> None:
             for c in range(3):
                 ordered[at, c] = faces[f, c]
             starts[part, run] = at + 1
-
-
-@compiled
-def _order_faces(faces: Ints, starts: Ints, order: Ints) -> None:
-    for f in range(faces.shape[0]):
-        starts[min(faces[f, 0], faces[f, 1], faces[f, 2]) + 1] += 1
-    for k in range(1, starts.shape[0]):
-        starts[k] += starts[k - 1]
-    for f in range(faces.shape[0]):
-        lowest = min(faces[f, 0], faces[f, 1], faces[f, 2])
-        order[starts[lowest]] = f
-        starts[lowest] += 1
