@@ -145,14 +145,7 @@ def _checked(values: Floats, faces: Ints) -> tuple[Floats, Ints]:
 
 @compiled(parallel=True)
 def _diffuse(
-    values: Floats,
-    out: Floats,
-    moves: Bools,
-    rings: OneRings,
-    code: int,
-    sigma: float,
-    contrast: float,
-    step: float,
+    values: Floats, out: Floats, moves: Bools, rings: OneRings, code: int, sigma: float, contrast: float, step: float
 ) -> None:
     offsets, neighbours, _ = rings
     at_zero = kernel_weight(code, 0.0, sigma)

@@ -147,19 +147,7 @@ def explicit_surface(
 ) -> ExplicitSurface:
     """Prepares a mesh for explicit iterations: checked, normalised, and reordered where that is faster.
 
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles; none for a point cloud, with the operator "robust".
-        operator: L; see `build_laplacian`.
-        border: what the vertices on borders do; see `BorderPolicy`.
-        movable: (n,) bool, which vertices may move, None for all.
-        iterations: how many there will be, at least 0.
-        steps: how often each of them applies L.
-        update: the rule of a step; see `explicit_smoothing`.
-        whole: the mesh that this is a part of; None if it is all.
-
-    Raises:
-        FilterInputError: not a mesh, a parameter out of range.
+    Arguments and errors as of `explicit_smoothing`; `steps` is how often each iteration applies L.
     """
     points, triangles = check_mesh(vertices, faces)
     count = check_whole_number("iterations", iterations, least=0)

@@ -143,8 +143,8 @@ def cut_links(places: Floats, numbers: Longs, neighbours: Ints, reaches: Floats,
     """Replace neighbours by `NO_LINK` where the point is none of their own k nearest.
 
     Args:
-        places: as for `thicknesses`, like `numbers`.
-        numbers: see there.
+        places: (n, 3) coordinates.
+        numbers: (n,) by which neighbours at one distance are put into order.
         neighbours: (m, k) rows of the nearest points of the first m; changed in place.
         reaches: (n,) the squared distance of the k-th neighbour of every point.
         lasts: (n,) the number of that neighbour.
