@@ -135,7 +135,8 @@ def _along_the_curves(rings: OneRings) -> Ints:
 def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None) -> tuple[float, ...]:
     if method == "taubin":
         return step, checked_mu(step, mu, pass_band, largest_eigenvalue=2.0)
-    return (check_positive("step", step, most=1.0, note="; for stronger smoothing take more iterations or 'implicit'"),)
+    check_positive("step", step, most=1.0, note="; for stronger smoothing take more iterations or 'implicit'")
+    return (step,)
 
 
 def _time_and_operator(
@@ -147,10 +148,13 @@ def _time_and_operator(
     if detail_size is not None:
         if weights != "inverse_length":
             raise FilterInputError("uniform weights know no lengths: give a time_step, or weights='inverse_length' a detail_size")
+        check_positive("detail_size", detail_size)
         # Scaled before it is squared, which neither overflows nor vanishes then.
-        size = min(max(check_positive("detail_size", detail_size) * scale, _SMALLEST_SIZE), _LARGEST_SIZE)
+        size = min(max(detail_size * scale, _SMALLEST_SIZE), _LARGEST_SIZE)
         return time_step_of_detail_size(size, iterations=iterations), "scale_dependent"
-    return check_finite("time_step", time_step, least=0.0), weights
+    assert time_step is not None
+    check_finite("time_step", time_step, least=0.0)
+    return time_step, weights
 
 
 def explicit_curve_steps(

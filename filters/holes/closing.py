@@ -9,7 +9,7 @@ from ..checks import ConvergenceError, FilterInputError, check_choice, check_who
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..fairing.region import fair_region
 from ..geometry import angles_between, cross_products
-from ..mesh import Floats, Ints, check_mesh, check_vertex_mask, mask_of
+from ..mesh import Floats, Ints, Longs, check_mesh, check_vertex_mask, mask_of
 from ..topology import BoundaryLoop, OneRings, boundary_loops, face_adjacency, one_rings
 from .filling import HOLE_ENERGIES, ISLAND_IN_IT, HoleEnergy, HoleFilling, broken_left_open, left_open_as
 from .refinement import MOST_VERTICES, Patch, refined_patch, uniform_width
@@ -389,7 +389,7 @@ def _place(
     return {k: far for part in parts for k, far in _place(patches, points, faces, part, energy, progress).items()}
 
 
-def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Floats]:
+def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Longs]:
     """The angles between the normals of the two faces of every edge, summed at its ends.
 
     Args:
@@ -407,11 +407,7 @@ def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Floats]
     pairs, shared = pairs[asked[shared].any(axis=1)], shared[asked[shared].any(axis=1)]
     normals = cross_products(points, near)
     angles = angles_between(normals[pairs[:, 0]], normals[pairs[:, 1]])
-    total, number = np.zeros(n), np.zeros(n)
-    for k in range(2):
-        np.add.at(total, shared[:, k], angles)
-        np.add.at(number, shared[:, k], 1.0)
-    return total, number
+    return np.bincount(shared.T.ravel(), np.tile(angles, 2), n), np.bincount(shared.ravel(), minlength=n)
 
 
 def bend_at_rim(points: Floats, triangles: Ints, sides: Ints) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compilation import compiled
 from ..mesh import Bools, Ints, Longs, mask_of
-from .rings import sort_slice
+from .rings import listed_by_vertex, sort_slice
 
 #: "fixed": border vertices stay. "along": only neighbours on the border count for them, so the border is smoothed as a curve.
 #: "free": they are vertices like any other, and the border shrinks.
@@ -51,12 +51,7 @@ def faces_by_edge(faces: Ints, n_vertices: int | None = None) -> tuple[Longs, Lo
     """The edges of all faces by their lower vertex; the key of each is (higher vertex) * 2^32 + face, ascending at a vertex."""
     triangles = np.ascontiguousarray(faces, dtype=np.int32)
     count = int(faces.max(initial=-1)) + 1 if n_vertices is None else n_vertices
-    offsets = np.zeros(count + 2, dtype=np.int64)  # see `listed_by_vertex`
-    _count_keys(triangles, offsets)
-    np.cumsum(offsets, out=offsets)
-    keys = np.empty(offsets[-1], dtype=np.int64)
-    _fill_keys(triangles, offsets, keys)
-    return offsets[:-1], keys
+    return listed_by_vertex(triangles, count, _count_keys, _fill_keys, np.int64)
 
 
 def listed_edges(offsets: Longs, keys: Longs, least: int = 1, most: int = _ANY, *, columns: int = 1) -> tuple[Ints, Ints]:
