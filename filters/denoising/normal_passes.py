@@ -11,7 +11,7 @@ import numpy as np
 
 from ..compilation import compiled, prange
 from ..execution import Progress, threads_for
-from ..geometry import AREA, CENTRE, NORMAL, squared_length
+from ..geometry import AREA, CENTRE, NORMAL, mean_normals_at_vertices, squared_length
 from ..libraries import sparse
 from ..mesh import Floats, Ints, Longs
 from ..topology import one_rings
@@ -125,17 +125,10 @@ def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
         table: (m, 8) of `measure_faces`.
     """
     rows = np.zeros((len(vertices), 8))
-    owners = faces.ravel()
-    for column, values in ((3, table[:, AREA]), *((k, table[:, AREA] * table[:, k]) for k in range(3))):
-        rows[:, column] = np.bincount(owners, weights=np.repeat(values, 3), minlength=len(vertices))
-    rows[:, NORMAL] = _unit(rows[:, NORMAL], np.zeros(3))
+    rows[:, AREA] = np.bincount(faces.ravel(), np.repeat(table[:, AREA], 3), len(vertices))
+    rows[:, NORMAL] = mean_normals_at_vertices(table[:, AREA, None] * table[:, NORMAL], faces, len(vertices))
     rows[:, CENTRE] = vertices
     return rows
-
-
-def _unit(vectors: Floats, otherwise: Floats) -> Floats:
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.where(lengths > 0.0, vectors / np.where(lengths > 0.0, lengths, 1.0), otherwise)
 
 
 class NormalPasses(NamedTuple):
@@ -175,8 +168,10 @@ class NormalPasses(NamedTuple):
         if self.settings.method != "vertex_normals":
             return self._passed(table, progress)
         normals = self._passed(measure_vertices(points, self.adjacency.faces, table), progress)
+        sums = normals[self.adjacency.faces].sum(axis=1)
+        lengths = np.linalg.norm(sums, axis=1, keepdims=True)
         # A face whose vertices' normals cancel out keeps its own.
-        return _unit(normals[self.adjacency.faces].sum(axis=1), table[:, NORMAL])
+        return np.where(lengths > 0.0, sums / np.where(lengths > 0.0, lengths, 1.0), table[:, NORMAL])
 
     def _passed(self, table: Floats, progress: Progress) -> Floats:
         """The normals of the table of faces or vertices after all passes, which overwrite it: a copy is large."""

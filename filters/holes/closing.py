@@ -9,12 +9,12 @@ from ..checks import ConvergenceError, FilterInputError, check_choice, check_who
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..fairing.region import fair_region
 from ..geometry import angles_between, cross_products
-from ..mesh import Floats, Ints, Longs, check_mesh, check_vertex_mask, mask_of
+from ..mesh import Floats, Ints, check_mesh, check_vertex_mask, mask_of
 from ..topology import BoundaryLoop, OneRings, boundary_loops, face_adjacency, one_rings
 from .filling import HOLE_ENERGIES, ISLAND_IN_IT, HoleEnergy, HoleFilling, broken_left_open, left_open_as
 from .refinement import MOST_VERTICES, Patch, refined_patch, uniform_width
 from .rims import MOST_JOINED, sorted_rims
-from .triangulation import Polygon, joined_corners, polygon, triangulate_polygon
+from .triangulation import joined_corners, polygon, triangulate_polygon
 from .vertex_pairs import ForbiddenEdges, vertex_pairs
 
 # The share of the progress that triangulation takes.
@@ -181,7 +181,8 @@ class Patches:
         triangulating = part_of(progress, 0.0, _PATCH_TRIANGULATION if refine else 1.0)
         outline = polygon(rim, islands, self._points)
         joined = joined_corners(outline.vertices, self._rings, self._place, self._links)
-        triangles = None if _is_a_face(outline) else triangulate_polygon(outline, self._points, joined, triangulating)
+        is_a_face = len(outline.vertices) == 3 and outline.opposite[0] == outline.vertices[2]  # in the other orientation
+        triangles = None if is_a_face else triangulate_polygon(outline, self._points, joined, triangulating)
         if triangles is None and refine and len(rim.vertices) > 3:
             # Here diagonals may double edges of the mesh, since refinement splits such diagonals.
             triangles = triangulate_polygon(outline, self._points, vertex_pairs(joined.size), triangulating)
@@ -292,11 +293,6 @@ class Patches:
                 self._links.setdefault(j, set()).add(i)
 
 
-def _is_a_face(outline: Polygon) -> bool:
-    """Whether the polygon is a face of the mesh in the other orientation."""
-    return len(outline.vertices) == 3 and bool(outline.opposite[0] == outline.vertices[2])
-
-
 class Placement(NamedTuple):
     """The placement of the new vertices of a patch."""
 
@@ -389,7 +385,7 @@ def _place(
     return {k: far for part in parts for k, far in _place(patches, points, faces, part, energy, progress).items()}
 
 
-def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Longs]:
+def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Floats]:
     """The angles between the normals of the two faces of every edge, summed at its ends.
 
     Args:
@@ -407,7 +403,8 @@ def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Longs]:
     pairs, shared = pairs[asked[shared].any(axis=1)], shared[asked[shared].any(axis=1)]
     normals = cross_products(points, near)
     angles = angles_between(normals[pairs[:, 0]], normals[pairs[:, 1]])
-    return np.bincount(shared.T.ravel(), np.tile(angles, 2), n), np.bincount(shared.ravel(), minlength=n)
+    total = np.asarray(np.bincount(shared.T.ravel(), np.tile(angles, 2), n), dtype=np.float64)
+    return total, np.asarray(np.bincount(shared.ravel(), minlength=n), dtype=np.float64)
 
 
 def bend_at_rim(points: Floats, triangles: Ints, sides: Ints) -> float:

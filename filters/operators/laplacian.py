@@ -80,7 +80,7 @@ def csr_of_rows(starts: Ints | Longs, columns: Ints | Longs, data: Floats) -> sp
 def ring_sums(rings: OneRings, weights: Floats) -> Floats:
     """(n,) the sum of the weights over each one-ring."""
     n = len(rings.offsets) - 1
-    return np.bincount(np.repeat(np.arange(n), np.diff(rings.offsets)), weights, n)
+    return np.asarray(np.bincount(np.repeat(np.arange(n), np.diff(rings.offsets)), weights, n), dtype=np.float64)
 
 
 def ring_lengths(vertices: Floats, rings: OneRings) -> Floats:

@@ -72,7 +72,8 @@ def boundary_loops(vertices: Floats, faces: Ints) -> Boundary:
     if len(border) == 0:
         return Boundary([], [])
     n = len(vertices)
-    near = _faces_at(border, faces, n)
+    on_border = mask_of(border, n)
+    near: Ints = faces[on_border[faces].any(axis=1) & proper_faces(faces)]
     starts, ends, opposite = _directed_border(border, near, n)
     following, breaks = border_successors(starts, ends, near, vertices, mask_of(pairs[counts > 2], n))
     cycles, rest = _cycles(following)
@@ -91,14 +92,6 @@ def is_seam(loop: BoundaryLoop, vertices: Floats) -> bool:
     own = np.unique(loop.vertices)
     _, counts = np.unique(vertices[own], axis=0, return_counts=True)
     return 2 * int(counts[counts > 1].sum()) >= len(own)
-
-
-def _faces_at(border: Ints, faces: Ints, n_vertices: int) -> Ints:
-    """The proper faces with a vertex on the border."""
-    on_border = mask_of(border, n_vertices)
-    a, b, c = faces.T
-    near: Ints = faces[(on_border[a] | on_border[b] | on_border[c]) & proper_faces(faces)]
-    return near
 
 
 def _directed_border(border: Ints, near: Ints, n_vertices: int) -> tuple[Ints, Ints, Ints]:
@@ -143,7 +136,7 @@ def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[Br
     for vertices in np.split(own[np.argsort(labels, kind="stable")], np.cumsum(np.bincount(labels))[:-1]):
         group = vertices.tolist()
         at = [v for v in group if breaks.get(v) == "non_manifold"] or [v for v in group if v in breaks]
-        broken.append(BrokenBorder(np.array(group, dtype=np.int32), breaks[at[0]], at[0]))
+        broken.append(BrokenBorder(vertices, breaks[at[0]], at[0]))
     return broken
 
 
