@@ -45,7 +45,7 @@ class Adjacency:
         faces, face_places = mesh.in_order(places).cells, None
         at_vertices, on_border = vertex_faces(faces, len(mesh)), border_vertices(faces, len(mesh))
         if sorts_faces:
-            face_places = order_of_faces(faces)
+            face_places = order_of_faces(faces, len(mesh))
             numbers = np.empty_like(face_places)
             numbers[face_places] = np.arange(len(faces), dtype=np.int32)
             at_vertices.rows[:, 0] = numbers[at_vertices.rows[:, 0]]
