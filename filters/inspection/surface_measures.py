@@ -128,7 +128,8 @@ def measures_and_connectivity(
     area, degenerate, shape = float(doubled.sum()) / 2, n_faces - int((doubled > 0).sum()), float(quality.sum())
     del doubled, quality, lengths  # lowers the peak memory for scans of millions of vertices
     closed, oriented = topology.closed, topology.oriented
-    roughness = _roughness(dihedral_angles(normals, topology.neighbours, topology.agree))
+    angles = dihedral_angles(normals, topology.neighbours, topology.agree)
+    angles = angles[np.isfinite(angles)]
     measures = SurfaceMeasures(
         vertices=n_vertices,
         faces=n_faces,
@@ -148,7 +149,7 @@ def measures_and_connectivity(
         area=area * unit * unit,
         volume=_volume(points, topology.proper, normals) * unit * unit * unit if closed and oriented else None,
         mean_edge=mean_edge,
-        roughness=roughness,
+        roughness=math.degrees(float(angles.mean())) if len(angles) else None,
         triangle_quality=shape / n_faces if n_faces else None,
         mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * unit
         if n_faces == len(segments) == 0 and n_vertices > 1
@@ -173,8 +174,3 @@ def _volume(points: Floats, faces: Ints, normals: Floats) -> float:
         part = slice(start, start + _BLOCK)
         np.einsum("ij,ij->i", points[faces[part, 0]], normals[part], out=products[part])
     return float(products.sum()) / 6
-
-
-def _roughness(angles: Floats) -> float | None:
-    counted = angles[np.isfinite(angles)]
-    return math.degrees(float(counted.mean())) if len(counted) else None
