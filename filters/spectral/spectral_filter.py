@@ -231,12 +231,10 @@ def brick_wall(
 ) -> FilteredByModes:
     """The `count` lowest modes of the values, or a band that ends with the last of them.
 
-    Other arguments, and errors, as of `filter_by_modes`.
-
-    Args:
-        count: how many modes, from 1, without those that are constant on a component; if there are fewer, all.
-        response: None keeps these modes and drops the rest. Otherwise the band pass or enhancement for the wavelength of the
-            last mode: modes from the longest wave of the band on get its gain, all others the limit of the response.
+    `count` is from 1, without the modes that are constant on a component; if there are fewer, all are taken. A `response` of
+    None keeps these modes and drops the rest. Otherwise it gives the band pass or enhancement for the wavelength of the last
+    mode: modes from the longest wave of the band on get its gain, all others the limit of the response. Other arguments, and
+    errors, as of `filter_by_modes`.
     """
     count = min(count, most_modes(problem))
     omega, shapes = _modes(problem, count, progress)
