@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import FilterInputError, check_choice, check_whole_number
+from .checks import FilterInputError, check_choice, check_finite, check_positive, check_whole_number
 from .compilation import compiled
 from .diffusion.implicit import BackwardEulerStep, time_step_of_detail_size
 from .diffusion.stencil import curve_stencil
@@ -17,7 +17,7 @@ from .diffusion.steps import Rings
 from .diffusion.taubin import checked_mu
 from .execution import Progress, ignore_progress, part_of, threads_for
 from .libraries import sparse
-from .mesh import Bools, Floats, Ints, Longs, check_edges, check_points, normalised_mesh, worth_reordering
+from .mesh import Bools, Floats, Ints, Longs, check_edges, check_points, mask_of, normalised_mesh, worth_reordering
 from .operators import Laplacian, OperatorName, curve_laplacian
 from .topology import OneRings, one_rings
 
@@ -135,10 +135,7 @@ def _along_the_curves(rings: OneRings) -> Ints:
 def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None) -> tuple[float, ...]:
     if method == "taubin":
         return step, checked_mu(step, mu, pass_band, largest_eigenvalue=2.0)
-    if not 0.0 < step <= 1.0:
-        raise FilterInputError(
-            f"step {step} is not above 0 and at most 1; for stronger smoothing take more iterations or 'implicit'"
-        )
+    check_positive("step", step, most=1.0, note="; for stronger smoothing take more iterations or 'implicit'")
     return (step,)
 
 
@@ -151,14 +148,12 @@ def _time_and_operator(
     if detail_size is not None:
         if weights != "inverse_length":
             raise FilterInputError("uniform weights know no lengths: give a time_step, or weights='inverse_length' a detail_size")
-        if not (math.isfinite(detail_size) and detail_size > 0.0):
-            raise FilterInputError(f"detail_size {detail_size} is not finite and above 0")
+        check_positive("detail_size", detail_size)
         # Scaled before it is squared, which neither overflows nor vanishes then.
         size = min(max(detail_size * scale, _SMALLEST_SIZE), _LARGEST_SIZE)
         return time_step_of_detail_size(size, iterations=iterations), "scale_dependent"
     assert time_step is not None
-    if not (math.isfinite(time_step) and time_step >= 0.0):
-        raise FilterInputError(f"time_step {time_step} is not finite and at least 0")
+    check_finite("time_step", time_step, least=0.0)
     return time_step, weights
 
 
@@ -192,7 +187,8 @@ def implicit_curve_steps(
     labels: Ints = sparse.csgraph.connected_components(laplacian.stiffness, directed=False)[1]
     branched = _in_branched_component(rings, moves, labels)
     chains = ChainStep(laplacian, trace_chains(rings, moves & ~branched), time)
-    network = _network(laplacian, time, moves & branched, labels, count)
+    free = moves & branched
+    network = BackwardEulerStep(laplacian, time, fixed=~free, components=labels, solves=count) if free.any() else None
     diagonal = float(np.linalg.norm(np.ptp(start, axis=0))) if len(start) else 0.0
     now = start
     for done in range(count):
@@ -205,21 +201,11 @@ def implicit_curve_steps(
     return now
 
 
-def _network(laplacian: Laplacian, time: float, free: Bools, labels: Ints, count: int) -> BackwardEulerStep | None:
-    if not free.any():
-        return None
-    return BackwardEulerStep(laplacian, time, fixed=~free, components=labels, solves=count)
-
-
 def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools:
     """(n,) whether a vertex is connected with one that moves and has more than two neighbours that move."""
     running = np.concatenate([[0], np.cumsum(moves[rings.neighbours])])
     branching = moves & (running[rings.offsets[1:]] - running[rings.offsets[:-1]] > 2)
-    if not branching.any():
-        return np.zeros(len(moves), dtype=np.bool_)
-    affected = np.zeros(int(labels.max()) + 1, dtype=np.bool_)
-    affected[labels[branching]] = True
-    return np.asarray(affected[labels])
+    return np.asarray(mask_of(labels[branching], int(labels.max(initial=-1)) + 1)[labels])
 
 
 # Times the squared lengths of a mesh of ordinary size this does not overflow, and longer steps give the same result to rounding.

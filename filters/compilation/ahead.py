@@ -9,7 +9,6 @@ import json
 import os
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import closing
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, TypeAlias
@@ -68,8 +67,7 @@ def compile_ahead(
             failures += future.result()
             progress(done / len(tasks))
     for compiler in made:
-        with closing(compiler):
-            pass
+        compiler.close()
     return failures
 
 

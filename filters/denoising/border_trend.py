@@ -6,9 +6,9 @@ import numpy as np
 
 from ..compilation import compiled
 from ..execution import over_range
-from ..mesh import Bools, Floats, Ints, Longs
+from ..mesh import Bools, Floats, Ints
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, FaceNeighbourhoods, Neighborhood
-from .neighbour_weights import Weighting, neighbour_weights, room_for
+from .neighbour_weights import Weighting, make_room, neighbour_weights, room_for
 
 # To the second moments of the centres is added this share of their sum, so that faces in a row have a trend along it alone.
 _RIDGE = 0.02
@@ -59,8 +59,8 @@ def follow_trend(
         weighting: the weights.
     """
     if len(which):
-        room = room_for(neighbourhoods.offsets, weighting.itself)
-        over_range(_follow, len(which), which, normals, rows, *neighbourhoods, *weighting, room, result)
+        size = room_for(neighbourhoods.offsets, weighting.itself)
+        over_range(_follow, len(which), which, normals, rows, neighbourhoods, weighting, size, result)
 
 
 @compiled(nogil=True)
@@ -68,50 +68,26 @@ def _follow(
     which: Ints,
     normals: Floats,
     rows: Floats,
-    offsets: Longs,
-    neighbours: Ints,
-    range_code: int,
-    range_scale: float,
-    measure: int,
-    floor: float,
-    space_code: int,
-    space_scale: float,
-    itself: bool,
-    room: int,
+    neighbourhoods: FaceNeighbourhoods,
+    weighting: Weighting,
+    size: int,
     result: Floats,
     first: int,
     last: int,
 ) -> None:
-    near, weights, deviations, distances = np.empty(room, np.int32), np.empty(room), np.empty(room), np.empty(room)
+    room = make_room(size)
     x, mean_x, solved, mean, at_face = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     second, mixed, trend = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     for at in range(first, last):
         i = which[at]
-        count = neighbour_weights(
-            i,
-            i + 1,
-            rows,
-            offsets,
-            neighbours,
-            range_code,
-            range_scale,
-            measure,
-            floor,
-            space_code,
-            space_scale,
-            itself,
-            near,
-            weights,
-            deviations,
-            distances,
-        )
+        count = neighbour_weights(i, i + 1, rows, neighbourhoods, weighting, room)
         cx, cy, cz = rows[i, 4], rows[i, 5], rows[i, 6]
         total = squares = 0.0
         # Numbers of their own stay in registers.
         ax = ay = az = px = py = pz = xx = xy = xz = yy = yz = zz = 0.0
         bxx = bxy = bxz = byx = byy = byz = bzx = bzy = bzz = 0.0
         for k in range(count):
-            j, weight = near[k], weights[k]
+            j, weight = room.near[k], room.weights[k]
             if weight == 0.0:
                 continue
             dx, dy, dz = rows[j, 4] - cx, rows[j, 5] - cy, rows[j, 6] - cz

@@ -14,7 +14,7 @@ from ..execution import Progress, ignore_progress, over_range
 from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..robust import KernelName, kernel_weight
-from .neighbour_weights import REACH, range_term, space_term
+from .neighbour_weights import REACH, Term, range_term, space_term
 
 _CHUNK = 100_000  # covariances decomposed at a time
 # Of the sigma of 95 % efficiency, as for the heights of one-rings in `bilateral_fleishman`.
@@ -121,7 +121,7 @@ def projections(
                 return
         following = now.copy()
         kernel = _project if degree == 1 else _project_to_quadrics
-        over_range(kernel, len(now), now, following, axes, moves, distances, indices, *space, *height)
+        over_range(kernel, len(now), now, following, axes, moves, distances, indices, space, height)
         now = following
         yield now
 
@@ -240,10 +240,8 @@ def _project(
     moves: Bools,
     distances: Floats,
     indices: Ints,
-    space_code: int,
-    space_sigma: float,
-    range_code: int,
-    range_sigma: float,
+    space: Term,
+    term: Term,
     begin: int,
     end: int,
 ) -> None:
@@ -252,7 +250,7 @@ def _project(
             total = shift = 0.0
             for k in range(indices.shape[1]):
                 height = _height(points, normals, i, indices[i, k])
-                share = kernel_weight(space_code, distances[i, k], space_sigma) * kernel_weight(range_code, height, range_sigma)
+                share = kernel_weight(space.code, distances[i, k], space.sigma) * kernel_weight(term.code, height, term.sigma)
                 total += share
                 shift += share * height
             if total > 0.0:
@@ -268,10 +266,8 @@ def _project_to_quadrics(
     moves: Bools,
     distances: Floats,
     indices: Ints,
-    space_code: int,
-    space_sigma: float,
-    range_code: int,
-    range_sigma: float,
+    space: Term,
+    term: Term,
     begin: int,
     end: int,
 ) -> None:
@@ -287,7 +283,7 @@ def _project_to_quadrics(
             j = indices[i, k]
             dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
             height = _height(points, normals, i, j)
-            share = kernel_weight(space_code, distances[i, k], space_sigma) * kernel_weight(range_code, height, range_sigma)
+            share = kernel_weight(space.code, distances[i, k], space.sigma) * kernel_weight(term.code, height, term.sigma)
             if share > 0.0:
                 samples[0, count], samples[1, count] = (ax * dx + ay * dy + az * dz) / unit, (bx * dx + by * dy + bz * dz) / unit
                 samples[2, count], samples[3, count] = height, share

@@ -1,21 +1,21 @@
 """The faces around a face: across its edges, at its vertices, in k rings, or within a radius, straight or along the surface."""
 
 import math
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from collections.abc import Callable
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
-from ..compilation import compiled, prange
+from ..compilation import compiled
 from ..execution import over_range
-from ..geometry import CENTRE
+from ..geometry import CENTRE, squared_length
 from ..mesh import Floats, Ints, Longs
 from ..topology import VertexFaces
-from .compressed_rows import compressed_rows
 
 #: "edge": the faces that share an edge with it. "vertex": those that share a vertex. "two_ring" and "three_ring": two and three
 #: steps between faces that share a vertex. "radius": those whose centres lie within a distance, reached by steps between such
-#: faces alone. "geodesic": those within a distance along the surface, see `_within_geodesic_radius`.
+#: faces alone. "geodesic": those within a distance along the surface, see `_visit_within`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 NEIGHBORHOODS: tuple[Neighborhood, ...] = get_args(Neighborhood)
 
@@ -47,16 +47,31 @@ def face_neighbourhoods(
         FilterInputError: no such neighbourhood, or no radius.
     """
     check_choice("neighborhood", kind, NEIGHBORHOODS)
-    if kind in ("radius", "geodesic"):
-        if centres is None or not radius > 0.0:
-            raise FilterInputError(f"radius {radius} is not above 0")
-        if kind == "geodesic":
-            near = _touching(faces, at_vertices, whole_edges=False)
-            return _within_geodesic_radius(near, np.ascontiguousarray(centres), radius)
-        return _gather(faces, at_vertices, _WITHOUT_LIMIT, np.ascontiguousarray(centres), radius * radius)
     if kind in ("edge", "vertex"):
-        return _touching(faces, at_vertices, whole_edges=kind == "edge")
-    return _gather(faces, at_vertices, RINGS_OF_NEIGHBORHOOD[kind], np.empty((0, 3)), 0.0)
+        return _listed(len(faces), _visit_touching, faces, at_vertices, kind == "edge")
+    if kind in RINGS_OF_NEIGHBORHOOD:
+        return _listed(len(faces), _visit, faces, at_vertices, RINGS_OF_NEIGHBORHOOD[kind], np.empty((0, 3)), 0.0)
+    if centres is None or not radius > 0.0:
+        raise FilterInputError(f"radius {radius} is not above 0")
+    places = np.ascontiguousarray(centres)
+    if kind == "radius":
+        return _listed(len(faces), _visit, faces, at_vertices, _WITHOUT_LIMIT, places, radius * radius)
+    touching = _listed(len(faces), _visit_touching, faces, at_vertices, False)
+    return _listed(len(faces), _visit_within, touching, places, radius)
+
+
+def _listed(count: int, kernel: Callable[..., None], *arguments: Any) -> FaceNeighbourhoods:
+    """The neighbours of `count` faces, by ``kernel(*arguments, offsets, neighbours, first, last)``, called twice for each part.
+
+    First the neighbours are empty, and it writes the number of neighbours of face i to ``offsets[i + 1]``; then it writes them
+    from ``offsets[i]`` on.
+    """
+    offsets = np.zeros(count + 1, dtype=np.int64)
+    over_range(kernel, count, *arguments, offsets, np.empty(0, dtype=np.int32))
+    np.cumsum(offsets, out=offsets)
+    neighbours = np.empty(offsets[-1], dtype=np.int32)
+    over_range(kernel, count, *arguments, offsets, neighbours)
+    return FaceNeighbourhoods(offsets, neighbours)
 
 
 def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> float:
@@ -79,27 +94,15 @@ def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
     return sums
 
 
-def _touching(faces: Ints, at_vertices: VertexFaces, *, whole_edges: bool) -> FaceNeighbourhoods:
-    """The faces that share a vertex with each face, or if `whole_edges` an edge."""
-
-    def visit(parts: int, offsets: Longs, neighbours: Ints) -> None:
-        over_range(_visit_touching, len(faces), faces, at_vertices.offsets, at_vertices.rows, whole_edges, offsets, neighbours)
-
-    return FaceNeighbourhoods(*compressed_rows(len(faces), visit))
-
-
 @compiled(nogil=True)
 def _visit_touching(
-    faces: Ints,
-    row_offsets: Longs,
-    rows: Ints,
-    whole_edges: bool,
-    offsets: Longs,
-    neighbours: Ints,
-    first: int,
-    last: int,
+    faces: Ints, at_vertices: VertexFaces, whole_edges: bool, offsets: Longs, neighbours: Ints, first: int, last: int
 ) -> None:
-    """`compressed_rows` asks for it. A face that touches in several places is listed at the first: its row tells its corners."""
+    """The faces that share a vertex with each face, or if `whole_edges` an edge, for `_listed`.
+
+    A face that touches in several places is listed at the first: its row tells its corners.
+    """
+    row_offsets, rows = at_vertices
     for i in range(first, last):
         a, b, c = faces[i, 0], faces[i, 1], faces[i, 2]
         if a == b or b == c or c == a:
@@ -123,45 +126,20 @@ def _visit_touching(
             offsets[i + 1] = at - start
 
 
-def _gather(faces: Ints, at_vertices: VertexFaces, rings: int, centres: Floats, squared_radius: float) -> FaceNeighbourhoods:
-    def visit(parts: int, offsets: Longs, neighbours: Ints) -> None:
-        _visit(faces, at_vertices.offsets, at_vertices.rows, rings, centres, squared_radius, parts, offsets, neighbours)
-
-    return FaceNeighbourhoods(*compressed_rows(len(faces), visit))
-
-
-@compiled(parallel=True)
+@compiled(nogil=True)
 def _visit(
     faces: Ints,
-    row_offsets: Longs,
-    rows: Ints,
+    at_vertices: VertexFaces,
     rings: int,
     centres: Floats,
     squared_radius: float,
-    parts: int,
     offsets: Longs,
     neighbours: Ints,
-) -> None:
-    """`compressed_rows` asks for it."""
-    for part in prange(parts):
-        first, last = part * faces.shape[0] // parts, (part + 1) * faces.shape[0] // parts
-        _visit_some(faces, row_offsets, rows, rings, centres, squared_radius, first, last, offsets, neighbours)
-
-
-@compiled
-def _visit_some(
-    faces: Ints,
-    row_offsets: Longs,
-    rows: Ints,
-    rings: int,
-    centres: Floats,
-    squared_radius: float,
     first: int,
     last: int,
-    offsets: Longs,
-    neighbours: Ints,
 ) -> None:
-    """`_visit` for the faces from `first` to before `last`."""
+    """The faces within some steps of each face, and within the radius if there are centres, for `_listed`."""
+    row_offsets, rows = at_vertices
     seen = np.full(faces.shape[0], -1, dtype=np.int32)
     queue = np.empty(64, dtype=np.int32)
     for i in range(first, last):
@@ -180,7 +158,7 @@ def _visit_some(
                         if seen[h] == i:
                             continue
                         seen[h] = i
-                        if centres.shape[0] and _squared_distance(centres, i, h) > squared_radius:
+                        if centres.shape[0] and squared_length(centres, i, h) > squared_radius:
                             continue
                         if found == queue.shape[0]:
                             queue = np.concatenate((queue, queue))
@@ -195,56 +173,31 @@ def _visit_some(
             offsets[i + 1] = found - 1
 
 
-@compiled
-def _squared_distance(centres: Floats, i: int, j: int) -> float:
-    x, y, z = centres[j, 0] - centres[i, 0], centres[j, 1] - centres[i, 1], centres[j, 2] - centres[i, 2]
-    return float(x * x + y * y + z * z)
-
-
 @compiled(nogil=True)
 def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floats, first: int, last: int) -> None:
     for i in range(first, last):
         total = 0.0
         for k in range(offsets[i], offsets[i + 1]):
-            total += np.sqrt(_squared_distance(centres, i, neighbours[k]))
+            total += np.sqrt(squared_length(centres, i, neighbours[k]))
         sums[i] = total
 
 
-def _within_geodesic_radius(near: FaceNeighbourhoods, centres: Floats, radius: float) -> FaceNeighbourhoods:
+@compiled(nogil=True)
+def _visit_within(
+    around: FaceNeighbourhoods, centres: Floats, radius: float, offsets: Longs, neighbours: Ints, first: int, last: int
+) -> None:
     """The faces j around every face i with d(i, j) <= radius, d the length of the shortest path of steps from centre to centre.
 
     A step goes straight to the centre of a face that shares a vertex. On a plane of equal triangles such paths are up to 3.6 %
     longer than straight lines, 2.2 % in the mean. Across a crease a step is shorter than the path on the surface, at a right
     angle by up to 29 %, at the rim of a thin wall by more. Two sheets that lie close together without being connected nearby are
-    as far apart as the path along the surface is long. Faces are listed in the order of the search; `near` are those that share a
-    vertex.
-    """
-
-    def visit(parts: int, offsets: Longs, neighbours: Ints) -> None:
-        _visit_within(*near, centres, radius, parts, offsets, neighbours)
-
-    return FaceNeighbourhoods(*compressed_rows(len(centres), visit))
-
-
-@compiled(parallel=True)
-def _visit_within(
-    near_offsets: Longs, near: Ints, centres: Floats, radius: float, parts: int, offsets: Longs, neighbours: Ints
-) -> None:
-    """`compressed_rows` asks for it."""
-    for part in prange(parts):
-        first, last = part * centres.shape[0] // parts, (part + 1) * centres.shape[0] // parts
-        _visit_some_within(near_offsets, near, centres, radius, first, last, offsets, neighbours)
-
-
-@compiled
-def _visit_some_within(
-    near_offsets: Longs, near: Ints, centres: Floats, radius: float, first: int, last: int, offsets: Longs, neighbours: Ints
-) -> None:
-    """`_visit_within` for the faces from `first` to before `last`.
+    as far apart as the path along the surface is long. Faces are listed in the order of the search; `around` are those that share
+    a vertex. For `_listed`.
 
     A face whose path has become shorter passes this on to its neighbours, until none has. With few faces this is faster than a
     queue ordered by length, and the lengths are the same.
     """
+    near_offsets, near = around
     seen = np.full(centres.shape[0], -1, dtype=np.int32)
     place = np.empty(centres.shape[0], dtype=np.int32)
     met, length, shortened = np.empty(64, dtype=np.int32), np.empty(64), np.empty(64, dtype=np.bool_)
@@ -261,8 +214,7 @@ def _visit_some_within(
                     g = met[at]
                     for k in range(near_offsets[g], near_offsets[g + 1]):
                         h = near[k]
-                        x, y, z = centres[h, 0] - centres[g, 0], centres[h, 1] - centres[g, 1], centres[h, 2] - centres[g, 2]
-                        way = length[at] + np.sqrt(x * x + y * y + z * z)
+                        way = length[at] + np.sqrt(squared_length(centres, g, h))
                         if way > radius or (seen[h] == i and way >= length[place[h]]):
                             continue
                         if seen[h] != i:

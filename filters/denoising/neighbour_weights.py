@@ -9,6 +9,7 @@ from ..checks import FilterInputError, check_choice, check_positive
 from ..compilation import compiled
 from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES, KERNEL_NAMES, SIGMA_IN_DEVIATIONS, KernelName, exponential, robust_deviation, weigh
+from .face_neighbourhoods import FaceNeighbourhoods
 
 #: How far a space kernel reaches, in its sigma. A Gaussian exp(-x^2 / (2 s^2)) is our kernel "gaussian" with sigma = sqrt(2) s:
 #: this is the distance 2 s at which the papers cut it off.
@@ -77,6 +78,21 @@ class Weighting(NamedTuple):
     itself: bool  # whether face i is one of its own neighbours
 
 
+class Room(NamedTuple):
+    """Arrays for what `neighbour_weights` finds."""
+
+    near: Ints  # the neighbours
+    weights: Floats  # their weights
+    squares: Floats  # of the deviations of their normals
+    distances: Floats  # squared, of their centres
+
+
+@compiled(nogil=True)
+def make_room(size: int) -> Room:
+    """For so many neighbours."""
+    return Room(np.empty(size, np.int32), np.empty(size), np.empty(size), np.empty(size))
+
+
 def room_for(offsets: Longs, itself: bool) -> int:
     """How many neighbours the arrays of `neighbour_weights` must hold: those of any one face, and some more."""
     return _MORE + int(np.diff(offsets).max(initial=0)) + itself
@@ -95,48 +111,24 @@ def faces_with_room(offsets: Longs, first: int, last: int, itself: bool, room: i
 # it goes over the neighbours of several faces. Unsigned indices need no look whether they count from the end.
 @compiled(nogil=True, error_model="numpy")
 def neighbour_weights(
-    first: int,
-    last: int,
-    rows: Floats,
-    offsets: Longs,
-    neighbours: Ints,
-    range_code: int,
-    range_scale: float,
-    measure: int,
-    floor: float,
-    space_code: int,
-    space_scale: float,
-    itself: bool,
-    near: Ints,
-    weights: Floats,
-    squares: Floats,
-    distances: Floats,
+    first: int, last: int, rows: Floats, neighbourhoods: FaceNeighbourhoods, weighting: Weighting, room: Room
 ) -> int:
     """The neighbours of some faces, of one after the other, and their weights: their areas times both kernels.
-
-    See `Weighting` and `weighted_normals`.
 
     Args:
         first: the number of the first face.
         last: of that after the last one, as `faces_with_room` says.
         rows: (m, 8) of `measure_faces`, with the normals on which deviations are measured.
-        offsets: of `FaceNeighbourhoods`, as `neighbours`.
-        neighbours: see there.
-        range_code: of `Weighting`, and those that follow.
-        range_scale: see there.
-        measure: see there.
-        floor: see there.
-        space_code: see there.
-        space_scale: see there.
-        itself: see there; a face is the first of its neighbours.
-        near: (k,) the neighbours are written here, with k of `room_for`.
-        weights: (k,) and their weights here.
-        squares: (k,) overwritten.
-        distances: (k,) overwritten.
+        neighbourhoods: which are the neighbours.
+        weighting: the kernels; a face that is its own neighbour is the first.
+        room: for `room_for` neighbours, overwritten.
 
     Returns:
         How many they are.
     """
+    offsets, neighbours = neighbourhoods
+    range_code, range_scale, measure, floor, space_code, space_scale, itself = weighting
+    near, weights, squares, distances = room
     count = np.uint64(0)
     for i in range(np.uint64(first), np.uint64(last)):
         start, stop = np.uint64(offsets[i]), np.uint64(offsets[i + np.uint64(1)])

@@ -13,7 +13,7 @@ from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName
 from .border_trend import follow_trend
 from .face_neighbourhoods import FaceNeighbourhoods
-from .neighbour_weights import Weighting, faces_with_room, neighbour_weights, room_for
+from .neighbour_weights import Weighting, faces_with_room, make_room, neighbour_weights, room_for
 
 #: Kernels of the distance between centres: those of the table, or none at all.
 SpaceKernel: TypeAlias = KernelName | Literal["constant"]
@@ -84,8 +84,8 @@ def weighted_normals(
         _scale(space_kernel, space_sigma),
         itself,
     )
-    room = room_for(neighbourhoods.offsets, itself)
-    over_range(_weighted_means, len(normals), normals, rows, guide is None, *neighbourhoods, *weighting, room, result)
+    size = room_for(neighbourhoods.offsets, itself)
+    over_range(_weighted_means, len(normals), normals, rows, guide is None, neighbourhoods, weighting, size, result)
     if cut_off is not None:
         follow_trend(result, cut_off, normals, rows, neighbourhoods, weighting)
     return result
@@ -98,7 +98,7 @@ def mean_normals(normals: Floats, table: Floats, neighbourhoods: FaceNeighbourho
     """
     result = np.empty_like(normals)
     rows = _with_normals(table, normals, overwrite)
-    over_range(_means, len(normals), rows, neighbourhoods.offsets, neighbourhoods.neighbours, result)
+    over_range(_means, len(normals), rows, *neighbourhoods, result)
     return result
 
 
@@ -141,42 +141,19 @@ def _weighted_means(
     normals: Floats,
     rows: Floats,
     unguided: bool,
-    offsets: Longs,
-    neighbours: Ints,
-    range_code: int,
-    range_scale: float,
-    measure: int,
-    floor: float,
-    space_code: int,
-    space_scale: float,
-    itself: bool,
-    room: int,
+    neighbourhoods: FaceNeighbourhoods,
+    weighting: Weighting,
+    size: int,
     result: Floats,
     first: int,
     last: int,
 ) -> None:
-    near, weights, squares, distances = np.empty(room, np.int32), np.empty(room), np.empty(room), np.empty(room)
+    room = make_room(size)
+    near, weights, offsets, itself = room.near, room.weights, neighbourhoods.offsets, weighting.itself
     begin = first
     while begin < last:
-        end = faces_with_room(offsets, begin, last, itself, room)
-        neighbour_weights(
-            begin,
-            end,
-            rows,
-            offsets,
-            neighbours,
-            range_code,
-            range_scale,
-            measure,
-            floor,
-            space_code,
-            space_scale,
-            itself,
-            near,
-            weights,
-            squares,
-            distances,
-        )
+        end = faces_with_room(offsets, begin, last, itself, size)
+        neighbour_weights(begin, end, rows, neighbourhoods, weighting, room)
         stop = np.uint64(0)
         for i in range(np.uint64(begin), np.uint64(end)):
             start = stop

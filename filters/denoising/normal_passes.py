@@ -11,7 +11,7 @@ import numpy as np
 
 from ..compilation import compiled, prange
 from ..execution import Progress, threads_for
-from ..geometry import AREA, CENTRE, NORMAL
+from ..geometry import AREA, CENTRE, NORMAL, mean_normals_at_vertices, squared_length
 from ..libraries import sparse
 from ..mesh import Floats, Ints, Longs
 from ..topology import one_rings
@@ -40,31 +40,17 @@ def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, e
     """
     measures, means, guides = np.empty(len(normals)), np.empty_like(normals), np.empty_like(normals)
     with threads_for(len(patches.neighbours)):
-        _measure_patches(
-            normals,
-            np.ascontiguousarray(table[:, 3]),
-            patches.offsets,
-            patches.neighbours,
-            edge_neighbours.offsets,
-            edge_neighbours.neighbours,
-            measures,
-            means,
-        )
-        _choose(measures, means, patches.offsets, patches.neighbours, guides)
+        _measure_patches(normals, np.ascontiguousarray(table[:, 3]), patches, edge_neighbours, measures, means)
+        _choose(measures, means, *patches, guides)
     return guides
 
 
 @compiled(parallel=True)
 def _measure_patches(
-    normals: Floats,
-    areas: Floats,
-    offsets: Longs,
-    neighbours: Ints,
-    edge_offsets: Longs,
-    edge_neighbours: Ints,
-    measures: Floats,
-    means: Floats,
+    normals: Floats, areas: Floats, patches: FaceNeighbourhoods, edge: FaceNeighbourhoods, measures: Floats, means: Floats
 ) -> None:
+    offsets, neighbours = patches
+    edge_offsets, edge_neighbours = edge
     for i in prange(normals.shape[0]):
         size = offsets[i + 1] - offsets[i] + 1
         patch = np.empty(size, dtype=np.int32)
@@ -78,7 +64,7 @@ def _measure_patches(
             y += areas[j] * normals[j, 1]
             z += areas[j] * normals[j, 2]
             for b in range(a + 1, size):
-                largest = max(largest, _squared_difference(normals, j, patch[b]))
+                largest = max(largest, squared_length(normals, j, patch[b]))
         total = steepest = 0.0
         for a in range(size):
             j = patch[a]
@@ -88,7 +74,7 @@ def _measure_patches(
                     continue
                 for b in range(size):
                     if patch[b] == h:
-                        difference = math.sqrt(_squared_difference(normals, j, h))
+                        difference = math.sqrt(squared_length(normals, j, h))
                         total += difference
                         steepest = max(steepest, difference)
                         break
@@ -110,12 +96,6 @@ def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, g
             if measures[j] < measures[best] or (measures[j] == measures[best] and best != i and j < best):
                 best = j
         guides[i, 0], guides[i, 1], guides[i, 2] = means[best, 0], means[best, 1], means[best, 2]
-
-
-@compiled
-def _squared_difference(normals: Floats, i: int, j: int) -> float:
-    x, y, z = normals[j, 0] - normals[i, 0], normals[j, 1] - normals[i, 1], normals[j, 2] - normals[i, 2]
-    return float(x * x + y * y + z * z)
 
 
 def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeighbourhoods:
@@ -145,17 +125,10 @@ def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
         table: (m, 8) of `measure_faces`.
     """
     rows = np.zeros((len(vertices), 8))
-    owners = faces.ravel()
-    for column, values in ((3, table[:, AREA]), *((k, table[:, AREA] * table[:, k]) for k in range(3))):
-        rows[:, column] = np.bincount(owners, weights=np.repeat(values, 3), minlength=len(vertices))
-    rows[:, NORMAL] = _unit(rows[:, NORMAL], np.zeros(3))
+    rows[:, AREA] = np.bincount(faces.ravel(), np.repeat(table[:, AREA], 3), len(vertices))
+    rows[:, NORMAL] = mean_normals_at_vertices(table[:, AREA, None] * table[:, NORMAL], faces, len(vertices))
     rows[:, CENTRE] = vertices
     return rows
-
-
-def _unit(vectors: Floats, otherwise: Floats) -> Floats:
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.where(lengths > 0.0, vectors / np.where(lengths > 0.0, lengths, 1.0), otherwise)
 
 
 class NormalPasses(NamedTuple):
@@ -195,8 +168,10 @@ class NormalPasses(NamedTuple):
         if self.settings.method != "vertex_normals":
             return self._passed(table, progress)
         normals = self._passed(measure_vertices(points, self.adjacency.faces, table), progress)
+        sums = normals[self.adjacency.faces].sum(axis=1)
+        lengths = np.linalg.norm(sums, axis=1, keepdims=True)
         # A face whose vertices' normals cancel out keeps its own.
-        return _unit(normals[self.adjacency.faces].sum(axis=1), table[:, NORMAL])
+        return np.where(lengths > 0.0, sums / np.where(lengths > 0.0, lengths, 1.0), table[:, NORMAL])
 
     def _passed(self, table: Floats, progress: Progress) -> Floats:
         """The normals of the table of faces or vertices after all passes, which overwrite it: a copy is large."""

@@ -50,14 +50,14 @@ def triangles_in_cells(points: Floats, faces: Ints, reach: float, shape_of: Floa
 def mollified(points: Floats, which: Ints, triangles: Triangles, space: Term) -> Floats:
     """(n, 3) the points, those in `which` at the mean of near centres that the areas and the space kernel weight."""
     out = points.copy()
-    _estimate(points, out, which, *triangles, *space, 0, 1.0, True)
+    _estimate(points, out, which, triangles, space, space, True)
     return out
 
 
 def predicted(points: Floats, which: Ints, triangles: Triangles, space: Term, height: Term) -> Floats:
     """(n, 3) the points, those in `which` at the mean of their projections to the planes of near triangles."""
     out = points.copy()
-    _estimate(points, out, which, *triangles, *space, *height, False)
+    _estimate(points, out, which, triangles, space, height, False)
     return out
 
 
@@ -77,6 +77,7 @@ def _area_vectors(points: Floats, faces: Ints) -> Floats:
     return np.cross(b - a, c - a)
 
 
+# A fifth of the time of `_estimate` less than by numpy's search, which looks for what is no number.
 @compiled
 def _first_not_below(keys: Longs, key: int) -> int:
     start, stop = 0, keys.shape[0]
@@ -94,20 +95,13 @@ def _estimate(
     points: Floats,
     out: Floats,
     which: Ints,
-    centres: Floats,
-    normals: Floats,
-    areas: Floats,
-    keys: Longs,
-    low: Floats,
-    size: float,
-    shape: Longs,
-    space_code: int,
-    space_sigma: float,
-    range_code: int,
-    range_sigma: float,
+    triangles: Triangles,
+    space: Term,
+    term: Term,
     to_centres: bool,
 ) -> None:
-    reach = (REACH * space_sigma) ** 2
+    centres, normals, areas, keys, low, size, shape = triangles
+    reach = (REACH * space.sigma) ** 2
     for m in prange(which.shape[0]):
         i = which[m]
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
@@ -125,10 +119,10 @@ def _estimate(
                     dx, dy, dz = centres[at, 0] - px, centres[at, 1] - py, centres[at, 2] - pz
                     squared = dx * dx + dy * dy + dz * dz
                     if squared <= reach:
-                        share = areas[at] * kernel_weight(space_code, math.sqrt(squared), space_sigma)
+                        share = areas[at] * kernel_weight(space.code, math.sqrt(squared), space.sigma)
                         if not to_centres:
                             height = normals[at, 0] * dx + normals[at, 1] * dy + normals[at, 2] * dz
-                            share *= kernel_weight(range_code, height, range_sigma)
+                            share *= kernel_weight(term.code, height, term.sigma)
                             dx, dy, dz = height * normals[at, 0], height * normals[at, 1], height * normals[at, 2]
                         total += share
                         x += share * dx

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compilation import compiled, prange
-from ..mesh import Bools, Floats, Ints, Longs
+from ..mesh import Bools, Floats, Ints, Longs, mask_of
 from ..robust import kernel_weight
 from .neighbour_weights import REACH, Term
 
@@ -30,37 +30,15 @@ class HeightNeighbours(NamedTuple):
 def heights_of_rings(points: Floats, around: HeightNeighbours) -> Floats:
     """The heights n_i . (p_j - p_i) of all neighbours j in the one-rings of the vertices that move."""
     heights = np.zeros(len(around.neighbours))
-    _heights(points, around.moving, around.offsets, around.neighbours, around.end_offsets, around.ends, heights)
-    which = np.zeros(len(points), dtype=np.bool_)
-    which[around.moving] = True
-    result: Floats = heights[np.repeat(which, np.diff(around.offsets))]
+    _heights(points, around, heights)
+    result: Floats = heights[np.repeat(mask_of(around.moving, len(points)), np.diff(around.offsets))]
     return result
 
 
-def bilateral_step(points: Floats, out: Floats, around: HeightNeighbours, space: Term, height: Term) -> None:
-    """One step of all vertices at once, from `points` to `out`."""
-    _step(
-        points,
-        out,
-        around.moving,
-        around.offsets,
-        around.neighbours,
-        around.on_curve,
-        around.curve_offsets,
-        around.curve_neighbours,
-        around.end_offsets,
-        around.ends,
-        space.code,
-        space.sigma,
-        height.code,
-        height.sigma,
-        min(_BLOCKS, 1 + len(around.moving) // 1024),
-    )
-
-
 @compiled
-def _normal(points: Floats, i: int, end_offsets: Longs, ends: Ints) -> tuple[float, float, float]:
+def _normal(points: Floats, i: int, around: HeightNeighbours) -> tuple[float, float, float]:
     """The unit normal of the faces around i, weighted by area; 0 if they have none."""
+    end_offsets, ends = around.end_offsets, around.ends
     x = y = z = 0.0
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
     for k in range(end_offsets[i], end_offsets[i + 1], 2):
@@ -77,63 +55,32 @@ def _normal(points: Floats, i: int, end_offsets: Longs, ends: Ints) -> tuple[flo
 
 
 @compiled(parallel=True)
-def _heights(
-    points: Floats, moving: Ints, offsets: Longs, neighbours: Ints, end_offsets: Longs, ends: Ints, heights: Floats
-) -> None:
+def _heights(points: Floats, around: HeightNeighbours, heights: Floats) -> None:
+    moving, offsets, neighbours = around.moving, around.offsets, around.neighbours
     for m in prange(moving.shape[0]):
         i = moving[m]
-        x, y, z = _normal(points, i, end_offsets, ends)
+        x, y, z = _normal(points, i, around)
         for k in range(offsets[i], offsets[i + 1]):
             j = neighbours[k]
             heights[k] = x * (points[j, 0] - points[i, 0]) + y * (points[j, 1] - points[i, 1]) + z * (points[j, 2] - points[i, 2])
 
 
 @compiled(parallel=True)
-def _step(
-    points: Floats,
-    out: Floats,
-    moving: Ints,
-    offsets: Longs,
-    neighbours: Ints,
-    on_curve: Bools,
-    curve_offsets: Longs,
-    curve_neighbours: Ints,
-    end_offsets: Longs,
-    ends: Ints,
-    space_code: int,
-    space_sigma: float,
-    range_code: int,
-    range_sigma: float,
-    blocks: int,
-) -> None:
+def bilateral_step(points: Floats, out: Floats, around: HeightNeighbours, space: Term, height: Term) -> None:
+    """One step of all vertices at once, from `points` to `out`."""
+    moving = around.moving
     count = moving.shape[0]
+    blocks = min(_BLOCKS, 1 + count // 1024)
     for block in prange(blocks):
         seen = np.full(points.shape[0], -1, dtype=np.int32)
         queue = np.empty(points.shape[0], dtype=np.int32)
         for m in range(block * count // blocks, (block + 1) * count // blocks):
             i = moving[m]
-            x, y, z = _normal(points, i, end_offsets, ends)
-            if on_curve[i]:
-                height = _mean_height(
-                    points,
-                    i,
-                    (x, y, z),
-                    curve_offsets,
-                    curve_neighbours,
-                    seen,
-                    queue,
-                    space_code,
-                    space_sigma,
-                    range_code,
-                    range_sigma,
-                )
-            else:
-                height = _mean_height(
-                    points, i, (x, y, z), offsets, neighbours, seen, queue, space_code, space_sigma, range_code, range_sigma
-                )
-            out[i, 0] = points[i, 0] + height * x
-            out[i, 1] = points[i, 1] + height * y
-            out[i, 2] = points[i, 2] + height * z
+            x, y, z = _normal(points, i, around)
+            mean = _mean_height(points, i, (x, y, z), around, seen, queue, space, height)
+            out[i, 0] = points[i, 0] + mean * x
+            out[i, 1] = points[i, 1] + mean * y
+            out[i, 2] = points[i, 2] + mean * z
 
 
 @compiled
@@ -141,17 +88,17 @@ def _mean_height(
     points: Floats,
     i: int,
     normal: tuple[float, float, float],
-    offsets: Longs,
-    neighbours: Ints,
+    around: HeightNeighbours,
     seen: Ints,
     queue: Ints,
-    space_code: int,
-    space_sigma: float,
-    range_code: int,
-    range_sigma: float,
+    space: Term,
+    term: Term,
 ) -> float:
     """The weighted mean height of the vertices within reach of i, breadth first; `seen` and `queue` have room for all of them."""
-    reach = (REACH * space_sigma) ** 2
+    offsets, neighbours = around.offsets, around.neighbours
+    if around.on_curve[i]:
+        offsets, neighbours = around.curve_offsets, around.curve_neighbours
+    reach = (REACH * space.sigma) ** 2
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
     x, y, z = normal
     total = sum_of_heights = 0.0
@@ -170,7 +117,7 @@ def _mean_height(
             if squared > reach:
                 continue
             height = x * dx + y * dy + z * dz
-            share = kernel_weight(space_code, math.sqrt(squared), space_sigma) * kernel_weight(range_code, height, range_sigma)
+            share = kernel_weight(space.code, math.sqrt(squared), space.sigma) * kernel_weight(term.code, height, term.sigma)
             total += share
             sum_of_heights += share * height
             queue[last] = j

@@ -9,7 +9,7 @@ from ..checks import check_choice
 from ..compilation import compiled, prange
 from ..execution import over_range, threads_for
 from ..geometry import NORMAL
-from ..mesh import Bools, Floats, Ints, Longs
+from ..mesh import Bools, Floats, Ints
 from ..topology import VertexFaces
 
 
@@ -36,7 +36,7 @@ def descend(
     for iteration in range(iterations):
         fresh = np.zeros_like(now)
         with threads_for(len(vertices)):
-            _gradients(now, at_vertices.offsets, at_vertices.rows, normals, moves, bound, fresh)
+            _gradients(now, at_vertices, normals, moves, bound, fresh)
         square = float((fresh * fresh).sum())
         if not square > 0.0:
             break
@@ -72,8 +72,9 @@ def _energies(vertices: Floats, faces: Ints, normals: Floats, terms: Floats) -> 
 
 
 @compiled(parallel=True)
-def _gradients(now: Floats, offsets: Longs, rows: Ints, normals: Floats, moves: Bools, bound: Bools, result: Floats) -> None:
+def _gradients(now: Floats, around: VertexFaces, normals: Floats, moves: Bools, bound: Bools, result: Floats) -> None:
     """The derivative of A |n - m|^2 by a corner is (n - m) x (the opposite side)."""
+    offsets, rows = around
     for i in prange(now.shape[0]):
         if not moves[i]:
             continue
@@ -156,7 +157,7 @@ def fit_vertices(
     planes[:, NORMAL] = normals
     for _ in range(iterations):
         over_range(_measure, len(faces), now, faces, update == "ohtake", planes)
-        over_range(_step, len(vertices), now, at_vertices.offsets, at_vertices.rows, planes, moves, bound, avoid_flips, then)
+        over_range(_step, len(vertices), now, at_vertices, planes, moves, bound, avoid_flips, then)
         now, then = then, now
     return now
 
@@ -183,8 +184,7 @@ def _measure(now: Floats, faces: Ints, by_area: bool, planes: Floats, first: int
 @compiled(nogil=True, error_model="numpy")
 def _step(
     now: Floats,
-    offsets: Longs,
-    rows: Ints,
+    around: VertexFaces,
     planes: Floats,
     moves: Bools,
     bound: Bools,
@@ -193,6 +193,7 @@ def _step(
     first: int,
     last: int,
 ) -> None:
+    offsets, rows = around
     for i in range(np.uint64(first), np.uint64(last)):
         px, py, pz = now[i, 0], now[i, 1], now[i, 2]
         x = y = z = total = 0.0
@@ -215,7 +216,7 @@ def _step(
                 x, y, z = _along_mean_normal(x, y, z, rows, int(start), int(stop), planes)
             # Most steps are too short to turn any face: no need to look again.
             if avoid_flips and not x * x + y * y + z * z < _SAFE * least:
-                share = _share_without_flips(now, rows, int(start), int(stop), planes, px, py, pz, x, y, z)
+                share = _share_without_flips(now, i, rows, int(start), int(stop), planes, (x, y, z))
                 x, y, z = share * x, share * y, share * z
         then[i, 0] = px + x if x != 0.0 else px
         then[i, 1] = py + y if y != 0.0 else py
@@ -243,32 +244,23 @@ def _along_mean_normal(
 
 @compiled(nogil=True)
 def _share_without_flips(
-    now: Floats, rows: Ints, start: int, stop: int, planes: Floats, px: float, py: float, pz: float, x: float, y: float, z: float
+    now: Floats, i: int, rows: Ints, start: int, stop: int, planes: Floats, step: tuple[float, float, float]
 ) -> float:
-    """How much of the step (x, y, z) of the vertex p is taken."""
+    """How much of the step of vertex i is taken."""
     share = 1.0
+    x, y, z = step
     for _ in range(_HALVINGS + 1):
-        if not _flips(now, rows, start, stop, planes, px, py, pz, share * x, share * y, share * z):
+        if not _flips(now, i, rows, start, stop, planes, (share * x, share * y, share * z)):
             return share
         share *= 0.5
     return 0.0
 
 
 @compiled(nogil=True)
-def _flips(
-    now: Floats,
-    rows: Ints,
-    start: int,
-    stop: int,
-    planes: Floats,
-    px: float,
-    py: float,
-    pz: float,
-    x: float,
-    y: float,
-    z: float,
-) -> bool:
-    """Whether the step (x, y, z) of the vertex p turns a face that looks the right way to the other side."""
+def _flips(now: Floats, i: int, rows: Ints, start: int, stop: int, planes: Floats, step: tuple[float, float, float]) -> bool:
+    """Whether the step of vertex i turns a face that looks the right way to the other side."""
+    px, py, pz = now[i, 0], now[i, 1], now[i, 2]
+    x, y, z = step
     for k in range(start, stop):
         f, a, b = np.uint32(rows[k, 0]), np.uint32(rows[k, 1]), np.uint32(rows[k, 2])
         nx, ny, nz = planes[f, 0], planes[f, 1], planes[f, 2]

@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, UnstableStepError, check_choice, check_whole_number
+from ..checks import FilterInputError, UnstableStepError, check_choice, check_positive, check_whole_number
 from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
 from ..mesh import Bools, Floats, Ints, check_movable
@@ -75,9 +75,7 @@ def perona_malik(
     rings = one_rings(triangles, len(start))
     longest = _longest_step(rings)
     step = longest if step is None else step
-    if not (math.isfinite(step) and step > 0.0):
-        raise FilterInputError(f"step {step} is not finite and above 0")
-    if step > longest:
+    if check_positive("step", step) > longest:
         raise UnstableStepError(
             f"step {step:g} may leave the range of the values: take at most {longest:.6g}, one over the largest number of "
             "neighbours of a vertex",
@@ -85,8 +83,8 @@ def perona_malik(
         )
     if contrast is None:
         contrast = automatic_contrast(start, rings, edge_stop)
-    elif not (math.isfinite(contrast) and contrast > 0.0):
-        raise FilterInputError(f"contrast {contrast} is not finite and above 0; None takes it from the values")
+    else:
+        check_positive("contrast", contrast, note="; None takes it from the values")
     now, following = start.copy(), start.copy()
     kernel: KernelName = edge_stop
     sigma = math.sqrt(0.5) if kernel == "lorentzian" else 1.0  # its sigma^2 is c^2 / 2; here c is 1
@@ -147,14 +145,7 @@ def _checked(values: Floats, faces: Ints) -> tuple[Floats, Ints]:
 
 @compiled(parallel=True)
 def _diffuse(
-    values: Floats,
-    out: Floats,
-    moves: Bools,
-    rings: OneRings,
-    code: int,
-    sigma: float,
-    contrast: float,
-    step: float,
+    values: Floats, out: Floats, moves: Bools, rings: OneRings, code: int, sigma: float, contrast: float, step: float
 ) -> None:
     offsets, neighbours, _ = rings
     at_zero = kernel_weight(code, 0.0, sigma)

@@ -1,13 +1,12 @@
 """Explicit smoothing: Euler steps of the diffusion equation."""
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, UnstableStepError, check_whole_number
+from ..checks import FilterInputError, UnstableStepError, check_positive, check_whole_number
 from ..execution import Progress, ignore_progress, threads_for
 from ..mesh import Floats, NormalisedMesh, Whole, check_mesh, normalised_mesh, worth_reordering
 from ..operators import OperatorName
@@ -71,9 +70,8 @@ def explicit_smoothing(
             of what the steps so far have made of it.
     """
     normalised = operator in NORMALISED_OPERATORS
-    if update == "euler" and not (math.isfinite(step) and step > 0.0 and (step <= 1.0 or not normalised)):
-        allowed = "above 0 and at most 1" if normalised else "finite and above 0"
-        raise FilterInputError(f"step {step} is not {allowed}, as the operator {operator!r} takes it")
+    if update == "euler":
+        check_positive("step", step, most=1.0 if normalised else None, note=f", as the operator {operator!r} takes it")
     surface = explicit_surface(
         vertices,
         faces,
@@ -149,19 +147,7 @@ def explicit_surface(
 ) -> ExplicitSurface:
     """Prepares a mesh for explicit iterations: checked, normalised, and reordered where that is faster.
 
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles; none for a point cloud, with the operator "robust".
-        operator: L; see `build_laplacian`.
-        border: what the vertices on borders do; see `BorderPolicy`.
-        movable: (n,) bool, which vertices may move, None for all.
-        iterations: how many there will be, at least 0.
-        steps: how often each of them applies L.
-        update: the rule of a step; see `explicit_smoothing`.
-        whole: the mesh that this is a part of; None if it is all.
-
-    Raises:
-        FilterInputError: not a mesh, a parameter out of range.
+    Arguments and errors as of `explicit_smoothing`; `steps` is how often each iteration applies L.
     """
     points, triangles = check_mesh(vertices, faces)
     count = check_whole_number("iterations", iterations, least=0)

@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from ..checks import check_finite
 from ..execution import Progress, ignore_progress
 from ..libraries import sparse
-from ..mesh import Bools, Floats, check_mesh, normalised_mesh
+from ..mesh import Bools, Floats, check_mesh, mask_of, normalised_mesh
 from ..topology import border_vertices, edges
 
 # A spike hides those next to it, which are found once it is gone: as many passes, or until none is left.
@@ -65,8 +65,6 @@ def remove_spikes(
             break
         points[tips] = means[tips]
         spikes |= tips
-    removed = np.zeros(len(mesh.vertices), dtype=np.bool_)
-    removed[mesh.used] = spikes
     result = mesh.restored(points)
     progress(1.0)
-    return result, removed
+    return result, mask_of(mesh.used[spikes], len(mesh.vertices))

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
-from ..mesh import Bools, Floats, Ints, NormalisedMesh
+from ..mesh import Bools, Floats, Ints, NormalisedMesh, mask_of
 from ..operators import CURVE_OPERATOR, OPERATOR_NAMES, SHORTEST_EDGE, Laplacian, OperatorName, build_laplacian, curve_laplacian
 from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, OPEN, BorderPolicy, Stars, one_rings
 from .steps import (
@@ -65,7 +65,10 @@ def explicit_stencil(
         return _assembled(build_laplacian(mesh.points, mesh.cells, operator), np.flatnonzero(free).astype(np.int32))
     moving = moving_vertices(star, border, mesh.movable)
     if update == "meshlab":
-        surface = _uniform_of_meshlab(star, moving) if operator == "uniform" else _cotangent(star, moving, MESHLAB)
+        surface = _cotangent(star, moving, MESHLAB)
+        if operator == "uniform":
+            counts = star.face_counts().astype(np.float64)  # an interior edge counts twice, for it has two faces
+            surface = _of_meshlab(moving.surface, Rings(star.offsets, star.neighbours), counts, 1.0)
     else:
         surface = _surface(mesh, operator, star, moving)
     if len(moving.curve) == 0:
@@ -73,7 +76,7 @@ def explicit_stencil(
     if update == "euler":
         curve = curve_stencil(mesh.points, operator, moving.curve, moving.curve_rings)
     else:
-        curve = _curve_of_meshlab(moving)
+        curve = _of_meshlab(moving.curve, moving.curve_rings, np.ones(len(moving.curve_rings.neighbours)), 2.0)
     return lambda now, out, step: max(surface(now, out, step), curve(now, out, step))
 
 
@@ -166,27 +169,13 @@ def _assembled(laplacian: Laplacian, movers: Ints) -> Advance:
     return advance
 
 
-def _uniform_of_meshlab(star: Stars, moving: MovingVertices) -> Advance:
-    """(p + sum over the faces of each edge of p_j) / (number of terms): an interior edge counts twice, for it has two faces."""
-    rings = Rings(star.offsets, star.neighbours)
-    counts = star.face_counts().astype(np.float64)
+def _of_meshlab(movers: Ints, rings: Rings, counts: Floats, own: float) -> Advance:
+    """(own p + sum c_j p_j) / (own + sum c_j), the vertex itself counted once on surfaces and twice on borders."""
     totals = np.concatenate([[0.0], np.cumsum(counts)])
-    shares, movers = 1.0 / (totals[rings.offsets[1:]] - totals[rings.offsets[:-1]] + 1.0), moving.surface
+    shares = 1.0 / (totals[rings.offsets[1:]] - totals[rings.offsets[:-1]] + own)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
         weighted_step(now, out, movers, *rings, counts, shares)
-        return 2.0
-
-    return advance
-
-
-def _curve_of_meshlab(moving: MovingVertices) -> Advance:
-    """(2 p + sum p_j) / (number of neighbours + 2): MeshLab lets a border vertex count twice."""
-    rings = moving.curve_rings
-    ones, shares = np.ones(len(rings.neighbours)), 1.0 / (np.diff(rings.offsets) + 2.0)
-
-    def advance(now: Floats, out: Floats, step: float) -> float:
-        weighted_step(now, out, moving.curve, *rings, ones, shares)
         return 2.0
 
     return advance
@@ -220,8 +209,7 @@ def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -
     kinds = stars.kinds if movable is None else np.where(movable, stars.kinds, np.uint8(0))
     inside, curve = kinds, np.empty(0, dtype=np.int32)
     if len(edges):
-        on_border = np.zeros(n, dtype=np.bool_)
-        on_border[edges] = True
+        on_border = mask_of(edges, n)
         inside = np.where(on_border, np.uint8(0), kinds)
         if border == "along":
             curve = _where(on_border & (kinds > 0))

@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import FilterInputError, UnstableStepError, check_choice
+from ..checks import FilterInputError, UnstableStepError, check_choice, check_positive
 from ..execution import Progress, ignore_progress
 from ..mesh import Floats, Whole, check_mesh
 from ..topology import BorderPolicy, border_edges, edge_face_counts
@@ -138,8 +138,7 @@ def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigen
         FilterInputError: a parameter out of range.
         UnstableStepError: the finest detail would grow.
     """
-    if not (math.isfinite(step) and step > 0.0):
-        raise FilterInputError(f"step {step} is not finite and above 0")
+    check_positive("step", step)
     if pass_band is not None:
         mu = mu_of_pass_band(pass_band, step)
     if not (math.isfinite(mu) and mu < -step):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
@@ -21,7 +22,7 @@ from ..linear_solvers import (
     preconditioned_norm,
     refined_solution,
 )
-from ..mesh import Bools, Floats, Longs, bounding_box, check_mesh, normalised_mesh, spikes, worth_reordering
+from ..mesh import Bools, Floats, Longs, bounding_box, check_mesh, mask_of, normalised_mesh, spikes, worth_reordering
 from ..operators import curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges
 from .surface_operator import SurfaceOperator, evened_operator, surface_operator
@@ -123,8 +124,7 @@ def bilaplacian_smoothing(
         return quadratic.minimiser(start, prescribed, inside, diagonal, rising(progress, 0.1, 1.0))
 
     edges = border_edges(triangles)
-    at_border = np.zeros(len(start), dtype=np.bool_)
-    at_border[edges] = True
+    at_border = mask_of(edges, len(start))
     displacement = np.zeros_like(start)
     with threads_for(len(start)):
         if border == "along" and (at_border & moves).any():
@@ -327,46 +327,33 @@ class Halves:
         return self._inverse.iterated(np.ascontiguousarray(b), _CYCLES)
 
 
+@dataclass(eq=False)
 class InnerSolver:
-    """Solves to a few digits, for refinement."""
+    """Solves to a few digits, for refinement; prepares nothing before it is asked."""
 
-    def __init__(
-        self,
-        matrix: sparse.csr_matrix,
-        make: Callable[[Progress], Halves],
-        floating: FloatingComponents,
-        enough: float,
-        progress: Progress,
-    ) -> None:
-        """Prepares nothing yet.
-
-        Args:
-            matrix: of the energy.
-            make: gives the preconditioner.
-            floating: the components without a fixed vertex.
-            enough: the energy norm below which an error does not count.
-            progress: called at every step; may raise to stop.
-        """
-        self._matrix, self._make, self._floating, self._progress = matrix, make, floating, progress
-        self._enough = enough
-        self._inverse: Halves | None = None
+    matrix: sparse.csr_matrix  # of the energy
+    make: Callable[[Progress], Halves]  # gives the preconditioner
+    floating: FloatingComponents  # those without a fixed vertex
+    enough: float  # the energy norm below which an error does not count
+    progress: Progress  # called at every step; may raise to stop
+    inverse: Halves | None = None
 
     def __call__(self, right_side: Floats) -> Floats:
-        b = self._floating.balanced(right_side)
+        b = self.floating.balanced(right_side)
         while True:
-            target = max(_INNER * preconditioned_norm(self._matrix, b, self._precondition), self._enough)
+            target = max(_INNER * preconditioned_norm(self.matrix, b, self._precondition), self.enough)
             descent = conjugate_gradients(
-                self._matrix,
+                self.matrix,
                 b,
                 target=target,
                 max_iterations=_MOST_ITERATIONS,
                 precondition=self._precondition,
-                progress=lambda share: self._progress(0.5 + 0.4 * share),
+                progress=lambda share: self.progress(0.5 + 0.4 * share),
             )
-            if descent.norm <= target or self._inverse is None or not self._inverse.factorise():
-                return self._floating.centred(descent.values)
+            if descent.norm <= target or self.inverse is None or not self.inverse.factorise():
+                return self.floating.centred(descent.values)
 
     def _precondition(self, residual: Floats) -> Floats:
-        if self._inverse is None:
-            self._inverse = self._make(self._progress)
-        return self._floating.centred(self._inverse(self._floating.balanced(residual)))
+        if self.inverse is None:
+            self.inverse = self.make(self.progress)
+        return self.floating.centred(self.inverse(self.floating.balanced(residual)))

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_whole_number
 from ..compilation import compiled
-from ..execution import Progress, ignore_progress
+from ..execution import Progress, ignore_progress, part_of
 from ..geometry import area_vector, side_lengths
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
@@ -56,15 +56,15 @@ def blend_parts(
         FilterInputError: as `facing_rims` and `bridge_rims`.
     """
     points, triangles = check_mesh(vertices, faces)
-    first, second = facing_rims(points, triangles, among=among, progress=lambda done: progress(0.1 * done))
-    band = bridge_rims(points, triangles, first, second, progress=lambda done: progress(0.1 + 0.4 * done))
+    first, second = facing_rims(points, triangles, among=among, progress=part_of(progress, 0.0, 0.1))
+    band = bridge_rims(points, triangles, first, second, progress=part_of(progress, 0.1, 0.5))
     if len(band.vertices) == 0:
         progress(1.0)
         return band
     joined = np.concatenate([points, band.vertices])
     free = np.arange(len(joined)) >= len(points)
     everything = np.concatenate([triangles, band.faces])
-    fair = fair_region(joined, everything, free, energy=energy, progress=lambda done: progress(0.5 + 0.5 * done))
+    fair = fair_region(joined, everything, free, energy=energy, progress=part_of(progress, 0.5, 1.0))
     return replace(band, vertices=fair.vertices[len(points) :])
 
 
@@ -240,7 +240,7 @@ def bridge_rims(
         )
     rims = a, b
     a = a[::-1]  # now both have the same direction
-    lower, upper = shortest_spans(points[a], points[b], lambda done: progress(0.3 * done))
+    lower, upper = shortest_spans(points[a], points[b], part_of(progress, 0.0, 0.3))
     count = rows or _rows_between(points, a, b, a[lower], b[upper])
     loops, added = [a], [np.empty((0, 3))]
     total = len(points)
@@ -256,10 +256,7 @@ def bridge_rims(
     everything = np.concatenate([points, *added])
     strips = []
     for row, (low, high) in enumerate(pairwise(loops)):
-
-        def partial(done: float, before: int = row) -> None:
-            progress(0.3 + 0.7 * (before + done) / count)
-
+        partial = part_of(progress, 0.3 + 0.7 * row / count, 0.3 + 0.7 * (row + 1) / count)
         strips.append(_strip(everything, low, high, partial))
     return Blend(np.concatenate(added), np.concatenate(strips), rims, directions == "unclear")
 

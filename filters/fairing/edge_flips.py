@@ -101,26 +101,12 @@ def flip_towards_quality(
 
 @compiled
 def flip_pass(
-    points: Floats,
-    faces: Ints,
-    across: Ints,
-    valences: Longs,
-    may: Bools,
-    surface: WalkableSurface,
-    at: Ints,
-    near: float,
+    points: Floats, faces: Ints, across: Ints, valences: Longs, may: Bools, surface: WalkableSurface, at: Ints, near: float
 ) -> int:
     """Goes through the faces once and flips, of each, the first edge that qualifies; the number of flips.
 
-    Args:
-        points: (n, 3) coordinates.
-        faces: (m, 3) triangles, changed in place.
-        across: (m, 3) as `faces_across` gives it, changed in place.
-        valences: (n,) the number of faces at each vertex, changed in place.
-        may: (n,) the vertices whose faces may change.
-        surface: the surface that the faces keep to.
-        at: (n,) the face of the surface where a walk from each vertex starts.
-        near: the square of the largest distance from the surface.
+    Arguments as of `flip_towards_quality`, in place; `across` as `faces_across` gives it, (n,) `valences` the number of faces at
+    each vertex, `near` the square of the largest distance from the surface.
     """
     count = 0
     for f in range(faces.shape[0]):

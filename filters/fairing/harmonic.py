@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError
 from ..libraries import sparse
 from ..linear_solvers import Cholesky
-from ..mesh import Floats, check_vertex_mask
+from ..mesh import Floats, check_vertex_mask, mask_of
 from ..topology import edges
 
 
@@ -34,10 +34,8 @@ def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike) -> Fl
     ends = edges(np.ascontiguousarray(triangles, dtype=np.int32))
     n = len(result)
     graph = sparse.csr_array((np.ones(2 * len(ends)), (ends.T.ravel(), ends[:, ::-1].T.ravel())), shape=(n, n))
-    _, label = sparse.csgraph.connected_components(graph, directed=False)
-    reached = np.zeros(n, dtype=np.bool_)
-    reached[label[is_fixed]] = True
-    free = ~is_fixed & reached[label]
+    count, label = sparse.csgraph.connected_components(graph, directed=False)
+    free = ~is_fixed & mask_of(label[is_fixed], count)[label]
     if not free.any():
         return result
     degrees = np.asarray(graph.sum(axis=1)).ravel()

@@ -128,10 +128,9 @@ def fair_region(
     moved, faired, freed = points.copy(), system.points.copy(), part.vertices.take(places)
     moved[freed] = solution.values / mesh.scale + mesh.middle
     faired[places] = solution.values
-    everywhere = np.zeros(len(points), dtype=np.bool_)
-    everywhere[freed] = True
     area_before, area_after = _areas(system.points, faired, part.free, part.faces)
     share = area_after / area_before if area_before > 0.0 else 1.0
+    everywhere = np.bincount(freed, minlength=len(points)) > 0
     return FairedRegion(
         moved, everywhere, solution.backward_error, solution.last_correction / extent, solution.refinements, share, irregular
     )
@@ -220,43 +219,19 @@ def _areas(before: Floats, after: Floats, free: Bools, faces: Ints) -> tuple[flo
 
 def _check_anchored(system: _System, part: Submesh) -> None:
     """Refuses free vertices that are connected with no fixed one, or with less than a triangle of them."""
-    dirichlet = system.dirichlet
-    labels, anchored = _labelled(dirichlet.indptr, dirichlet.indices, dirichlet.data, part.free)
-    count = len(anchored)
+    dirichlet, free = system.dirichlet, part.free
+    starts, columns, data = _principal(dirichlet.indptr, dirichlet.indices, dirichlet.data, free)
+    count, labels = sparse.csgraph.connected_components(sparse.csr_matrix((data, columns, starts)), directed=False)
+    anchored = np.bincount(labels[(abs(dirichlet) @ ~free)[free] != 0.0], minlength=count) > 0
     if anchored.all():
-        _check_spanned(system.dirichlet, part, system.order, labels, count)
+        _check_spanned(dirichlet, part, system.order, labels, count)
         return
     loose = int(np.flatnonzero(~anchored)[0])
-    members: Ints = part.vertices[part.free][labels == loose]
+    members: Ints = part.vertices[free][labels == loose]
     raise FilterInputError(
         f"the {len(members)} free vertices connected with vertex {members[0]} touch no fixed vertex "
         f"({int((~anchored).sum())} such parts), so that their place is undetermined: select less than a whole component"
     )
-
-
-@compiled
-def _labelled(starts: Ints | Longs, columns: Ints | Longs, data: Floats, free: Bools) -> tuple[Ints, Bools]:
-    """The connected part of each free vertex, in ascending order of the lowest one, and whether each part touches a fixed one."""
-    n, count, found = free.shape[0], 0, 0
-    labels, queue = np.full(n, -1, dtype=np.int32), np.empty(n, dtype=np.int32)
-    anchored = np.zeros(n, dtype=np.bool_)
-    for first in range(n):
-        if not free[first] or labels[first] >= 0:
-            continue
-        begin, found = found, found + 1
-        queue[begin], labels[first] = first, count
-        while begin < found:
-            for k in range(starts[queue[begin]], starts[queue[begin] + 1]):
-                j = columns[k]
-                if not free[j]:
-                    anchored[count] |= data[k] != 0.0
-                elif labels[j] < 0:
-                    labels[j] = count
-                    queue[found] = j
-                    found += 1
-            begin += 1
-        count += 1
-    return labels[free], anchored[:count]
 
 
 def _check_spanned(dirichlet: sparse.csr_matrix, part: Submesh, rings: int, labels: Ints, count: int) -> None:
@@ -279,11 +254,6 @@ def _check_spanned(dirichlet: sparse.csr_matrix, part: Submesh, rings: int, labe
 
 def _holding(dirichlet: sparse.csr_matrix, free: Bools, rings: int, labels: Ints, count: int) -> list[Longs]:
     """The fixed vertices within the rings of each of `count` parts of the free ones."""
-    if count == 1:  # without products of matrices
-        near = free
-        for _ in range(rings):
-            near = _with_neighbours(dirichlet.indptr, dirichlet.indices, near)
-        return [np.flatnonzero(near & ~free)]
     pattern = sparse.csr_matrix((np.ones(dirichlet.nnz), dirichlet.indices, dirichlet.indptr), shape=dirichlet.shape)
     places = np.flatnonzero(free)
     reached = sparse.csr_matrix((np.ones(len(places)), (labels, places)), shape=(count, len(free)))
@@ -292,18 +262,8 @@ def _holding(dirichlet: sparse.csr_matrix, free: Bools, rings: int, labels: Ints
     for _ in range(rings - 1):
         around = sparse.csr_matrix(around + around @ pattern @ fixed)
         around.data[:] = 1.0
+    around.sort_indices()
     return [around.indices[start:end] for start, end in pairwise(around.indptr)]
-
-
-@compiled
-def _with_neighbours(starts: Ints | Longs, columns: Ints | Longs, near: Bools) -> Bools:
-    """These vertices and their neighbours."""
-    wider = near.copy()
-    for i in range(near.shape[0]):
-        if near[i]:
-            for k in range(starts[i], starts[i + 1]):
-                wider[columns[k]] = True
-    return wider
 
 
 def _in_line(points: Floats) -> bool:

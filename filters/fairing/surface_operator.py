@@ -7,8 +7,9 @@ import numpy as np
 
 from ..compilation import compiled
 from ..libraries import sparse
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Bools, Floats, Ints, mask_of
 from ..operators import surface_laplacian, surface_stiffness
+from ..topology import proper_faces
 
 # Masses below this share of the largest among their neighbours count as that: the slivers of a bad triangulation would spoil the
 # conditioning of all. Parts may be as much smaller than others as they like, down to the second share, of the mean: triangles of
@@ -48,15 +49,13 @@ def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) ->
         The operator, and (n,) which vertices lie in such components.
     """
     n = len(operator.mass)
-    a, b, c = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])].T
+    a, b, c = faces[proper_faces(faces)].T
     ends = np.concatenate([a, b, c]), np.concatenate([b, c, a])
     edges = sparse.coo_matrix((np.ones(len(ends[0])), ends), shape=(n, n)).tocsr()
     edges = sparse.csr_matrix(edges + edges.T)
     edges.data[:] = 1.0 / math.sqrt(3.0)
     count, labels = sparse.csgraph.connected_components(edges, directed=False)
-    chosen = np.zeros(count, dtype=np.bool_)
-    chosen[labels[irregular]] = True
-    inside = chosen[labels]
+    inside = mask_of(labels[irregular], count)[labels]
     even = sparse.diags_array(np.asarray(edges.sum(axis=1)).ravel()) - edges
     share = sparse.diags_array(inside.astype(np.float64))
     kept = sparse.diags_array((~inside).astype(np.float64))

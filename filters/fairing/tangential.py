@@ -7,12 +7,12 @@ from numpy.typing import ArrayLike
 
 from ..checks import check_finite, check_positive, check_whole_number
 from ..denoising.noise_level import smooth_normals
-from ..execution import Progress, ignore_progress
+from ..execution import Progress, ignore_progress, part_of
 from ..geometry import WalkableSurface, face_normals, mean_edge_length, vertex_normals_by_area
 from ..inspection import sharp_edges
 from ..libraries import sparse
 from ..linear_solvers import SpdSolver
-from ..mesh import Bools, Floats, Ints, Longs, check_mesh, normalised_mesh
+from ..mesh import Bools, Floats, Ints, Longs, check_mesh, mask_of, normalised_mesh
 from ..operators import cotangent_laplacian, mixed_voronoi_areas, uniform_laplacian
 from ..topology import border_vertices, proper_faces
 from .edge_flips import flip_towards_quality
@@ -131,10 +131,7 @@ def _improved(
     surface = KeptSurface(now, kept, allowed)
     energy: TangentialEnergy | None = None
     for iteration in range(iterations):
-
-        def partial(share: float, done: int = iteration) -> None:
-            progress((done + 0.8 * share) / iterations)
-
+        partial = part_of(progress, iteration / iterations, (iteration + 0.8) / iterations)
         if flips:
             surface.faces, flipped = flip_towards_quality(now, surface.faces, may, surface.walkable, surface.at, allowed)
             if flipped:
@@ -189,10 +186,9 @@ class KeptSurface:
         self.faces, self.allowed = faces, allowed
         self.walkable = WalkableSurface.of(points, faces)
         self._normals = face_normals(points, faces)
-        self._on_ridge = np.zeros(len(points), dtype=np.bool_)
         sharp, normals = sharp_edges(points, faces), smooth_normals(points, faces)
         first, second = (normals[faces[sharp.faces[:, k]]].sum(axis=1) for k in range(2))
-        self._on_ridge[sharp.pairs[np.linalg.norm(first - second, axis=1) > _TURNED]] = True
+        self._on_ridge = mask_of(sharp.pairs[np.linalg.norm(first - second, axis=1) > _TURNED], len(points))
         self.at = self.walkable.first_faces()
 
     def moved(self, points: Floats, step: Floats, moves: Bools) -> Floats:
@@ -209,13 +205,9 @@ class KeptSurface:
             )
             stopped = pending[scale[pending] == 0.0]
             tentative[stopped], at[stopped] = points[stopped], self.at[stopped]
-            changed = np.zeros(len(points), dtype=np.bool_)
-            changed[pending] = True
-            checked = np.flatnonzero(changed[self.faces].any(axis=1))
+            checked = np.flatnonzero(mask_of(pending, len(points))[self.faces].any(axis=1))
             bad = checked[self._harmed(tentative, at, before, checked)]
-            guilty = np.zeros(len(points), dtype=np.bool_)
-            guilty[self.faces[bad]] = True
-            pending = np.flatnonzero(guilty & moves & (scale > 0.0))
+            pending = np.flatnonzero(mask_of(self.faces[bad], len(points)) & moves & (scale > 0.0))
             scale[pending] *= 0.5
             scale[pending[scale[pending] < 0.5**_HALVINGS]] = 0.0
         self.at = at

@@ -6,15 +6,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import ConvergenceError, FilterInputError, check_choice, check_whole_number
-from ..execution import Progress, ignore_progress
+from ..execution import Progress, ignore_progress, part_of, rising
 from ..fairing.region import fair_region
 from ..geometry import angles_between, cross_products
-from ..mesh import Floats, Ints, check_mesh, check_vertex_mask
+from ..mesh import Floats, Ints, check_mesh, check_vertex_mask, mask_of
 from ..topology import BoundaryLoop, OneRings, boundary_loops, face_adjacency, one_rings
 from .filling import HOLE_ENERGIES, ISLAND_IN_IT, HoleEnergy, HoleFilling, broken_left_open, left_open_as
 from .refinement import MOST_VERTICES, Patch, refined_patch, uniform_width
 from .rims import MOST_JOINED, sorted_rims
-from .triangulation import Polygon, joined_corners, polygon, triangulate_polygon
+from .triangulation import joined_corners, polygon, triangulate_polygon
 from .vertex_pairs import ForbiddenEdges, vertex_pairs
 
 # The share of the progress that triangulation takes.
@@ -93,17 +93,14 @@ def close_holes(
     check_whole_number("rounds", rounds, least=1)
     wanted = None if selected is None else check_vertex_mask("selected", selected, len(original))
     points, exponent = _ordinary(original, triangles)
-    forwards = _only_forwards(progress)
+    forwards = rising(progress)  # work that is repeated in another way counts again
     rims, broken = boundary_loops(points, triangles)
     holes, inside, unwanted = sorted_rims(rims, points, triangles, max_edges, wanted, islands)
     left_open = [*map(broken_left_open, broken), *unwanted]
     patches = Patches(points, triangles, rims)
     closed, with_islands = [], []
     for k, hole in enumerate(holes):
-
-        def partial(share: float, done: int = k) -> None:
-            forwards(_TRIANGULATION * (done + share) / len(holes))
-
+        partial = part_of(forwards, _TRIANGULATION * k / len(holes), _TRIANGULATION * (k + 1) / len(holes))
         group = inside[k]
         too_many = bool(group) and sum(len(rim.vertices) for rim in (hole, *group)) > max(MOST_JOINED, max_edges)
         if not too_many and patches.add(hole, group, refine, partial):
@@ -115,10 +112,7 @@ def close_holes(
             left_open.append(left_open_as(hole, "no_triangulation"))
     placements = [Placement("none", False)] * len(closed)
     if refine and energy != "none":
-
-        def rest(share: float) -> None:
-            forwards(_TRIANGULATION + (1.0 - _TRIANGULATION) * share)
-
+        rest = part_of(forwards, _TRIANGULATION, 1.0)
         placements = fair_patches(patches, points, triangles, energy=energy, rounds=rounds, progress=rest)
     new_vertices, new_faces, hole_of_vertex, hole_of_face = patches.gathered()
     left_open.sort(key=lambda rim: int(rim.vertices.min()))
@@ -141,23 +135,9 @@ def _ordinary(vertices: Floats, triangles: Ints) -> tuple[Floats, int]:
 
     Vertices without a face do not count, and become 0.
     """
-    used = np.zeros(len(vertices), dtype=np.bool_)
-    used[triangles] = True
-    points = np.where(used[:, None], vertices, 0.0)
+    points = np.where(mask_of(triangles, len(vertices))[:, None], vertices, 0.0)
     exponent = int(np.frexp(np.abs(points).max(initial=0.0))[1])
     return np.ldexp(points, -exponent), exponent
-
-
-def _only_forwards(progress: Progress) -> Progress:
-    """The progress without shares below the highest so far: work that is repeated in another way counts again."""
-    furthest = 0.0
-
-    def forwards(share: float) -> None:
-        nonlocal furthest
-        furthest = max(furthest, share)
-        progress(furthest)
-
-    return forwards
 
 
 class _PlacedPatch(NamedTuple):
@@ -198,16 +178,11 @@ class Patches:
 
     def add(self, rim: BoundaryLoop, islands: list[BoundaryLoop], refine: bool, progress: Progress) -> bool:
         """Triangulate and refine a hole with the islands in it; False, and nothing is added, if there is no triangulation."""
-
-        def triangulating(share: float) -> None:
-            progress(share * (_PATCH_TRIANGULATION if refine else 1.0))
-
-        def refining(share: float) -> None:
-            progress(_PATCH_TRIANGULATION + (1.0 - _PATCH_TRIANGULATION) * share)
-
+        triangulating = part_of(progress, 0.0, _PATCH_TRIANGULATION if refine else 1.0)
         outline = polygon(rim, islands, self._points)
         joined = joined_corners(outline.vertices, self._rings, self._place, self._links)
-        triangles = None if _is_a_face(outline) else triangulate_polygon(outline, self._points, joined, triangulating)
+        is_a_face = len(outline.vertices) == 3 and outline.opposite[0] == outline.vertices[2]  # in the other orientation
+        triangles = None if is_a_face else triangulate_polygon(outline, self._points, joined, triangulating)
         if triangles is None and refine and len(rim.vertices) > 3:
             # Here diagonals may double edges of the mesh, since refinement splits such diagonals.
             triangles = triangulate_polygon(outline, self._points, vertex_pairs(joined.size), triangulating)
@@ -224,7 +199,9 @@ class Patches:
         forbidden = ForbiddenEdges(joined.restricted(first.astype(np.int32)), np.zeros(len(own), dtype=np.bool_), alone)
         uniform = uniform_width(patch.points, patch.sizes, patch.triangles, patch.n_rim)
         if refine:
-            patch = refined_patch(patch, forbidden=forbidden, uniform=uniform, progress=refining)
+            patch = refined_patch(
+                patch, forbidden=forbidden, uniform=uniform, progress=part_of(progress, _PATCH_TRIANGULATION, 1.0)
+            )
             # Another hole with the same two vertices may join them later, so no flip of this one may.
             forbidden = forbidden._replace(apart=self._shared[own])
         at_mesh = outline.opposite >= 0
@@ -241,10 +218,6 @@ class Patches:
 
         `progress` is called now and then with a share of 0, and may raise to stop.
         """
-
-        def still(share: float) -> None:
-            progress(0.0)
-
         for k, placed in enumerate(self._placed):
             patch = placed.patch
             everything = np.concatenate([patch.points, placed.around])
@@ -255,7 +228,7 @@ class Patches:
             patch = patch._replace(sizes=patch.sizes * finer)
             # A filling that bulges has a larger area than the one whose width was chosen.
             uniform = min(placed.uniform, uniform_width(patch.points, patch.sizes, patch.triangles, patch.n_rim))
-            patch = refined_patch(patch, forbidden=placed.forbidden, uniform=uniform, progress=still)
+            patch = refined_patch(patch, forbidden=placed.forbidden, uniform=uniform, progress=part_of(progress, 0.0, 0.0))
             self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))
 
     def reach(self, new_vertices: Floats) -> Floats:
@@ -320,11 +293,6 @@ class Patches:
                 self._links.setdefault(j, set()).add(i)
 
 
-def _is_a_face(outline: Polygon) -> bool:
-    """Whether the polygon is a face of the mesh in the other orientation."""
-    return len(outline.vertices) == 3 and bool(outline.opposite[0] == outline.vertices[2])
-
-
 class Placement(NamedTuple):
     """The placement of the new vertices of a patch."""
 
@@ -351,10 +319,7 @@ def fair_patches(
     """
     placements = [Placement(energy, False)] * patches.count
     for done in range(rounds):
-
-        def partial(share: float, done: int = done) -> None:
-            progress((done + share) / rounds)
-
+        partial = part_of(progress, done / rounds, (done + 1) / rounds)
         if done > 0:
             patches.refine_again(energy != "membrane", partial)
         # Grouped before any patch falls to a lower energy: `_lower` places those that do.
@@ -432,18 +397,14 @@ def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Floats]
         (n,) the sums in radians, and (n,) how many angles each sums up.
     """
     n = len(points)
-    asked = np.zeros(n, dtype=np.bool_)
-    asked[at] = True
+    asked = mask_of(at, n)
     near = faces[asked[faces].any(axis=1)]
     pairs, shared = face_adjacency(near)
     pairs, shared = pairs[asked[shared].any(axis=1)], shared[asked[shared].any(axis=1)]
     normals = cross_products(points, near)
     angles = angles_between(normals[pairs[:, 0]], normals[pairs[:, 1]])
-    total, number = np.zeros(n), np.zeros(n)
-    for k in range(2):
-        np.add.at(total, shared[:, k], angles)
-        np.add.at(number, shared[:, k], 1.0)
-    return total, number
+    total = np.asarray(np.bincount(shared.T.ravel(), np.tile(angles, 2), n), dtype=np.float64)
+    return total, np.asarray(np.bincount(shared.ravel(), minlength=n), dtype=np.float64)
 
 
 def bend_at_rim(points: Floats, triangles: Ints, sides: Ints) -> float:

@@ -174,11 +174,7 @@ def _write_split(triangles: Ints, across: Ints, chosen: Ints, new: Ints, second:
 def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidden: ForbiddenEdges) -> None:
     """Flip edges of a patch, in place, until no flip lessens a sum of opposite angles that is above pi.
 
-    Args:
-        points: (n, 3) coordinates.
-        triangles: (b, 3) the patch.
-        across: (b, 3) as `faces_across` gives it, -1 at the rim.
-        forbidden: which of the first k points no flip may join.
+    (b, 3) `across` is as `faces_across` gives it, -1 at the rim; no flip may join the `forbidden` of the first k points.
     """
     for _ in range(_MOST_SWEEPS):
         flips = 0

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, check_choice
 from ..execution import Progress, ignore_progress
 from ..fairing import ENERGIES, Energy
-from ..mesh import Bools, check_mesh, check_vertex_mask
+from ..mesh import Bools, check_mesh, check_vertex_mask, mask_of
 from ..topology import border_vertices, connected_components
 from .closing import close_holes
 from .filling import HoleFilling
@@ -53,8 +53,7 @@ def remesh_region(
     check_choice("energy", energy, ENERGIES)
     chosen = check_vertex_mask("region", region, len(points))
     border = border_vertices(triangles, len(points))
-    beside = np.zeros(len(points), dtype=np.bool_)
-    beside[triangles[border[triangles].any(axis=1)]] = True
+    beside = mask_of(triangles[border[triangles].any(axis=1)], len(points))
     labels, count = connected_components(triangles, len(points))
     used = labels >= 0  # not by triangles alone that name a vertex twice
     chosen = chosen & ~beside & used
@@ -66,9 +65,7 @@ def remesh_region(
     if not kept[labels[used & chosen]].all():
         raise FilterInputError("a whole component is selected, so that its place is undetermined: select less")
     gone = chosen[triangles].any(axis=1)
-    rim = np.zeros(len(points), dtype=np.bool_)
-    rim[triangles[gone]] = True
-    rim &= ~chosen & ~border
+    rim = mask_of(triangles[gone], len(points)) & ~chosen & ~border
     rest = triangles[~gone]
     filling = close_holes(
         points, rest, max_edges=LARGEST_RIM, energy=energy, rounds=rounds, selected=rim if rim.any() else None, progress=progress

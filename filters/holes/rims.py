@@ -100,12 +100,9 @@ def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> li
 def _turns(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[float]:
     """The total geodesic curvature of each rim."""
     n = len(vertices)
-    visits = np.zeros(n)
-    for rim in rims:
-        np.add.at(visits, rim.vertices, 1.0)
-    near = faces[(visits[faces] > 0.0).any(axis=1) & proper_faces(faces)]
-    angles = np.zeros(n)
-    np.add.at(angles, near.T.ravel(), corner_angles(vertices, near).T.ravel())
+    visits = np.bincount(np.concatenate([rim.vertices for rim in rims]), minlength=n)
+    near = faces[(visits[faces] > 0).any(axis=1) & proper_faces(faces)]
+    angles = np.bincount(near.T.ravel(), corner_angles(vertices, near).T.ravel(), n)
     return [float((np.pi - angles[rim.vertices] / visits[rim.vertices]).sum()) for rim in rims]
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compilation import compiled
-from ..execution import Progress, ignore_progress
+from ..execution import Progress, ignore_progress, part_of
 from ..geometry import cross_products, side_lengths
 from ..libraries import sparse, spatial
 from ..mesh import Bools, Floats, Ints, Longs
@@ -185,10 +185,7 @@ def triangulate_rim(
         for k in np.flatnonzero(np.isnan(across[:, 0])):
             across[k] = _apex(done, int(part[k]), int(part[(k + 1) % len(part)]), p)
         before, own = sum(map(len, done)), len(part) - 2
-
-        def partial(share: float, before: int = before, own: int = own) -> None:
-            progress((before + own * share) / (n - 2))
-
+        partial = part_of(progress, before / (n - 2), (before + own) / (n - 2))
         triangles = minimal_triangulation(p[part], across, forbidden.among(part), partial)
         if triangles is None:
             return None

@@ -48,16 +48,9 @@ def vertex_pairs(count: int, first: ArrayLike = (), second: ArrayLike = ()) -> V
 @compiled
 def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
     """Whether (i, j) is one of the pairs."""
-    keys = pairs.keys
     key = i * pairs.size + j
-    low, high = 0, keys.shape[0]
-    while low < high:
-        middle = (low + high) // 2
-        if keys[middle] < key:
-            low = middle + 1
-        else:
-            high = middle
-    return bool(low < keys.shape[0] and keys[low] == key)
+    at = np.searchsorted(pairs.keys, key)
+    return bool(at < pairs.keys.shape[0] and pairs.keys[at] == key)
 
 
 class ForbiddenEdges(NamedTuple):

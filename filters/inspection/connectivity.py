@@ -7,36 +7,27 @@ import numpy as np
 from ..compilation import compiled
 from ..libraries import sparse
 from ..mesh import Bools, Ints
-from ..topology import connected_components, edge_faces, proper_faces, referenced_vertices, root_of
+from ..topology import connected_components, corner_at, edge_faces, proper_faces, referenced_vertices, root_of
 from .face_measures import faces_agree
 
 
-def fan_counts(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> Ints:
-    """(n,) the number of fans that the faces of a vertex form, linked through edges with two faces."""
-    fans = np.zeros(n_vertices, dtype=np.int32)
-    _count_fans(faces, neighbours, shared, np.arange(3 * len(faces), dtype=np.int32), fans)
-    return fans
-
-
 @compiled(nogil=True)
-def _count_fans(faces: Ints, neighbours: Ints, shared: Ints, parent: Ints, fans: Ints) -> None:
-    """Union-find over the corners 3 f + k of the faces, each of which is its own parent before."""
+def fan_counts(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> Ints:
+    """(n,) the number of fans that the faces of a vertex form, linked through edges with two faces.
+
+    By union-find over the corners 3 f + k of the faces.
+    """
+    parent, fans = np.arange(3 * faces.shape[0]).astype(np.int32), np.zeros(n_vertices, dtype=np.int32)
     for p in range(neighbours.shape[0]):
         for vertex in shared[p]:
-            i = root_of(parent, _corner(faces, neighbours[p, 0], vertex))
-            j = root_of(parent, _corner(faces, neighbours[p, 1], vertex))
+            f, g = neighbours[p]
+            i = root_of(parent, 3 * f + corner_at(faces, f, vertex))
+            j = root_of(parent, 3 * g + corner_at(faces, g, vertex))
             parent[max(i, j)] = min(i, j)
     for i in range(parent.shape[0]):
         if parent[i] == i:
             fans[faces[i // 3, i % 3]] += 1
-
-
-@compiled
-def _corner(faces: Ints, face: int, vertex: int) -> int:
-    for k in range(2):
-        if faces[face, k] == vertex:
-            return int(3 * face + k)
-    return int(3 * face + 2)
+    return fans
 
 
 @dataclass(frozen=True, eq=False)

@@ -36,7 +36,9 @@ def deficits_of(points: Floats, faces: Ints, on_border: Bools) -> Floats:
 
     None of the (m, 3) triangles names a vertex twice; `on_border` are (k,) truth values.
     """
-    angles = _angles(points, faces)
+    angles = corner_angles(points, faces)
+    # So that they add up to pi in each face: where corners coincide an angle is missing, elsewhere it is rounding.
+    angles = angles + (math.pi - angles.sum(axis=1, keepdims=True)) / 3.0
     full = np.where(on_border, math.pi, 2.0 * math.pi)
     return np.asarray(full - np.bincount(faces.ravel(), angles.ravel(), minlength=len(points)))
 
@@ -66,7 +68,8 @@ def vertex_normals(points: Floats, faces: Ints) -> Floats:
     """
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
-    return _unit(sums)
+    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+    return np.asarray(np.divide(sums, lengths, out=np.zeros_like(sums), where=lengths > 0.0))
 
 
 @compiled(nogil=True)
@@ -83,21 +86,6 @@ def _add_normals(points: Floats, faces: Ints, sums: Floats) -> None:
             sums[corner, 0] += angle * x / length
             sums[corner, 1] += angle * y / length
             sums[corner, 2] += angle * z / length
-
-
-def _angles(points: Floats, faces: Ints) -> Floats:
-    """(m, 3) the angles of the faces, which add up to pi in each of them.
-
-    Where corners coincide the angle that is missing is spread over the three, and elsewhere the rounding.
-    """
-    angles = corner_angles(points, faces)
-    return np.asarray(angles + (math.pi - angles.sum(axis=1, keepdims=True)) / 3.0)
-
-
-def _unit(vectors: Floats) -> Floats:
-    """(n, 3) the vectors at length 1; those of length 0 as they are."""
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0))
 
 
 #: "cotangent": the Laplace-Beltrami operator, exact in the limit on every mesh. "uniform": the mean of the one-ring, which needs

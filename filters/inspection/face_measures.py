@@ -8,6 +8,7 @@ from ..compilation import compiled
 from ..execution import over_range
 from ..geometry import cross_product, squared_length
 from ..mesh import Bools, Floats, Ints
+from ..topology import corner_at
 
 
 def face_measures(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
@@ -56,7 +57,9 @@ def _measure(points: Floats, faces: Ints, normals: Floats, doubled: Floats, qual
 def _compare_directions(faces: Ints, neighbours: Ints, shared: Ints, agree: Bools, first: int, last: int) -> None:
     for p in range(first, last):
         u, v = shared[p]
-        agree[p] = _runs_along(faces, neighbours[p, 0], u, v) != _runs_along(faces, neighbours[p, 1], u, v)
+        f, g = neighbours[p]
+        after_u, beyond_u = faces[f, (corner_at(faces, f, u) + 1) % 3], faces[g, (corner_at(faces, g, u) + 1) % 3]
+        agree[p] = (after_u == v) != (beyond_u == v)
 
 
 @compiled(nogil=True)
@@ -72,9 +75,3 @@ def _measure_pairs(normals: Floats, neighbours: Ints, agree: Bools, angles: Floa
         angles[p] = math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), cosine)
         if (ax == 0 and ay == 0 and az == 0) or (bx == 0 and by == 0 and bz == 0):
             angles[p] = np.nan
-
-
-@compiled
-def _runs_along(faces: Ints, face: int, start: int, end: int) -> bool:
-    k = 0 if faces[face, 0] == start else 1 if faces[face, 1] == start else 2
-    return bool(faces[face, k] == start and faces[face, (k + 1) % 3] == end)

@@ -61,26 +61,8 @@ class TriangleTree(NamedTuple):
             (q,) the face, (q, 2) the weights of its second and third corner there, and (q,) the distance.
         """
         faces, weights, distances = np.empty(len(queries), np.int64), np.empty((len(queries), 2)), np.empty(len(queries))
-        over_range(_search, len(queries), *self, np.ascontiguousarray(queries), faces, weights, distances)
+        over_range(_search, len(queries), self, np.ascontiguousarray(queries), faces, weights, distances)
         return faces, weights, distances
-
-
-def largest_distances(points: Floats, faces: Ints, corners: Floats, distances: Floats, beside: Longs) -> Floats:
-    """(t,) bounds above the distances of all places of triangles from a surface.
-
-    A place lies at most as much further as it is from a corner: the longest side over the root of 3 (Jung's theorem). And
-    the distance from one triangle of the surface is convex, so that it is largest at a corner.
-
-    Args:
-        points: (n, 3) of the surface.
-        faces: (m, 3) of the surface.
-        corners: (t, 3, 3) of the triangles.
-        distances: (t, 3) of the corners from the surface.
-        beside: (t, k) faces of the surface near each triangle.
-    """
-    bounds = np.empty(len(corners))
-    over_range(_bound, len(corners), points, faces, np.ascontiguousarray(corners), distances, beside, bounds)
-    return bounds
 
 
 @compiled(nogil=True)
@@ -131,19 +113,8 @@ def _build(rows: Floats, points: Floats, faces: Ints, leaves: int, triangles: Fl
 
 
 @compiled(nogil=True)
-def _search(
-    triangles: Floats,
-    indices: Ints,
-    boxes: Floats,
-    leaves: int,
-    rounding: float,
-    queries: Floats,
-    faces: Longs,
-    weights: Floats,
-    distances: Floats,
-    first: int,
-    last: int,
-) -> None:
+def _search(tree: TriangleTree, queries: Floats, faces: Longs, weights: Floats, distances: Floats, first: int, last: int) -> None:
+    triangles, indices, boxes, leaves, rounding = tree
     stack = np.empty((_STACK, 3), np.int64)
     gaps = np.empty(_STACK)
     row = 0
@@ -316,8 +287,19 @@ class Surface:
         return cells, distances
 
     def largest_distances(self, corners: Floats, distances: Floats, beside: Longs) -> Floats:
-        """See `pymeshfair.filters.inspection.surface.largest_distances`; all is local."""
-        return largest_distances(self.mesh.points, self.mesh.cells, corners, distances, beside)
+        """(t,) bounds above the local distances of all places of triangles from the surface.
+
+        A place lies at most as much further as it is from a corner: the longest side over the root of 3 (Jung's theorem). And
+        the distance from one triangle of the surface is convex, so that it is largest at a corner.
+
+        Args:
+            corners: (t, 3, 3) local places, those of the triangles.
+            distances: (t, 3) of the corners from the surface.
+            beside: (t, k) triangles of `mesh` near each triangle.
+        """
+        bounds, mesh = np.empty(len(corners)), self.mesh
+        over_range(_bound, len(corners), mesh.points, mesh.cells, np.ascontiguousarray(corners), distances, beside, bounds)
+        return bounds
 
     def cells_of(self, faces: Ints) -> Longs:
         """The triangles of `mesh` by their number in the mesh that it was made of."""

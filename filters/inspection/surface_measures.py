@@ -104,13 +104,10 @@ def measures_and_connectivity(
     """The measures of `surface_measures`, and the connectivity, which takes half of the time.
 
     Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) indices of vertices.
-        edges: (e, 2) indices of vertices.
+        vertices: as there, like `faces` and `edges`.
+        faces: see there.
+        edges: see there.
         former: the connectivity of another mesh, such as this one before its vertices moved; reused if faces and edges are equal.
-
-    Raises:
-        FilterInputError: a coordinate that is not finite, or an index that names no vertex.
     """
     points, triangles = check_mesh(vertices, faces)
     n_vertices, n_faces = len(points), len(triangles)
@@ -125,12 +122,14 @@ def measures_and_connectivity(
     if topology is None or not topology.is_of(n_vertices, triangles, segments):
         topology = connectivity(n_vertices, triangles, segments)
 
-    mean_edge = _mean(edge_lengths(points, topology.pairs))
+    lengths = edge_lengths(points, topology.pairs)
+    mean_edge = float(lengths.mean()) * unit if len(lengths) else None
     normals, doubled, quality = face_measures(points, topology.proper)
     area, degenerate, shape = float(doubled.sum()) / 2, n_faces - int((doubled > 0).sum()), float(quality.sum())
-    del doubled, quality  # lowers the peak memory for scans of millions of vertices
+    del doubled, quality, lengths  # lowers the peak memory for scans of millions of vertices
     closed, oriented = topology.closed, topology.oriented
-    roughness = _roughness(dihedral_angles(normals, topology.neighbours, topology.agree))
+    angles = dihedral_angles(normals, topology.neighbours, topology.agree)
+    angles = angles[np.isfinite(angles)]
     measures = SurfaceMeasures(
         vertices=n_vertices,
         faces=n_faces,
@@ -149,8 +148,8 @@ def measures_and_connectivity(
         diagonal=diagonal,
         area=area * unit * unit,
         volume=_volume(points, topology.proper, normals) * unit * unit * unit if closed and oriented else None,
-        mean_edge=None if mean_edge is None else mean_edge * unit,
-        roughness=roughness,
+        mean_edge=mean_edge,
+        roughness=math.degrees(float(angles.mean())) if len(angles) else None,
         triangle_quality=shape / n_faces if n_faces else None,
         mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * unit
         if n_faces == len(segments) == 0 and n_vertices > 1
@@ -175,12 +174,3 @@ def _volume(points: Floats, faces: Ints, normals: Floats) -> float:
         part = slice(start, start + _BLOCK)
         np.einsum("ij,ij->i", points[faces[part, 0]], normals[part], out=products[part])
     return float(products.sum()) / 6
-
-
-def _mean(lengths: Floats) -> float | None:
-    return float(lengths.mean()) if len(lengths) else None
-
-
-def _roughness(angles: Floats) -> float | None:
-    counted = angles[np.isfinite(angles)]
-    return math.degrees(float(counted.mean())) if len(counted) else None

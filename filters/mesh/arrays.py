@@ -21,22 +21,7 @@ def check_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[Floats, Ints]:
             gives the first of them and their number.
     """
     points = check_points(vertices)
-    triangles = np.asarray(faces)
-    if triangles.size == 0:
-        return points, np.empty((0, 3), dtype=np.int32)
-    if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
-        raise FilterInputError(
-            f"faces must be an (m, 3) array of whole numbers, got shape {triangles.shape} of {triangles.dtype}; "
-            "triangulate polygons first"
-        )
-    if triangles.min() < 0 or triangles.max() >= len(points):
-        bad = ((triangles < 0) | (triangles >= len(points))).any(axis=1)
-        first = int(bad.argmax())
-        raise FilterInputError(
-            f"face {first} is {triangles[first].tolist()}, but the vertices are 0 to {len(points) - 1} "
-            f"({int(bad.sum())} such faces of {len(triangles)}): remove these faces or add the vertices"
-        )
-    return points, np.ascontiguousarray(triangles, dtype=np.int32)
+    return points, _checked_cells("face", "(m, 3)", 3, faces, len(points), "; triangulate polygons first")
 
 
 def check_edges(edges: ArrayLike, n_vertices: int) -> Ints:
@@ -45,19 +30,25 @@ def check_edges(edges: ArrayLike, n_vertices: int) -> Ints:
     Raises:
         FilterInputError: a wrong shape or type, an index that names no vertex; the message gives the first and their number.
     """
-    pairs = np.asarray(edges)
-    if pairs.size == 0:
-        return np.empty((0, 2), dtype=np.int32)
-    if pairs.ndim != 2 or pairs.shape[1] != 2 or not np.issubdtype(pairs.dtype, np.integer):
-        raise FilterInputError(f"edges must be an (e, 2) array of whole numbers, got shape {pairs.shape} of {pairs.dtype}")
-    if pairs.min() < 0 or pairs.max() >= n_vertices:
-        bad = ((pairs < 0) | (pairs >= n_vertices)).any(axis=1)
+    return _checked_cells("edge", "(e, 2)", 2, edges, n_vertices)
+
+
+def _checked_cells(cell: str, shape: str, corners: int, values: ArrayLike, n_vertices: int, advice: str = "") -> Ints:
+    cells = np.asarray(values)
+    if cells.size == 0:
+        return np.empty((0, corners), dtype=np.int32)
+    if cells.ndim != 2 or cells.shape[1] != corners or not np.issubdtype(cells.dtype, np.integer):
+        raise FilterInputError(
+            f"{cell}s must be an {shape} array of whole numbers, got shape {cells.shape} of {cells.dtype}{advice}"
+        )
+    if cells.min() < 0 or cells.max() >= n_vertices:
+        bad = ((cells < 0) | (cells >= n_vertices)).any(axis=1)
         first = int(bad.argmax())
         raise FilterInputError(
-            f"edge {first} is {pairs[first].tolist()}, but the vertices are 0 to {n_vertices - 1} ({int(bad.sum())} such edges "
-            f"of {len(pairs)}): remove these edges or add the vertices"
+            f"{cell} {first} is {cells[first].tolist()}, but the vertices are 0 to {n_vertices - 1} ({int(bad.sum())} such "
+            f"{cell}s of {len(cells)}): remove these {cell}s or add the vertices"
         )
-    return np.ascontiguousarray(pairs, dtype=np.int32)
+    return np.ascontiguousarray(cells, dtype=np.int32)
 
 
 def check_points(vertices: ArrayLike) -> Floats:
@@ -82,6 +73,13 @@ def check_points(vertices: ArrayLike) -> Floats:
             "not finite; remove these vertices first"
         )
     return points
+
+
+def mask_of(indices: NDArray[np.integer] | Bools, count: int) -> Bools:
+    """(count,) whether each number is among the indices, an array of any shape."""
+    mask = np.zeros(count, dtype=np.bool_)
+    mask[indices] = True
+    return mask
 
 
 def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:

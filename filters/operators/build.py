@@ -8,8 +8,8 @@ import numpy as np
 from ..checks import FilterInputError, check_choice
 from ..compilation import compiled
 from ..libraries import robust_laplacian, sparse
-from ..mesh import Floats, Ints, scaled_to_unit
-from ..topology import non_manifold_edges
+from ..mesh import Floats, Ints, mask_of, scaled_to_unit
+from ..topology import non_manifold_edges, proper_faces
 from .cotangent import cotangent_laplacian, cotangent_stiffness, laplace_beltrami
 from .laplacian import Laplacian, inverse_length_laplacian, scale_dependent_laplacian, uniform_laplacian
 
@@ -53,17 +53,20 @@ def build_laplacian(vertices: Floats, faces: Ints, operator: OperatorName) -> La
         if operator != "robust":
             raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
         return robust_cloud_laplacian(vertices)
+    return _named(vertices, faces, operator)
+
+
+def _named(vertices: Floats, faces_or_edges: Ints, operator: OperatorName) -> Laplacian:
+    builders = {
+        "inverse_length": inverse_length_laplacian,
+        "scale_dependent": scale_dependent_laplacian,
+        "cotangent": cotangent_laplacian,
+        "laplace_beltrami": laplace_beltrami,
+        "robust": robust_mesh_laplacian,
+    }
     if operator == "uniform":
-        return uniform_laplacian(faces, len(vertices))
-    if operator == "inverse_length":
-        return inverse_length_laplacian(vertices, faces)
-    if operator == "scale_dependent":
-        return scale_dependent_laplacian(vertices, faces)
-    if operator == "cotangent":
-        return cotangent_laplacian(vertices, faces)
-    if operator == "laplace_beltrami":
-        return laplace_beltrami(vertices, faces)
-    return robust_mesh_laplacian(vertices, faces)
+        return uniform_laplacian(faces_or_edges, len(vertices))
+    return builders[operator](vertices, faces_or_edges)
 
 
 class ChosenLaplacian(NamedTuple):
@@ -131,12 +134,7 @@ def curve_laplacian(vertices: Floats, edges: Ints, operator: OperatorName) -> La
         edges: (e, 2) edges; the rows of vertices that none of them touches are 0.
         operator: the operator of the surface.
     """
-    curve = CURVE_OPERATOR[operator]
-    if curve == "uniform":
-        return uniform_laplacian(edges, len(vertices))
-    if curve == "inverse_length":
-        return inverse_length_laplacian(vertices, edges)
-    return scale_dependent_laplacian(vertices, edges)
+    return _named(vertices, edges, CURVE_OPERATOR[operator])
 
 
 def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
@@ -149,10 +147,8 @@ def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
         FilterInputError: the edges differ in length by too many orders of magnitude.
     """
     n = len(vertices)
-    used = np.zeros(n, dtype=np.bool_)
-    a, b, c = faces.T
-    proper = faces[(a != b) & (b != c) & (c != a)]
-    used[proper] = True
+    proper = faces[proper_faces(faces)]
+    used = mask_of(proper, n)
     points = vertices[used]
     if len(points) == 0 or not (points != points[0]).any():
         return Laplacian(sparse.csr_matrix((n, n)), np.zeros(n))

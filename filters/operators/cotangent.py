@@ -106,16 +106,9 @@ def count_entries(end_offsets: Longs, ends: Ints, sizes: Longs) -> None:
 
 @compiled(parallel=True)
 def fill_rows(points: Floats, end_offsets: Longs, ends: Ints, starts: Any, columns: Any, data: Floats, areas: Floats) -> None:
-    """Writes the columns, ascending, and the values of every row, and the areas if there is room for them.
+    """Writes the columns, ascending, and the values of every row, from ``starts[i]`` on, and the areas if there is room for them.
 
-    Args:
-        points: (n, 3) coordinates of ordinary size.
-        end_offsets: with `ends` as `ring_ends` gives them.
-        ends: the other two vertices of each triangle at a vertex.
-        starts: (n + 1,) where the rows begin.
-        columns: one a row's entry.
-        data: as many.
-        areas: (n,) the mixed Voronoi areas, or (0,).
+    The points are of ordinary size; `end_offsets` and `ends` are those of `ring_ends`.
     """
     for i in prange(end_offsets.shape[0] - 1):
         first, last = starts[i], starts[i + 1]

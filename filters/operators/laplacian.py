@@ -79,10 +79,8 @@ def csr_of_rows(starts: Ints | Longs, columns: Ints | Longs, data: Floats) -> sp
 
 def ring_sums(rings: OneRings, weights: Floats) -> Floats:
     """(n,) the sum of the weights over each one-ring."""
-    sums = np.empty(len(rings.offsets) - 1)
-    with threads_for(len(sums)):
-        _sum_rings(rings.offsets, weights, sums)
-    return sums
+    n = len(rings.offsets) - 1
+    return np.asarray(np.bincount(np.repeat(np.arange(n), np.diff(rings.offsets)), weights, n), dtype=np.float64)
 
 
 def ring_lengths(vertices: Floats, rings: OneRings) -> Floats:
@@ -112,15 +110,6 @@ def _fill_rows(offsets: Longs, neighbours: Ints, weights: Floats, columns: Ints 
             diagonal = at
         columns[diagonal] = i
         data[diagonal] = -total
-
-
-@compiled(parallel=True)
-def _sum_rings(offsets: Longs, weights: Floats, sums: Floats) -> None:
-    for i in prange(offsets.shape[0] - 1):
-        total = 0.0
-        for k in range(offsets[i], offsets[i + 1]):
-            total += weights[k]
-        sums[i] = total
 
 
 @compiled(parallel=True)

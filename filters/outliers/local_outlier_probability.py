@@ -89,12 +89,16 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
     return by_index
 
 
+@compiled(nogil=True)
 def standard_distances(squared: Floats) -> Floats:
     """(n,) the root of the mean of each row of (n, k) squared distances; the order within a row does not matter."""
-    distances: Floats = np.sqrt(_row_sums(squared) / squared.shape[1])
+    distances = np.empty(squared.shape[0])
+    for r in range(squared.shape[0]):
+        distances[r] = math.sqrt(_sum(squared[r]) / squared.shape[1])
     return distances
 
 
+@compiled(nogil=True)
 def compare(distances: Floats, positions: Ints, start: int, stop: int, factors: Floats) -> None:
     """Compute PLOF of the points at the positions from `start` to before `stop`, in place.
 
@@ -105,13 +109,20 @@ def compare(distances: Floats, positions: Ints, start: int, stop: int, factors: 
         stop: the point after the last.
         factors: (n,) PLOF.
     """
-    _compare(distances, positions, start, stop, factors)
+    k = positions.shape[1]
+    others = np.empty(k)
+    for p in range(start, stop):
+        for i in range(k):
+            others[i] = distances[positions[p, i]]
+        factors[p] = _factor(distances[p], others)
 
 
+@compiled(nogil=True)
 def compare_rows(own: Floats, theirs: Floats) -> Floats:
     """(a,) PLOF, from the standard distances of the points and the (a, k) ones of their neighbours, in the unit of a tree."""
-    factors: Floats = np.empty(len(own))
-    _compare_rows(own, theirs, factors)
+    factors = np.empty(own.shape[0])
+    for p in range(own.shape[0]):
+        factors[p] = _factor(own[p], theirs[p])
     return factors
 
 
@@ -137,14 +148,6 @@ def probabilities_of(factors: Floats, spread: float) -> Floats:
         return (factors > 0.0).astype(np.float64)
     probabilities: Floats = np.maximum(0.0, special.erf(factors / (np.sqrt(2.0) * spread)))
     return probabilities
-
-
-@compiled(nogil=True)
-def _row_sums(values: Floats) -> Floats:
-    sums = np.empty(values.shape[0])
-    for r in range(values.shape[0]):
-        sums[r] = _sum(values[r])
-    return sums
 
 
 @compiled(nogil=True)
@@ -175,19 +178,3 @@ def _factor(distance: float, others: Floats) -> float:
     if abs(difference) <= min(_ROUNDING, _ALIKE * mean):
         return 0.0
     return difference / mean if mean > 0.0 else np.inf
-
-
-@compiled(nogil=True)
-def _compare(distances: Floats, positions: Ints, start: int, stop: int, factors: Floats) -> None:
-    k = positions.shape[1]
-    others = np.empty(k)
-    for p in range(start, stop):
-        for i in range(k):
-            others[i] = distances[positions[p, i]]
-        factors[p] = _factor(distances[p], others)
-
-
-@compiled(nogil=True)
-def _compare_rows(own: Floats, theirs: Floats, factors: Floats) -> None:
-    for p in range(own.shape[0]):
-        factors[p] = _factor(own[p], theirs[p])

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import check_finite, check_whole_number
 from ..compilation import compiled
-from ..execution import Progress, ignore_progress, in_parallel, part_of
+from ..execution import Progress, ignore_progress, in_parallel, over_range, part_of
 from ..mesh import Bools, Floats, Ints, Longs
 from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
@@ -27,8 +27,6 @@ JOINED = 2
 NO_LINK = -1
 #: Thicknesses are summed as whole multiples of this, exactly, in any order: of up to 2^32 points.
 _GRAIN = 2.0**-20
-#: rows of a task
-_ROWS = 1 << 14
 
 
 @dataclass(frozen=True)
@@ -137,9 +135,7 @@ def thicknesses(places: Floats, numbers: Longs, neighbours: Ints) -> Floats:
         neighbours: (m, k) rows of the nearest points of the first m; put into order by distance, in place.
     """
     shares: Floats = np.empty(len(neighbours))
-    in_parallel(
-        lambda first, last: _measure(places, numbers, neighbours, shares, first, last), _ranges(len(neighbours)), ignore_progress
-    )
+    over_range(_measure, len(neighbours), places, numbers, neighbours, shares)
     return shares
 
 
@@ -153,17 +149,13 @@ def cut_links(places: Floats, numbers: Longs, neighbours: Ints, reaches: Floats,
         reaches: (n,) the squared distance of the k-th neighbour of every point.
         lasts: (n,) the number of that neighbour.
     """
-    in_parallel(
-        lambda first, last: _cut(places, numbers, neighbours, reaches, lasts, first, last),
-        _ranges(len(neighbours)),
-        ignore_progress,
-    )
+    over_range(_cut, len(neighbours), places, numbers, neighbours, reaches, lasts)
 
 
 def linked_to(links: Ints, chosen: Bools) -> Longs:
     """(m,) the number of the (m, k) links of each point that lead to chosen ones of n points."""
     counts: Longs = np.empty(len(links), np.int64)
-    in_parallel(lambda first, last: _count(links, chosen, counts, first, last), _ranges(len(links)), ignore_progress)
+    over_range(_count, len(links), links, chosen, counts)
     return counts
 
 
@@ -189,10 +181,6 @@ def part_sums(parts: Longs, thickness: Floats, count: int) -> tuple[Longs, Longs
 def mean_thicknesses(sizes: Longs, sums: Longs) -> Floats:
     """(p,) the mean thickness of the points of each part, 0 of an empty one."""
     return np.asarray(sums * _GRAIN / np.maximum(sizes, 1))
-
-
-def _ranges(rows: int) -> list[tuple[int, int]]:
-    return [(first, min(first + _ROWS, rows)) for first in range(0, rows, _ROWS)]
 
 
 @compiled(nogil=True)

@@ -15,7 +15,7 @@ from ..neighbours import touching_balls
 from ..topology import border_vertices, edges
 from .eigenvector_free import filter_without_eigenvectors
 from .problem import SpectralOperator, spectral_problem
-from .responses import cutoff_frequency, low_pass
+from .responses import Response, cutoff_frequency, low_pass
 from .spectrum import spectrum
 
 #: Thickness is measured up to that at which the bound takes 2 % of the displacement: 1 - tanh(x) / x for x = 1/4.
@@ -103,10 +103,9 @@ def enhance_details(
     points, triangles = check_mesh(vertices, faces)
     factor = check_finite("gain", gain, least=0.0) - 1.0
     check_positive("most", most)
-    if detail_size is not None:
-        cutoff_frequency("detail_size", detail_size)
-    if largest_size is not None:
-        cutoff_frequency("largest_size", largest_size)
+    for name, size in (("detail_size", detail_size), ("largest_size", largest_size)):
+        if size is not None:
+            cutoff_frequency(name, size)
     if len(triangles) == 0 and len(points):
         raise FilterInputError("the mesh has no triangles: relief is that of a surface; triangulate a point cloud first")
     mesh = normalised_mesh(points, triangles, movable)
@@ -118,15 +117,17 @@ def enhance_details(
     band = _band(mesh, detail_size, largest_size)
     short, long = low_pass(band.shortest), low_pass(band.longest)
     here = mesh.points[problem.vertices]
-    fine = filter_without_eigenvectors(problem, here, short, tolerance=_TOLERANCE, progress=part_of(progress, 0.0, 0.2)).values
-    shape = filter_without_eigenvectors(problem, here, long, tolerance=_TOLERANCE, progress=part_of(progress, 0.2, 0.4)).values
+
+    def passed(values: Floats, low: Response, start: float) -> Floats:
+        tell = part_of(progress, start, start + 0.2)
+        return filter_without_eigenvectors(problem, values, low, tolerance=_TOLERANCE, progress=tell).values
+
+    fine, shape = passed(here, short, 0.0), passed(here, long, 0.2)
     everywhere = mesh.points.copy()
     everywhere[problem.vertices] = shape
     normals = vertex_normals_by_area(everywhere, mesh.cells)[problem.vertices]
     heights = ((fine - shape) * normals).sum(axis=1)
-    heights -= filter_without_eigenvectors(
-        problem, heights, long, tolerance=_TOLERANCE, progress=part_of(progress, 0.4, 0.6)
-    ).values
+    heights -= passed(heights, long, 0.4)
     wanted = factor * heights * _away_from_borders(mesh, band.longest)[problem.vertices]
     reach = float(np.abs(wanted).max())
     if mesh.movable is not None:

@@ -145,17 +145,7 @@ class Plan:
     def __init__(
         self, problem: SpectralProblem, response: Response, tolerance: float, route: Literal["auto"] | RouteName
     ) -> None:
-        """Plans a filter.
-
-        Args:
-            problem: of n rows.
-            response: of the filter.
-            tolerance: of the error, as a share of the M-norm of the values.
-            route: "auto" for the rule above, or one of the routes.
-
-        Raises:
-            FilterInputError: route "polynomial" with an excessive degree.
-        """
+        """Plans a filter; arguments and errors as of `filter_without_eigenvectors`."""
         self._problem, self._response, self._tolerance = problem, response, tolerance
         self._symmetric = symmetric_form(problem.dirichlet, problem.mass)
         self._proven = gershgorin_bound(self._symmetric, problem.mass)

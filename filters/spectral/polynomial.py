@@ -188,10 +188,8 @@ def _sum_series(
 def _doubled_shifted(symmetric: sparse.csr_matrix, bound: float) -> sparse.csr_matrix:
     """The matrix 2 A for A = I - 2 D / b, with a diagonal entry in every row."""
     scaled = sparse.csr_matrix((symmetric.data * (-4.0 / bound), symmetric.indices, symmetric.indptr), shape=symmetric.shape)
-    diagonal = scaled.diagonal() + 2.0
-    if _set_diagonal(CompressedRows.of(scaled), diagonal):
-        return scaled
-    return sparse.csr_matrix(scaled + 2.0 * sparse.eye_array(scaled.shape[0]))
+    scaled.setdiag(scaled.diagonal() + 2.0)
+    return scaled
 
 
 # Unsigned indices spare the test whether each counts from the end, which takes half of the time. Fusing products and sums halves
@@ -218,36 +216,17 @@ def _advance(matrix: CompressedRows, now: Floats, before: Floats, total: Floats,
         total[i, 2] += coefficient * z
 
 
-@compiled
-def _set_diagonal(matrix: CompressedRows, diagonal: Floats) -> bool:
-    """Sets the diagonal in place; returns whether every row has a diagonal entry."""
-    indptr, indices, data = matrix
-    complete = True
-    for i in range(diagonal.shape[0]):
-        has_diagonal = False
-        for k in range(indptr[i], indptr[i + 1]):
-            if indices[k] == i:
-                data[k] = diagonal[i]
-                has_diagonal = True
-        complete = complete and has_diagonal
-    return complete
-
-
 def symmetric_form(dirichlet: sparse.csr_matrix, mass: Floats) -> sparse.csr_matrix:
     """D = M^-1/2 S M^-1/2, (n, n), the eigenvalues of which are those of M^-1 S."""
     inverse_root = 1.0 / np.sqrt(mass)
-    data = np.empty(dirichlet.nnz)
-    with threads_for(len(mass)):
-        _scale_rows(CompressedRows.of(dirichlet), inverse_root, data)
+    data = dirichlet.data * (np.repeat(inverse_root, np.diff(dirichlet.indptr)) * inverse_root[dirichlet.indices])
     return sparse.csr_matrix((data, dirichlet.indices, dirichlet.indptr), shape=dirichlet.shape)
 
 
 def gershgorin_bound(symmetric: sparse.csr_matrix, mass: Floats) -> float:
     """A proven bound of the largest eigenvalue, by the circles of M^-1 S; on regular triangles it is 4/3 of it."""
-    sums = np.empty(len(mass))
-    with threads_for(len(mass)):
-        _sum_circles(CompressedRows.of(symmetric), np.sqrt(mass), sums)
-    return float(sums.max(initial=0.0))
+    root = np.sqrt(mass)
+    return float((abs(symmetric) @ root / root).max(initial=0.0))
 
 
 def lanczos_bound(symmetric: sparse.csr_matrix) -> float:
@@ -266,54 +245,17 @@ def lanczos_bound(symmetric: sparse.csr_matrix) -> float:
     before = np.zeros(n)
     diagonal, off = np.zeros(steps), np.zeros(steps)
     beta = 0.0
-    with threads_for(n):
-        for k in range(steps):
-            w = np.empty(n)
-            _multiply(CompressedRows.of(symmetric), q, w)
-            w -= beta * before
-            # numpy's sums have a fixed order; BLAS would divide a product among its threads.
-            diagonal[k] = alpha = float((w * q).sum())
-            w -= alpha * q
-            off[k] = beta = math.sqrt(float((w * w).sum()))
-            if beta <= 1e-12 * abs(diagonal[: k + 1]).max():
-                return math.inf
-            before, q = q, w / beta
-    largest, last = _tridiagonal(diagonal, off[:-1])
-    return _MARGIN * (largest + abs(beta * last))
-
-
-def _tridiagonal(diagonal: Floats, off: Floats) -> tuple[float, float]:
-    """The largest eigenvalue of a symmetric tridiagonal matrix and the last entry of its vector."""
-    eigenvalues, vectors = np.linalg.eigh(np.diag(diagonal) + np.diag(off, 1) + np.diag(off, -1))
-    return float(eigenvalues[-1]), float(vectors[-1, -1])
-
-
-@compiled(parallel=True)
-def _multiply(matrix: CompressedRows, x: Floats, product: Floats) -> None:
-    indptr, indices, data = matrix
-    for i in prange(x.shape[0]):
-        total = 0.0
-        for k in range(indptr[i], indptr[i + 1]):
-            total += data[k] * x[indices[k]]
-        product[i] = total
-
-
-@compiled(parallel=True)
-def _scale_rows(matrix: CompressedRows, factors: Floats, scaled: Floats) -> None:
-    indptr, indices, data = matrix
-    for i in prange(factors.shape[0]):
-        for k in range(indptr[i], indptr[i + 1]):
-            scaled[k] = data[k] * (factors[i] * factors[indices[k]])
-
-
-@compiled(parallel=True)
-def _sum_circles(matrix: CompressedRows, root: Floats, sums: Floats) -> None:
-    indptr, indices, data = matrix
-    for i in prange(root.shape[0]):
-        total = 0.0
-        for k in range(indptr[i], indptr[i + 1]):
-            total += abs(data[k]) * root[indices[k]]
-        sums[i] = total / root[i]
+    for k in range(steps):
+        w = symmetric @ q - beta * before
+        # numpy's sums have a fixed order; BLAS would divide a product among its threads.
+        diagonal[k] = alpha = float((w * q).sum())
+        w -= alpha * q
+        off[k] = beta = math.sqrt(float((w * w).sum()))
+        if beta <= 1e-12 * abs(diagonal[: k + 1]).max():
+            return math.inf
+        before, q = q, w / beta
+    ritz, vectors = np.linalg.eigh(np.diag(diagonal) + np.diag(off[:-1], 1) + np.diag(off[:-1], -1))
+    return _MARGIN * (float(ritz[-1]) + abs(beta * float(vectors[-1, -1])))
 
 
 def nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:

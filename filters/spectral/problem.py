@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError
 from ..libraries import sparse
-from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
+from ..mesh import Bools, Floats, Ints, check_mesh, mask_of, normalised_mesh
 from ..operators import SURFACE_OPERATORS, ChosenLaplacian, Laplacian, SurfaceOperatorName, surface_laplacian
 from ..topology import connected_components
 
@@ -87,10 +87,8 @@ def _usable(laplacian: Laplacian, components: Ints, operator: SpectralOperator) 
     massless = used & ~(laplacian.mass > 0.0)
     if not massless.any():
         return used
-    stricken = np.zeros(int(components.max(initial=-1)) + 1, dtype=np.bool_)
-    stricken[components[massless]] = True
-    has_area = np.zeros_like(stricken)
-    has_area[components[used & (laplacian.mass > 0.0)]] = True
+    count = int(components.max(initial=-1)) + 1
+    stricken, has_area = mask_of(components[massless], count), mask_of(components[used & (laplacian.mass > 0.0)], count)
     if (stricken & has_area).any():
         first = int(massless.argmax())
         raise FilterInputError(

@@ -231,17 +231,10 @@ def brick_wall(
 ) -> FilteredByModes:
     """The `count` lowest modes of the values, or a band that ends with the last of them.
 
-    Args:
-        problem: of n rows.
-        values: (n, 3), of mean 0 on every component.
-        count: how many modes, from 1, without those that are constant on a component; if there are fewer, all.
-        response: None keeps these modes and drops the rest. Otherwise the band pass or enhancement for the wavelength of the
-            last mode: modes from the longest wave of the band on get its gain, all others the limit of the response.
-        progress: called with the share that is done; may raise to stop.
-
-    Raises:
-        FilterInputError: the modes do not fit into memory.
-        ConvergenceError: they cannot be computed.
+    `count` is from 1, without the modes that are constant on a component; if there are fewer, all are taken. A `response` of
+    None keeps these modes and drops the rest. Otherwise it gives the band pass or enhancement for the wavelength of the last
+    mode: modes from the longest wave of the band on get its gain, all others the limit of the response. Other arguments, and
+    errors, as of `filter_by_modes`.
     """
     count = min(count, most_modes(problem))
     omega, shapes = _modes(problem, count, progress)

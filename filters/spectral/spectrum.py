@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import ConvergenceError, FilterInputError, check_whole_number
 from ..compilation import compiled, prange
-from ..execution import Progress, ignore_progress, threads_for
+from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..linear_solvers import CompressedRows
 from ..mesh import Floats, check_mesh, normalised_mesh
 from .eigenpairs import lowest_eigenpairs
@@ -108,7 +108,7 @@ def spectrum(
     count = min(int(modes), len(problem.mass) - problem.n_components)
     kappa, shapes = np.empty(0), np.empty((len(rest), 0))
     if count:
-        kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=lambda done: progress(_SHARE_OF_MODES * done))
+        kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=part_of(progress, 0.0, _SHARE_OF_MODES))
     energies = np.empty(len(kappa))
     for k in range(len(kappa)):  # one by one: a product of matrices may round differently with the number of threads
         weighted = problem.mass * shapes[:, k]
@@ -117,11 +117,13 @@ def spectrum(
         rest -= shapes[:, k, None] * along
     taken = enough_steps(problem, float(kappa[-1]) if len(kappa) else 0.0) if steps is None else int(steps)
     share = _SHARE_OF_MODES if count else 0.0
-    nodes, weights = energy_quadrature(problem, rest, taken, progress=lambda done: progress(share + (1.0 - share) * done))
+    nodes, weights = energy_quadrature(problem, rest, taken, progress=part_of(progress, share, 1.0))
+    # The edge of equilateral triangles of this area and number of vertices, about two triangles a vertex.
+    mean_edge = math.sqrt(2.0 / math.sqrt(3.0) * area / len(problem.mass))
     edges, bands = _bands(
         np.sqrt(np.concatenate([kappa, nodes])) / unit,
         np.concatenate([energies, weights / area]) * unit**2,
-        highest=2.0 * math.pi / (SHORTEST * _mean_edge(problem) * unit),
+        highest=2.0 * math.pi / (SHORTEST * mean_edge * unit),
     )
     progress(1.0)
     return Spectrum(np.sqrt(kappa) / unit, energies * unit**2, edges, bands, total * unit**2, area * unit**2)
@@ -140,11 +142,6 @@ def _bands(frequencies: Floats, energies: Floats, *, highest: float) -> tuple[Fl
     return 2.0 ** (np.arange(first, last + 2) / BANDS), np.asarray(
         np.bincount(place - first, energy, last - first + 1), dtype=np.float64
     )
-
-
-def _mean_edge(problem: SpectralProblem) -> float:
-    """The edge of equilateral triangles of this area and number of vertices, about two triangles a vertex."""
-    return math.sqrt(2.0 / math.sqrt(3.0) * float(problem.mass.sum()) / len(problem.mass))
 
 
 def without_stiffest(problem: SpectralProblem) -> SpectralProblem:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..checks import ConvergenceError
 from ..compilation import compiled, prange
-from ..execution import Progress
+from ..execution import Progress, part_of
 from ..libraries import blas, linalg, sparse
 from ..linear_solvers import CompressedRows, Fronts, ShiftedFactors
 from ..mesh import Floats
@@ -73,10 +73,7 @@ def lowest_modes(
             factors = _placed(operator, fronts, kappa, spacing * 0.5 * band, band, progress, done)
             below = factors.below - int((kappa < factors.shift).sum())
             above = max(band - below, 0)
-
-        def partial(share: float, start: float = done, part: int = below + above) -> None:
-            progress(min(0.99, start + share * part / (count + _GUARD)))
-
+        partial = part_of(progress, min(0.99, done), min(0.99, done + (below + above) / (count + _GUARD)))
         locked = modes[:, np.argsort(np.abs(kappa - factors.shift), kind="stable")[: widest + 1]]
         new, vectors = modes_near(
             factors, np.asfortranarray(locked), below=below, above=above, tolerance=tolerance, seed=round_, progress=partial

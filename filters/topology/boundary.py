@@ -11,7 +11,8 @@ from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..mesh import Bools, Floats, Ints
+from ..libraries import sparse
+from ..mesh import Bools, Floats, Ints, mask_of
 from .edge_lists import edge_face_counts, proper_faces
 
 #: Why a border cannot be followed at a vertex: an edge with more than two faces ends there, or its faces are not coherently
@@ -71,11 +72,10 @@ def boundary_loops(vertices: Floats, faces: Ints) -> Boundary:
     if len(border) == 0:
         return Boundary([], [])
     n = len(vertices)
-    near = _faces_at(border, faces, n)
+    on_border = mask_of(border, n)
+    near: Ints = faces[on_border[faces].any(axis=1) & proper_faces(faces)]
     starts, ends, opposite = _directed_border(border, near, n)
-    non_manifold = np.zeros(n, dtype=np.bool_)
-    non_manifold[pairs[counts > 2]] = True
-    following, breaks = border_successors(starts, ends, near, vertices, non_manifold)
+    following, breaks = border_successors(starts, ends, near, vertices, mask_of(pairs[counts > 2], n))
     cycles, rest = _cycles(following)
     loops = []
     for cycle in cycles:
@@ -92,15 +92,6 @@ def is_seam(loop: BoundaryLoop, vertices: Floats) -> bool:
     own = np.unique(loop.vertices)
     _, counts = np.unique(vertices[own], axis=0, return_counts=True)
     return 2 * int(counts[counts > 1].sum()) >= len(own)
-
-
-def _faces_at(border: Ints, faces: Ints, n_vertices: int) -> Ints:
-    """The proper faces with a vertex on the border."""
-    on_border = np.zeros(n_vertices, dtype=np.bool_)
-    on_border[border] = True
-    a, b, c = faces.T
-    near: Ints = faces[(on_border[a] | on_border[b] | on_border[c]) & proper_faces(faces)]
-    return near
 
 
 def _directed_border(border: Ints, near: Ints, n_vertices: int) -> tuple[Ints, Ints, Ints]:
@@ -136,24 +127,16 @@ def _cycles(following: Ints) -> tuple[list[list[int]], list[int]]:
 
 def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[BrokenBorder]:
     """The edges that lie on no loop, by connected component."""
-    parent: dict[int, int] = {}
-
-    def root(v: int) -> int:
-        while parent.setdefault(v, v) != v:
-            parent[v] = parent[parent[v]]
-            v = parent[v]
-        return v
-
-    for a, b in zip(starts.tolist(), ends.tolist(), strict=True):
-        low, high = sorted((root(a), root(b)))
-        parent[high] = low
-    groups: dict[int, list[int]] = defaultdict(list)
-    for v in sorted(parent):
-        groups[root(v)].append(v)
+    if len(starts) == 0:
+        return []
+    own, at_edges = np.unique([starts, ends], return_inverse=True)
+    graph = sparse.coo_array((np.ones(len(starts)), at_edges.reshape(2, -1)), shape=(len(own), len(own)))
+    labels = sparse.csgraph.connected_components(graph, directed=False)[1]
     broken = []
-    for group in groups.values():
+    for vertices in np.split(own[np.argsort(labels, kind="stable")], np.cumsum(np.bincount(labels))[:-1]):
+        group = vertices.tolist()
         at = [v for v in group if breaks.get(v) == "non_manifold"] or [v for v in group if v in breaks]
-        broken.append(BrokenBorder(np.array(group, dtype=np.int32), breaks[at[0]], at[0]))
+        broken.append(BrokenBorder(vertices, breaks[at[0]], at[0]))
     return broken
 
 

@@ -9,13 +9,15 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 
 from ..compilation import compiled
-from ..mesh import Bools, Ints, Longs
-from .rings import sort_slice
+from ..mesh import Bools, Ints, Longs, mask_of
+from .rings import listed_by_vertex, sort_slice
 
 #: "fixed": border vertices stay. "along": only neighbours on the border count for them, so the border is smoothed as a curve.
 #: "free": they are vertices like any other, and the border shrinks.
 BorderPolicy: TypeAlias = Literal["fixed", "along", "free"]
 BORDER_POLICIES: tuple[BorderPolicy, ...] = get_args(BorderPolicy)
+#: More faces than an edge can have.
+_ANY = 1 << 31
 
 
 def edges(faces: Ints) -> Ints:
@@ -25,19 +27,18 @@ def edges(faces: Ints) -> Ints:
 
 def edge_face_counts(faces: Ints) -> tuple[Ints, Ints]:
     """(e, 2) every edge once, lower vertex first, rows ascending; and (e,) the number of faces at each."""
-    return listed_edges(*faces_by_edge(np.ascontiguousarray(faces, dtype=np.int32), vertex_bound(faces)))
+    pairs, counts = listed_edges(*faces_by_edge(faces))
+    return pairs, counts.ravel()
 
 
 def non_manifold_edges(faces: Ints) -> Ints:
     """(k, 2) the edges with more than two faces, lower vertex first, rows ascending."""
-    return _crowded_edges(*faces_by_edge(np.ascontiguousarray(faces, dtype=np.int32), vertex_bound(faces)))
+    return listed_edges(*faces_by_edge(faces), 3)[0]
 
 
 def referenced_vertices(faces: Ints, n_vertices: int) -> Bools:
     """(n,) whether the vertex belongs to a proper face."""
-    used = np.zeros(n_vertices, dtype=np.bool_)
-    used[faces[proper_faces(faces)]] = True
-    return used
+    return mask_of(faces[proper_faces(faces)], n_vertices)
 
 
 def proper_faces(faces: Ints | Longs) -> Bools:
@@ -46,27 +47,22 @@ def proper_faces(faces: Ints | Longs) -> Bools:
     return np.asarray((a != b) & (b != c) & (c != a))
 
 
-def vertex_bound(faces: Ints) -> int:
-    """One more than the highest vertex that a face names."""
-    return int(faces.max()) + 1 if faces.size else 0
-
-
-def faces_by_edge(faces: Ints, n_vertices: int) -> tuple[Longs, Longs]:
+def faces_by_edge(faces: Ints, n_vertices: int | None = None) -> tuple[Longs, Longs]:
     """The edges of all faces by their lower vertex; the key of each is (higher vertex) * 2^32 + face, ascending at a vertex."""
-    offsets = np.zeros(n_vertices + 2, dtype=np.int64)  # see `listed_by_vertex`
-    _count_keys(faces, offsets)
-    np.cumsum(offsets, out=offsets)
-    keys = np.empty(offsets[-1], dtype=np.int64)
-    _fill_keys(faces, offsets, keys)
-    return offsets[:-1], keys
+    triangles = np.ascontiguousarray(faces, dtype=np.int32)
+    count = int(faces.max(initial=-1)) + 1 if n_vertices is None else n_vertices
+    return listed_by_vertex(triangles, count, _count_keys, _fill_keys, np.int64)
 
 
-def listed_edges(offsets: Longs, keys: Longs) -> tuple[Ints, Ints]:
-    """(e, 2) every edge once, lower vertex first, rows ascending; and (e,) the number of faces at each."""
-    count = count_edges(offsets, keys)[0]
-    pairs, counts = np.empty((count, 2), dtype=np.int32), np.empty(count, dtype=np.int32)
-    _list_edges(offsets, keys, pairs, counts)
-    return pairs, counts
+def listed_edges(offsets: Longs, keys: Longs, least: int = 1, most: int = _ANY, *, columns: int = 1) -> tuple[Ints, Ints]:
+    """(e, 2) every edge with `least` to `most` faces once, lower vertex first, rows ascending; and what is known of each.
+
+    That is in one column (e, 1) the number of its faces, in two (e, 2) the first and the last of them.
+    """
+    count = _list_edges(offsets, keys, least, most, np.empty((0, 2), dtype=np.int32), np.empty((0, columns), dtype=np.int32))
+    pairs, more = np.empty((count, 2), dtype=np.int32), np.empty((count, columns), dtype=np.int32)
+    _list_edges(offsets, keys, least, most, pairs, more)
+    return pairs, more
 
 
 @compiled(nogil=True)
@@ -93,70 +89,35 @@ def _fill_keys(faces: Ints, offsets: Longs, keys: Longs) -> None:
 
 
 @compiled(nogil=True)
-def end_of_edge(keys: Longs, start: int, stop: int) -> int:
-    """The place after the last key of the edge whose first key is at `start`; the keys of its lower vertex end before `stop`."""
-    end = start + 1
-    while end < stop and keys[end] >> 32 == keys[start] >> 32:
-        end += 1
-    return end
-
-
-@compiled(nogil=True)
-def count_edges(offsets: Longs, keys: Longs) -> tuple[int, int]:
-    """The number of edges, and of those with two faces."""
-    count, two_faced = 0, 0
-    for i in range(offsets.shape[0] - 1):
-        start, stop = offsets[i], offsets[i + 1]
-        while start < stop:
-            end = end_of_edge(keys, start, stop)
-            count += 1
-            two_faced += int(end - start == 2)
-            start = end
-    return count, two_faced
-
-
-@compiled(nogil=True)
-def _crowded_edges(offsets: Longs, keys: Longs) -> Ints:
-    """The edges with more than two faces."""
-    pairs = np.empty((keys.shape[0] // 3, 2), dtype=np.int32)  # of which the system gives what is written to
+def _list_edges(offsets: Longs, keys: Longs, least: int, most: int, pairs: Ints, more: Ints) -> int:
+    """See `listed_edges`; writes those for which there is room, and returns how many they are."""
     count = 0
     for i in range(offsets.shape[0] - 1):
         start, stop = offsets[i], offsets[i + 1]
         while start < stop:
-            end = end_of_edge(keys, start, stop)
-            if end - start > 2:
-                pairs[count, 0], pairs[count, 1] = i, keys[start] >> 32
+            end = start + 1
+            while end < stop and keys[end] >> 32 == keys[start] >> 32:
+                end += 1
+            if least <= end - start <= most:
+                if count < pairs.shape[0]:
+                    pairs[count, 0], pairs[count, 1] = i, keys[start] >> 32
+                    if more.shape[1] == 1:
+                        more[count, 0] = end - start
+                    else:
+                        more[count, 0], more[count, 1] = keys[start] & 0xFFFFFFFF, keys[end - 1] & 0xFFFFFFFF
                 count += 1
             start = end
-    return pairs[:count].copy()
-
-
-@compiled(nogil=True)
-def _list_edges(offsets: Longs, keys: Longs, pairs: Ints, counts: Ints) -> None:
-    at = -1
-    for i in range(offsets.shape[0] - 1):
-        for k in range(offsets[i], offsets[i + 1]):
-            if k == offsets[i] or keys[k] >> 32 != keys[k - 1] >> 32:
-                at += 1
-                pairs[at, 0] = i
-                pairs[at, 1] = keys[k] >> 32
-                counts[at] = 1
-            else:
-                counts[at] += 1
+    return count
 
 
 def border_edges(faces: Ints) -> Ints:
     """(b, 2) the edges with exactly one face, lower vertex first, rows ascending."""
-    pairs, counts = edge_face_counts(faces)
-    border: Ints = pairs[counts == 1]
-    return border
+    return listed_edges(*faces_by_edge(faces), 1, 1)[0]
 
 
 def border_vertices(faces: Ints, n_vertices: int) -> Bools:
     """(n,) whether a vertex lies on a border edge."""
-    on_border = np.zeros(n_vertices, dtype=np.bool_)
-    on_border[border_edges(faces)] = True
-    return on_border
+    return mask_of(border_edges(faces), n_vertices)
 
 
 def face_adjacency(faces: Ints) -> tuple[Ints, Ints]:
@@ -164,8 +125,8 @@ def face_adjacency(faces: Ints) -> tuple[Ints, Ints]:
 
     The rows are in ascending order of the edge. Two faces that share two edges appear twice.
     """
-    offsets, keys = faces_by_edge(np.ascontiguousarray(faces, dtype=np.int32), vertex_bound(faces))
-    return _two_faced(offsets, keys)
+    shared, pairs = listed_edges(*faces_by_edge(faces), 2, 2, columns=2)
+    return pairs, shared
 
 
 class EdgeFaces(NamedTuple):
@@ -186,10 +147,10 @@ class EdgeFaces(NamedTuple):
 
 def edge_faces(faces: Ints) -> EdgeFaces:
     """The results of `edge_face_counts` and `face_adjacency`, in one pass."""
-    offsets, keys = faces_by_edge(np.ascontiguousarray(faces, dtype=np.int32), vertex_bound(faces))
-    pairs, counts = listed_edges(offsets, keys)
-    neighbours, shared = _two_faced(offsets, keys)
-    return EdgeFaces(pairs, counts, neighbours, pairs if len(shared) == len(pairs) else shared)  # the same, kept once
+    by_edge = faces_by_edge(faces)
+    pairs, counts = listed_edges(*by_edge)
+    shared, neighbours = listed_edges(*by_edge, 2, 2, columns=2)
+    return EdgeFaces(pairs, counts.ravel(), neighbours, pairs if len(shared) == len(pairs) else shared)  # the same, kept once
 
 
 def faces_across(faces: Ints) -> Ints:
@@ -202,30 +163,6 @@ def faces_across(faces: Ints) -> Ints:
     across = np.full(triangles.shape, -1, dtype=np.int32)
     _link(triangles, pairs, shared, across)
     return across
-
-
-def _two_faced(offsets: Longs, keys: Longs) -> tuple[Ints, Ints]:
-    """The pairs of faces at edges with two, and these edges."""
-    count = count_edges(offsets, keys)[1]
-    pairs, shared = np.empty((count, 2), dtype=np.int32), np.empty((count, 2), dtype=np.int32)
-    _two_faced_edges(offsets, keys, pairs, shared)
-    return pairs, shared
-
-
-@compiled(nogil=True)
-def _two_faced_edges(offsets: Longs, keys: Longs, pairs: Ints, shared: Ints) -> None:
-    row = 0
-    for i in range(offsets.shape[0] - 1):
-        start, stop = offsets[i], offsets[i + 1]
-        while start < stop:
-            end = end_of_edge(keys, start, stop)
-            if end - start == 2:
-                pairs[row, 0] = keys[start] & 0xFFFFFFFF
-                pairs[row, 1] = keys[start + 1] & 0xFFFFFFFF
-                shared[row, 0] = i
-                shared[row, 1] = keys[start] >> 32
-                row += 1
-            start = end
 
 
 @compiled

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compilation import compiled
-from ..mesh import Bools, Floats, Ints, Longs
-from .edge_lists import end_of_edge, faces_by_edge
+from ..mesh import Bools, Floats, Ints, Longs, mask_of
+from .edge_lists import faces_by_edge, listed_edges
 
 
 def connected_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
@@ -86,14 +86,13 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
         inside[chosen] = True
         chosen = _touching(faces, inside)
     # A mark for each vertex gives them in ascending order without sorting.
-    marked = np.zeros(len(points), dtype=np.bool_)
-    marked[chosen] = True
-    vertices = np.flatnonzero(marked).astype(np.int32)
+    vertices = np.flatnonzero(mask_of(chosen, len(points))).astype(np.int32)
     number = np.empty(len(points), dtype=np.int32)
     number[vertices] = np.arange(len(vertices), dtype=np.int32)
     local = number.take(chosen)
-    border = np.zeros(len(vertices), dtype=np.bool_)
-    _mark_border(*faces_by_edge(local, len(vertices)), inside.take(vertices), border)
+    # Where neither end of an edge with one face is inside another face may be missing.
+    edges = listed_edges(*faces_by_edge(local, len(vertices)), 1, 1)[0]
+    border = mask_of(edges[inside.take(vertices)[edges].any(axis=1)], len(vertices))
     return Submesh(vertices, local, points.take(vertices, axis=0), free.take(vertices) & ~border, border)
 
 
@@ -107,15 +106,3 @@ def _touching(faces: Ints, marked: Bools) -> Ints:
         touching[at, 0], touching[at, 1], touching[at, 2] = a, b, c
         at += (marked[a] | marked[b] | marked[c]) & (a != b) & (b != c) & (c != a)  # branches would be unpredictable
     return touching[:at].copy()
-
-
-@compiled
-def _mark_border(offsets: Longs, keys: Longs, complete: Bools, border: Bools) -> None:
-    """Marks the ends of edges with one face; where neither end is complete another face may be missing."""
-    for i in range(offsets.shape[0] - 1):
-        start, stop = offsets[i], offsets[i + 1]
-        while start < stop:
-            end, j = end_of_edge(keys, start, stop), keys[start] >> 32
-            if end - start == 1 and (complete[i] or complete[j]):
-                border[i] = border[j] = True
-            start = end

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -132,8 +132,12 @@ def ring_ends(faces: Ints, n_vertices: int) -> tuple[Longs, Ints]:
 
 
 def listed_by_vertex(
-    cells: Ints, n_vertices: int, count: Callable[[Ints, Longs], None], fill: Callable[[Ints, Longs, Ints], None]
-) -> tuple[Longs, Ints]:
+    cells: Ints,
+    n_vertices: int,
+    count: Callable[[Ints, Longs], None],
+    fill: Callable[[Ints, Longs, Any], None],
+    kind: Any = np.int32,
+) -> tuple[Longs, Any]:
     """One list of entries for every vertex.
 
     Args:
@@ -142,15 +146,16 @@ def listed_by_vertex(
         count: adds the number of entries of vertex i to ``offsets[i + 2]``. Summed up, they begin at ``offsets[i + 1]``.
         fill: writes an entry of vertex i at ``offsets[i + 1]`` and increases that, so that in the end they begin at
             ``offsets[i]``.
+        kind: the type of the entries.
 
     Returns:
-        (n + 1,) int64 offsets and int32 entries.
+        (n + 1,) int64 offsets and the entries.
     """
     # Large arrays come from numpy, never from a kernel: numpy asks the system for large pages, which makes them twice as fast.
     offsets = np.zeros(n_vertices + 2, dtype=np.int64)
     count(cells, offsets)
     np.cumsum(offsets, out=offsets)
-    entries = np.empty(offsets[-1], dtype=np.int32)
+    entries = np.empty(offsets[-1], dtype=kind)
     fill(cells, offsets, entries)
     return offsets[:-1], entries
 
