@@ -1,4 +1,4 @@
-"""Normals at a border: the mean of a one-sided neighbourhood is that of another place, a fit of first degree is not."""
+"""Normals at borders by a local linear fit: a one-sided mean is biased inwards."""
 
 import math
 

@@ -22,7 +22,7 @@ _SHARE = 0.5
 
 
 class CloudKernels(NamedTuple):
-    """How neighbours count in `bilateral_projection`: its arguments of the names, with `_kernel` added to the first two."""
+    """Kernels and scales of `bilateral_projection`."""
 
     range: KernelName = "gaussian"
     space: KernelName = "gaussian"

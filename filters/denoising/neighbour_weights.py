@@ -1,4 +1,4 @@
-"""How neighbours count in a weighted mean of normals: kernels with their scales, checked or estimated from the data."""
+"""Weights of neighbours in means of normals: kernels with their scales, checked or estimated from the data."""
 
 import math
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from .face_neighbourhoods import FaceNeighbourhoods
 #: How far a space kernel reaches, in its sigma. A Gaussian exp(-x^2 / (2 s^2)) is our kernel "gaussian" with sigma = sqrt(2) s:
 #: this is the distance 2 s at which the papers cut it off.
 REACH = math.sqrt(2.0)
-# Scales beyond it, whose squares would be beyond all numbers, are refused.
+# Larger scales are refused: their squares would overflow.
 _EXTREME = 1e150
 
 

@@ -51,8 +51,8 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     """Measure the noise of a mesh from the mesh alone.
 
     The differences of `FourthOrder` have the standard deviation of independent noise; the level is the median of their sizes
-    along `smooth_normals`, over 0.6745. Noise that neighbours share, as of a depth camera with its own filter, looks like a
-    surface and is not seen. Known noise of 0.2 to 0.5 edges is found within 4 % on machine parts and figures; where sharp edges
+    along `smooth_normals`, over 0.6745. Spatially correlated noise, as of depth cameras, looks like a surface and is
+    not seen. Known noise of 0.2 to 0.5 edges is found within 4 % on machine parts and figures; where sharp edges
     are near most vertices weak noise is overrated, 0.1 edges by 28 % on a cube of 16 edges to a side.
 
     Args:

@@ -1,4 +1,4 @@
-"""Where a vertex would be if its surroundings were all that is known: the quadric through them.
+"""Predicts a vertex from its two rings by a least-squares quadric.
 
 Everywhere here `points` are (n, 3) coordinates of ordinary size, `rings` their one-rings, `normals` (n, 3) unit normals, and
 `which` the numbers of k vertices; (n,) vertices that are `hidden` or `ignored` count nowhere.

@@ -70,7 +70,7 @@ def test_regions_with_faces_that_name_a_vertex_twice(number: int) -> None:
 )
 @pytest.mark.parametrize("exponent", [-600, 600])
 def test_steps_in_squared_edges_of_any_unit(filter_name: str, values: Mapping[str, Any], exponent: int) -> None:
-    """Of edges whose square is beyond all numbers there is no time step, which is said."""
+    """Time steps in squared edges are refused where the square of an edge overflows or is 0."""
     vertices, faces = icosphere(1)
     meshes = pymeshfair.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(np.ldexp(vertices, exponent), faces))
