@@ -118,16 +118,16 @@ def enhance_details(
     short, long = low_pass(band.shortest), low_pass(band.longest)
     here = mesh.points[problem.vertices]
 
-    def passed(values: Floats, low: Response, start: float) -> Floats:
-        tell = part_of(progress, start, start + 0.2)
+    def passed(values: Floats, low: Response, start: float, stop: float) -> Floats:
+        tell = part_of(progress, start, stop)
         return filter_without_eigenvectors(problem, values, low, tolerance=_TOLERANCE, progress=tell).values
 
-    fine, shape = passed(here, short, 0.0), passed(here, long, 0.2)
+    fine, shape = passed(here, short, 0.0, 0.2), passed(here, long, 0.2, 0.4)
     everywhere = mesh.points.copy()
     everywhere[problem.vertices] = shape
     normals = vertex_normals_by_area(everywhere, mesh.cells)[problem.vertices]
     heights = ((fine - shape) * normals).sum(axis=1)
-    heights -= passed(heights, long, 0.4)
+    heights -= passed(heights, long, 0.4, 0.6)
     wanted = factor * heights * _away_from_borders(mesh, band.longest)[problem.vertices]
     reach = float(np.abs(wanted).max())
     if mesh.movable is not None:
