@@ -91,9 +91,9 @@ def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dic
     """The traits with the noise as the trials found it: its kind and its amount, as the trait alone is near 0 for impulses."""
     if values is None:
         return traits
-    is_measured = values["shape"] == "clean" or traits.get("camera noise")
-    noise = traits["noise"] if is_measured else max(traits["noise"], values["drift"])
-    return traits | {"camera noise": float(values["shape"] == "correlated"), "noise": noise}
+    noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])
+    is_clean = values["shape"] == "clean"
+    return traits | {"camera noise": float(values["shape"] == "correlated"), "noise": 0.0 if is_clean else noise}
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
