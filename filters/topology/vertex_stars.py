@@ -88,15 +88,14 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     ring_offsets, ring = ring_ends(faces, n_vertices)
     del faces  # frees the memory for the arrays below, if the caller holds no reference
     kinds: Kinds = np.empty(n_vertices, dtype=np.uint8)
-    sizes: Ints = np.empty(n_vertices, dtype=np.int32)
+    offsets = np.zeros(n_vertices + 1, dtype=np.int64)
+    sizes = offsets[1:]
     with threads_for(_WORK * n_vertices):
         names = np.empty(0, dtype=np.int32) if names is None else names
         order_ends(ring_offsets, ring, names, kinds, sizes)
         irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
         measure_irregular(ring_offsets, ring, irregular, sizes)
-        offsets = np.zeros(n_vertices + 1, dtype=np.int64)
-        np.cumsum(sizes, out=offsets[1:])
-        del sizes
+        np.cumsum(sizes, out=sizes)
         neighbours = np.empty(offsets[-1], dtype=np.int32)
         write_stars(ring_offsets, ring, kinds, names, offsets, neighbours)
     end_offsets = np.zeros(len(irregular) + 1, dtype=np.int64)
@@ -153,7 +152,7 @@ def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neigh
 
 
 @compiled(parallel=True)
-def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, sizes: Ints) -> None:
+def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, sizes: Longs) -> None:
     """Order the pairs at every vertex in place; write the kinds of the stars, and the number of neighbours unless irregular.
 
     A closed star stands from where its pairs begin, in the order that `Stars` states.
@@ -264,7 +263,7 @@ def _chain(ends: Ints, start: int, stop: int, walk: Ints) -> int:
 
 
 @compiled
-def measure_irregular(end_offsets: Longs, ends: Ints, irregular: Ints, sizes: Ints) -> None:
+def measure_irregular(end_offsets: Longs, ends: Ints, irregular: Ints, sizes: Longs) -> None:
     """Write the number of neighbours of the vertices with an irregular star."""
     for i in irregular:
         sizes[i] = distinct_ends(ends, end_offsets[i], end_offsets[i + 1]).shape[0]
