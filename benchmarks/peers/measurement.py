@@ -22,8 +22,6 @@ OURS = "ours"
 PATIENCE = 5.0
 #: Seconds after which a block is given up.
 _LIMIT = 900.0
-#: Seconds before each call: threads of the contestant before, which wait for more work for some milliseconds, are asleep then.
-_PAUSE = 0.05
 
 
 @dataclass
@@ -136,7 +134,6 @@ def turns(contest: Contest, size: int, subject: Subject, small: Subject, rounds:
                     prepare(small)()
                 work = prepare(subject)
                 base = machine.start_of_peak() if done == 0 else 0.0
-                time.sleep(_PAUSE)
                 start, used = time.perf_counter(), time.process_time()
                 found = work()
                 taken[name].append((time.perf_counter() - start, time.process_time() - used))
