@@ -17,13 +17,12 @@ from ..evidence import (
     held_out_vertices,
     lengths_around,
     local_means,
-    marked,
     predicted_heights,
     tuned,
 )
 from ..execution import Progress, ignore_progress
 from ..libraries import spatial
-from ..mesh import Bools, Floats, Ints, NormalisedMesh, check_points, normalised_mesh
+from ..mesh import Bools, Floats, Ints, NormalisedMesh, check_points, mask_of, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..robust import KernelName
 from ..topology import OneRings, one_rings
@@ -216,7 +215,7 @@ class CloudSample:
         noise: a filter finds points with noise. One that is d from the truth deviates by e^2 = s^2 + d^2, s the noise of the
         held-out point; doing nothing, s from the truth, by 2 s^2; and the prediction, whose noise is g s, by (1 + g^2) s^2.
         """
-        heights, gains = predicted_heights(self.points, self.rings, self.normals, held, marked(held, len(self.points)))
+        heights, gains = predicted_heights(self.points, self.rings, self.normals, held, mask_of(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)
         level = float(np.median(np.abs(sizes))) / tuned.MEDIAN_OF_NORMAL
         # Even noise of random numbers, its sign independent of that of the normal.

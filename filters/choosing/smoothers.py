@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike
 
 from ..denoising import Scan, Setting, automatic_choice
 from ..diffusion import implicit_fairing, taubin_fairing, time_step_of_detail_size
-from ..evidence import Choice, marked
+from ..evidence import Choice
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..fairing import bilaplacian_smoothing
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Bools, Floats, Ints, mask_of
 from ..spectral import spectral_filter
 
 #: Smooths (n, 3) points with a mean edge of 1 and (m, 3) faces by an amount; (n,) which points may move, None for all.
@@ -58,13 +58,13 @@ def chosen_amount(
 
 def amount_on(scan: Scan, smooth: Smoother, amounts: Sequence[float]) -> Choice[float] | None:
     """`chosen_amount` on a scan."""
+    if scan.clean:
+        return None
 
     def candidates(points: Floats, _: Ints) -> list[Iterator[Floats]]:
         return [iter([points]), (smooth(points, scan.faces, amount, scan.movable) for amount in amounts)]
 
     labels = [[0.0], list(amounts)]
-    if scan.clean:
-        return None
     if not scan.shows_surface:
         return scan.choose_by_risk(candidates, labels)
     found = scan.choose(candidates, labels)
@@ -127,7 +127,7 @@ def compare_smoothers(
 
     def result(smoothing: Smoothing, points: Floats, held: Ints) -> Floats:
         if smoothing.setting is not None:
-            certain = marked(held, len(points))
+            certain = mask_of(held, len(points))
             return smoothing.setting.apply(points, scan.faces, border="along", movable=scan.movable, certain=certain)
         if smoothing.smoother is None:
             return points

@@ -51,9 +51,9 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     """Measure the noise of a mesh from the mesh alone.
 
     The differences of `FourthOrder` have the standard deviation of independent noise; the level is the median of their sizes
-    along `smooth_normals`, over 0.6745. Spatially correlated noise, as of depth cameras, looks like a surface and is
-    not seen. Known noise of 0.2 to 0.5 edges is found within 4 % on machine parts and figures; where sharp edges
-    are near most vertices weak noise is overrated, 0.1 edges by 28 % on a cube of 16 edges to a side.
+    along `smooth_normals`, over 0.6745. Spatially correlated noise, as of depth cameras, looks like a surface and is not seen.
+    Known noise of 0.2 to 0.5 edges is found within 4 % on machine parts and figures; where sharp edges are near most vertices
+    weak noise is overrated, 0.1 edges by 28 % on a cube of 16 edges to a side.
 
     Args:
         vertices: (n, 3) coordinates.

@@ -64,13 +64,13 @@ def explicit_stencil(
         free = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
         return _assembled(build_laplacian(mesh.points, mesh.cells, operator), np.flatnonzero(free).astype(np.int32))
     moving = moving_vertices(star, border, mesh.movable)
-    if update == "meshlab":
-        surface = _cotangent(star, moving, MESHLAB)
-        if operator == "uniform":
-            counts = star.face_counts().astype(np.float64)  # an interior edge counts twice, for it has two faces
-            surface = _of_meshlab(moving.surface, Rings(star.offsets, star.neighbours), counts, 1.0)
-    else:
+    if update == "euler":
         surface = _surface(mesh, operator, star, moving)
+    elif operator == "cotangent":
+        surface = _cotangent(star, moving, MESHLAB)
+    else:
+        counts = star.face_counts().astype(np.float64)  # an interior edge counts twice, for it has two faces
+        surface = _of_meshlab(moving.surface, Rings(star.offsets, star.neighbours), counts, 1.0)
     if len(moving.curve) == 0:
         return surface
     if update == "euler":

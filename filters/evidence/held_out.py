@@ -4,7 +4,7 @@ import numpy as np
 
 from ..geometry import mean_edge_length
 from ..libraries import sparse
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Bools, Floats, Ints, mask_of
 from ..topology import OneRings, border_vertices, edges
 
 # Probability that a vertex is a candidate; of two adjacent candidates one is dropped, which leaves a ninth of the vertices.
@@ -65,13 +65,8 @@ def lengths_around(points: Floats, pairs: Ints, unit: float) -> Floats:
 def without(points: Floats, rings: OneRings, held: Ints) -> Floats:
     """(n, 3) the points, the held-out vertices at the `means_of_others` that are not held out."""
     result = points.copy()
-    result[held] = means_of_others(points, rings, held, marked(held, len(points)))
+    result[held] = means_of_others(points, rings, held, mask_of(held, len(points)))
     return result
-
-
-def marked(vertices: Ints, n: int) -> Bools:
-    """(n,) which of n vertices are those with the numbers."""
-    return np.bincount(vertices, minlength=n) > 0
 
 
 def means_of_others(points: Floats, rings: OneRings, vertices: Ints, hidden: Bools) -> Floats:
@@ -96,7 +91,7 @@ def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
     near = border_vertices(faces, n_vertices)
     for _ in range(rings):
         near = with_neighbours(near, pairs)
-    return np.asarray(marked(pairs.ravel(), n_vertices) & ~near)
+    return np.asarray(mask_of(pairs, n_vertices) & ~near)
 
 
 def local_means(values: Floats, counted: Bools, pairs: Ints, *, times: int) -> Floats:

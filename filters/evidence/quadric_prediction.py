@@ -10,9 +10,8 @@ import numpy as np
 
 from ..compilation import compiled
 from ..execution import over_range
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Bools, Floats, Ints, mask_of
 from ..topology import OneRings, one_rings
-from .held_out import marked
 
 # Mean distances of the one-ring: the second ring counts, but less, since a quadric follows a surface only so far.
 _WIDTH = 1.3
@@ -49,7 +48,7 @@ def height_residuals(points: Floats, rings: OneRings, normals: Floats, hidden: B
 
 def put_where_expected(points: Floats, faces: Ints, normals: Floats, which: Ints) -> Floats:
     """(n, 3) the points, some vertices moved along their normals to where the quadric through the others expects them."""
-    hidden = marked(which, len(points))
+    hidden = mask_of(which, len(points))
     heights, _ = predicted_heights(points, one_rings(faces, len(points)), normals, which, hidden)
     result = points.copy()
     result[which] += heights[:, None] * normals[which]

@@ -16,7 +16,19 @@ from ..execution import Progress, ignore_progress
 from ..geometry import cross_product
 from ..libraries import sparse
 from ..linear_solvers import RefinedSolution, laplacian_power, refined_solution
-from ..mesh import Bools, Floats, Ints, Longs, bounding_box, check_healthy, check_mesh, check_vertex_mask, normalised_mesh, spikes
+from ..mesh import (
+    Bools,
+    Floats,
+    Ints,
+    Longs,
+    bounding_box,
+    check_healthy,
+    check_mesh,
+    check_vertex_mask,
+    mask_of,
+    normalised_mesh,
+    spikes,
+)
 from ..topology import Submesh, submesh_around
 from .surface_operator import SurfaceOperator, evened_operator, surface_operator
 
@@ -130,7 +142,7 @@ def fair_region(
     faired[places] = solution.values
     area_before, area_after = _areas(system.points, faired, part.free, part.faces)
     share = area_after / area_before if area_before > 0.0 else 1.0
-    everywhere = np.bincount(freed, minlength=len(points)) > 0
+    everywhere = mask_of(freed, len(points))
     return FairedRegion(
         moved, everywhere, solution.backward_error, solution.last_correction / extent, solution.refinements, share, irregular
     )
@@ -222,7 +234,7 @@ def _check_anchored(system: _System, part: Submesh) -> None:
     dirichlet, free = system.dirichlet, part.free
     starts, columns, data = _principal(dirichlet.indptr, dirichlet.indices, dirichlet.data, free)
     count, labels = sparse.csgraph.connected_components(sparse.csr_matrix((data, columns, starts)), directed=False)
-    anchored = np.bincount(labels[(abs(dirichlet) @ ~free)[free] != 0.0], minlength=count) > 0
+    anchored = mask_of(labels[(abs(dirichlet) @ ~free)[free] != 0.0], count)
     if anchored.all():
         _check_spanned(dirichlet, part, system.order, labels, count)
         return
