@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.files.errors import OutputError
-from pymeshfair.files.staging import STAGE_PREFIX, remove_folder, staging_folder
+from pymeshfair.files.staging import STAGE_PREFIX, output_lock, remove_folder, staging_folder
 
 from .runs import names_in
 
@@ -74,9 +74,9 @@ def test_one_without_a_lock_goes_with_the_next_run_of_its_output(tmp_path: Path)
     with staging_folder(tmp_path / "out.ply") as stage:
         pass
     stage.mkdir()
-    with staging_folder(tmp_path / "other.ply"):
+    with output_lock(tmp_path / "other.ply"):
         assert stage.exists()
-    with staging_folder(tmp_path / "out.ply"):
+    with output_lock(tmp_path / "out.ply"):
         assert not stage.exists()
 
 

@@ -37,6 +37,9 @@ def output_lock(output: Path) -> Iterator[None]:
     """
     path = output.with_name(LOCK_PREFIX + _mark(output))
     with _locked(path, output):
+        for folder in output.parent.glob(f"{STAGE_PREFIX}{_mark(output)}-*"):
+            if not (folder / _LOCK).exists():  # of a run that died before it locked the folder that it had just made
+                remove_folder(folder)
         try:
             yield
         finally:
@@ -73,22 +76,21 @@ WORK_PREFIX = ".pymeshfair-tiles-"
 _LOCK = "lock"
 #: the end of the name of a folder that is being removed
 _GONE = "-gone"
-#: seconds after which a folder without a lock file counts as abandoned; a younger one of another output may just be being made
+#: seconds after which a folder without a lock file counts as abandoned; a younger one may just be being made or removed
 _GRACE = 3600.0
 
 
 @contextlib.contextmanager
 def staging_folder(output: Path) -> Iterator[Path]:
     """A new folder beside `output` with the empty folders ``new`` and ``old``; it is gone afterwards with all that is in it."""
-    prefix = f"{STAGE_PREFIX}{_mark(output)}-"
-    for folder in abandoned_folders(output.parent, prefix):
+    for folder in abandoned_folders(output.parent):
         if not folder.name.startswith(WORK_PREFIX):
             remove_folder(folder)
     stage: Path | None = None
     try:
         with contextlib.ExitStack() as opened:
             try:
-                stage = Path(tempfile.mkdtemp(prefix=prefix, dir=output.parent))
+                stage = Path(tempfile.mkdtemp(prefix=f"{STAGE_PREFIX}{_mark(output)}-", dir=output.parent))
                 opened.enter_context(in_use(stage))
                 for name in ("new", "old"):
                     (stage / name).mkdir()
@@ -133,26 +135,22 @@ def clear_up(stage: Path, output: Path) -> None:
             return
 
 
-def abandoned_folders(parent: Path, own: str | None = None) -> list[Path]:
-    """The folders of runs in `parent` that no process uses any more.
-
-    A process may die before it locks the folder that it has just made. Such a folder counts at once if its name begins with
-    `own`, the prefix of an output that no other process writes now.
-    """
+def abandoned_folders(parent: Path) -> list[Path]:
+    """The folders of runs in `parent` that no process uses any more."""
     found = []
     with contextlib.suppress(OSError):
         for folder in sorted(path for prefix in (STAGE_PREFIX, WORK_PREFIX) for path in parent.glob(f"{prefix}*")):
             with contextlib.suppress(OSError):
-                if _is_abandoned(folder, own):
+                if _is_abandoned(folder):
                     found.append(folder)
     return found
 
 
-def _is_abandoned(folder: Path, own: str | None) -> bool:
+def _is_abandoned(folder: Path) -> bool:
     if folder.name.endswith(_GONE):
         return True  # another process may remove it at the same time
     try:
         with (folder / _LOCK).open("rb") as lock:
             return this_system().try_lock(lock, alone=True) is True
     except FileNotFoundError:
-        return (own is not None and folder.name.startswith(own)) or time.time() - folder.stat().st_mtime > _GRACE
+        return time.time() - folder.stat().st_mtime > _GRACE
