@@ -166,17 +166,20 @@ class MeshData:
     @property
     def vertex_selection(self) -> Bools:
         """(n,) the selected vertices."""
-        return self.vertex_attributes.get("selection", np.zeros(len(self.vertices), np.bool_))
+        own = self.vertex_attributes.get("selection")
+        return np.zeros(len(self.vertices), np.bool_) if own is None else own
 
     @property
     def face_selection(self) -> Bools:
         """(m,) the selected faces."""
-        return self.face_attributes.get("selection", np.zeros(len(self.faces), np.bool_))
+        own = self.face_attributes.get("selection")
+        return np.zeros(len(self.faces), np.bool_) if own is None else own
 
     @property
     def vertex_scalars(self) -> Floats:
         """(n,) the scalars; 0 if it has none, as in MeshLab."""
-        return self.vertex_attributes.get("scalars", np.zeros(len(self.vertices)))
+        own = self.vertex_attributes.get("scalars")
+        return np.zeros(len(self.vertices)) if own is None else own
 
     @property
     def face_scalars(self) -> Floats:
