@@ -86,7 +86,8 @@ def test_a_kernel_takes_as_many_threads_as_its_caller_allows() -> None:
     assert others_share() > 0.25
     with single_thread():
         assert allowed_threads() == 1
-        assert others_share() < 0.15  # for a while after a kernel its threads still look for work
+        time.sleep(0.2)  # for some milliseconds after a kernel its threads still look for work
+        assert others_share() < 0.05
         with ThreadPoolExecutor(1) as pool:
             assert pool.submit(allowed_threads).result() == everything
             assert pool.submit(others_share).result() > 0.25
