@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import igl
@@ -25,8 +26,10 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial.transform import Rotation
 
 from pymeshfair.filters.denoising import Setting, automatic_choice
-from pymeshfair.filters.denoising.candidates import STRONG
+from pymeshfair.filters.denoising.candidates import CORRELATED
 
+#: 40 rounds, which suit most maps of structured light
+STRONG = Setting(parameters=replace(CORRELATED.chains[0][0], outer_iterations=40))
 #: heights in mm above the background, at places in mm; not a number where there is nothing to see
 Scene = Callable[[Floats, Floats], Floats]
 

@@ -70,9 +70,9 @@ def automatic_choice(
     noise = noise._replace(length=noise.length / mesh.scale)
     # 1. Correlated noise; where it is uneven the calmest places, by which it goes, may have none. Rounding is looked at last.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
-    if shared and shared[0] != Setting():
+    if shared and shared.chosen.label != Setting():
         progress(1.0)
-        return AutomaticChoice("correlated", shared[0], noise, shared[1])
+        return AutomaticChoice("correlated", shared.chosen.label, noise, shared)
     tell = rising(part_of(progress, 0.3, 1.0 if rounding is None else 0.7))
     scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, seed=seed, progress=tell)
     choice = _independent(mesh, scan, noise, border, repertoire)

@@ -119,9 +119,8 @@ REPERTOIRE = Repertoire(
     ),
 )
 
-#: For noise that neighbours share: wider, for more rounds; `STRONG` is what suits most maps of structured light.
+#: For noise that neighbours share: wider, for more rounds.
 _WIDE = AutomaticParameters("averaged", "gaussian", 0.4, 0.0, 2.5, "two_ring", 20, 0)
-STRONG = Setting(parameters=replace(_WIDE, outer_iterations=40))
 CORRELATED = Repertoire(
     relaxations=(0, 7),
     chains=(

@@ -16,13 +16,15 @@ from ..geometry import edge_lengths, mean_edge_length, roughness, seen_from_one_
 from ..libraries import optimize, sparse
 from ..mesh import Floats, Ints, NormalisedMesh
 from ..topology import BorderPolicy, edges
-from .candidates import CORRELATED, STRONG, Setting, SettingsTried
+from .candidates import CORRELATED, Setting, SettingsTried
 from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, ring_means
 from .rounding import Rounding, rounding_of
 from .scan import NONE_HELD, Scan
 
 # Widths and scales of a `noise_field`, to tell that noise is shared, and to know its covariance.
 _TELL, _KNOW = ((0, 2), (1, 4)), ((0, 1, 2, 4), (1, 2, 4))
+# Fused maps share noise over five edges and more.
+_KNOW_FUSED = (0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32)
 # Residuals of vertices three edges from the border are whole enough; patches are wide enough for forty rounds.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
 
@@ -59,22 +61,18 @@ def setting_of_rounded(
 
 def setting_of_shared(
     mesh: NormalisedMesh, noise: NoiseEstimate, *, border: BorderPolicy, progress: Progress = ignore_progress
-) -> tuple[Setting, Choice[Setting] | None] | None:
-    """How to denoise a mesh with noise that neighbours share, and what speaks for it; None if they do not.
+) -> Choice[Setting] | None:
+    """The setting for noise that neighbours share, and what speaks for it; None if they do not, or nothing is known of it.
 
-    The covariance of the noise is measured where the mesh is calm, for `Scan.choose_by_risk`. Fused maps share it more widely
-    than can be measured beside the surface, and get a strong setting. The noise is that of `estimate_noise`; vertices that may
-    not move are no evidence.
+    The covariance of the noise is measured where the mesh is calm, for `Scan.choose_by_risk`. The noise is that of
+    `estimate_noise`; vertices that may not move are no evidence.
     """
     shared, on_lines = _shared(mesh.points, mesh.cells, noise)
     if shared == 0.0:
         return None
-    found = None
-    if on_lines:
-        scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, **_WIDE, progress=progress)
-        tried = SettingsTried(scan, border=border, of=CORRELATED)
-        found = scan.choose_by_risk(tried, tried.labels, noise_field(scan, *_KNOW)[1])
-    return (STRONG, None) if found is None else (found.chosen.label, found)
+    scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, **_WIDE, progress=progress)
+    tried = SettingsTried(scan, border=border, of=CORRELATED)
+    return scan.choose_by_risk(tried, tried.labels, noise_field(scan, *(_KNOW if on_lines else _KNOW_FUSED))[1])
 
 
 def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
