@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..evidence import Choice, measured, tuned
+from ..evidence import Choice, tuned
 from ..execution import Progress, ignore_progress, part_of, rising
-from ..geometry import face_normals
 from ..mesh import Floats, NormalisedMesh, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
 from .candidates import REPERTOIRE, Repertoire, Setting, SettingsTried
@@ -16,7 +15,7 @@ from .correlated_noise import setting_of_rounded, setting_of_shared
 from .impulses import replace_outlying, sizes_beside
 from .noise_level import NoiseEstimate, estimate_noise, is_designed
 from .rounding import rounding_of
-from .scan import NONE_HELD, Scan
+from .scan import Scan
 
 
 class AutomaticChoice(NamedTuple):
@@ -98,7 +97,7 @@ def _independent(
         setting = Setting(outliers="keep" if calmed is scan else "only")
         evidence = calmed.choose(tried, tried.labels, by_means=alone)
         if evidence is not None:
-            evidence = _few_flipped(calmed, tried, evidence)
+            evidence = calmed.few_flipped(tried, tried.labels, evidence)
             # 5. In doubt nothing is done.
             evidence = scan.or_nothing(evidence) if even else evidence
             setting = evidence.chosen.label
@@ -118,24 +117,6 @@ def _without_impulses(scan: Scan) -> tuple[Scan, bool]:
     uneven = beside > max(tuned.LARGER * elsewhere, tuned.WEAK)
     impulsive = not uneven and np.mean(outlying) > tuned.IMPULSIVE
     return (replace(scan, points=replaced, replaced=outlying) if impulsive else scan), uneven
-
-
-def _few_flipped(scan: Scan, tried: SettingsTried, evidence: Choice[Setting]) -> Choice[Setting]:
-    """The best of the settings within two standard errors of it that do not leave many faces flipped.
-
-    Heights along the normals hardly tell of faces folded over, though their normals are all wrong.
-    """
-    near = {trial.label: trial for trial in evidence.rivals}
-    means = scan.normals[scan.faces].sum(axis=1)
-
-    def flipped(_: int, result: Floats) -> float:
-        return float(np.mean(np.einsum("ij,ij->i", face_normals(result, scan.faces), means) < 0.0))
-
-    wanted = [label in near for family in tried.labels for label in family]
-    shares = measured(tried(scan.points, NONE_HELD), tried.labels, flipped, kept=np.array(wanted))
-    most = max(tuned.FLIPPED, 2.0 * min(shares))
-    left = [trial for trial, share in zip(near.values(), shares, strict=True) if share <= most]
-    return replace(evidence, chosen=min(left, key=lambda trial: trial.error))
 
 
 def denoise_automatically(

@@ -72,7 +72,8 @@ def setting_of_shared(
         return None
     scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, **_WIDE, progress=progress)
     tried = SettingsTried(scan, border=border, of=CORRELATED)
-    return scan.choose_by_risk(tried, tried.labels, noise_field(scan, *(_KNOW if on_lines else _KNOW_FUSED))[1])
+    found = scan.choose_by_risk(tried, tried.labels, noise_field(scan, *(_KNOW if on_lines else _KNOW_FUSED))[1])
+    return found if found is None or on_lines else scan.few_flipped(tried, tried.labels, found)
 
 
 def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:

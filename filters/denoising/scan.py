@@ -22,7 +22,7 @@ from ..evidence import (
     tuned,
 )
 from ..execution import Progress, ignore_progress, part_of
-from ..geometry import edge_lengths, mean_edge_length, roughness
+from ..geometry import edge_lengths, face_normals, mean_edge_length, roughness
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints, Longs, check_mesh, normalised_mesh
 from ..topology import VertexFaces, edges, referenced_vertices, vertex_faces
@@ -166,6 +166,23 @@ class Scan:
         """
         takes_details = self.shows_surface and choice.chosen.error >= tuned.LARGER * self.noise.level
         return replace(choice, chosen=choice.trials[0]) if takes_details else choice
+
+    def few_flipped(self, candidates: Candidates, labels: Sequence[Sequence[Label]], choice: Choice[Label]) -> Choice[Label]:
+        """The best of the candidates within two standard errors of it that do not leave many faces flipped.
+
+        Heights along the normals hardly tell of faces folded over, though their normals are all wrong.
+        """
+        near = {trial.label: trial for trial in choice.rivals}
+        means = self.normals[self.faces].sum(axis=1)
+
+        def flipped(_: int, result: Floats) -> float:
+            return float(np.mean(np.einsum("ij,ij->i", face_normals(result, self.faces), means) < 0.0))
+
+        wanted = [label in near for family in labels for label in family]
+        shares = measured(candidates(self.points, NONE_HELD), labels, flipped, kept=np.array(wanted))
+        most = max(tuned.FLIPPED, 2.0 * min(shares))
+        left = [trial for trial, share in zip(near.values(), shares, strict=True) if share <= most]
+        return replace(choice, chosen=min(left, key=lambda trial: trial.error))
 
     def choose(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, stays: float = tuned.STAYS, by_means: bool = False
