@@ -23,8 +23,8 @@ from .scan import NONE_HELD, Scan
 
 # Widths and scales of a `noise_field`, to tell that noise is shared, and to know its covariance.
 _TELL, _KNOW = ((0, 2), (1, 4)), ((0, 1, 2, 4), (1, 2, 4))
-# Fused maps share noise over five edges and more.
-_KNOW_FUSED = (0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32)
+# Fused maps share noise over five edges and more; on faces seen aslant, the calmest, they have less of it.
+_KNOW_FUSED = (0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0
 # Residuals of vertices three edges from the border are whole enough; patches are wide enough for forty rounds.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
 
@@ -112,7 +112,9 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, b
     return (float(np.sqrt(total)) if shared else 0.0), on_lines
 
 
-def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int]) -> tuple[Floats, Floats]:
+def noise_field(
+    scan: Scan, widths: Sequence[int], scales: Sequence[int], calmest: float = tuned.CALMEST
+) -> tuple[Floats, Floats]:
     """Fit a sum of noises to what differences of several widths leave of a surface.
 
     With W the mean over the one-ring and twice the weight of its neighbours, (I + 2 U) / 3, the residuals of scale m are those of
@@ -124,6 +126,7 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int]) -> tup
         scan: the surface.
         widths: the k steps over which parts of the noise are smoothed, 0 first; m have a standard deviation of 2/3 sqrt(m) edges.
         scales: the scales of the residuals.
+        calmest: the share of the vertices that are the calm part.
 
     Returns:
         variances: (k,) of the parts, in squared units of the points; 0 if no vertex counts.
@@ -145,10 +148,10 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int]) -> tup
         return first - smoothed(first, scale)
 
     def calm(heights: Floats) -> float:
-        """The mean square that a twentieth of the vertices stays below."""
+        """The mean square that this share of the vertices stays below."""
         clipped = np.where(scored, np.minimum(heights**2, CLIP * np.median(heights[scored] ** 2)), 0.0)
         sums, weights = (smoothed(values, AVERAGED)[scored] for values in (clipped, scored.astype(np.float64)))
-        return float(np.quantile(sums / weights, tuned.CALMEST))
+        return float(np.quantile(sums / weights, calmest))
 
     seen = np.array([calm(np.einsum("ij,ij->i", residuals(points, scale), scan.normals)) for scale in scales])
     if seen.min() <= 0.0:
