@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pymeshlab
 import pytest
-from denoising_cameras import CAMERAS, SCENES, Camera, fused_map
+from denoising_cameras import SCENES, Camera, fused_map
 from denoising_metrics import measured
 from denoising_pairs import along_an_axis, rounded, terrain
 from scipy.ndimage import gaussian_filter
@@ -51,8 +51,6 @@ def _shared(width: int, seed: int = 1) -> np.ndarray:
 def _map(camera: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A hilly map of pixels, its truth and its faces: "light" has steps, "flight" blurred noise, "view" independent noise."""
     rng = np.random.default_rng(2)
-    if camera == "fused":  # its details are as fine as its noise
-        return fused_map(SCENES["looked_at"]["bust1"], CAMERAS["fused_fine"], rng)
     vertices, faces = grid(90, 90)
     x, y = vertices[:, 0], vertices[:, 1]
     blurred = gaussian_filter(rng.normal(size=(91, 91)), 1.2).ravel()
@@ -183,12 +181,9 @@ def test_rough_land_and_closed_shapes_are_no_maps(make: Callable[[], Mesh]) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("camera", "ratio"), [("light", 0.1), ("flight", 0.3), ("fused", 0.9)])
+@pytest.mark.parametrize(("camera", "ratio"), [("light", 0.1), ("flight", 0.3)])
 def test_what_is_chosen_leaves_little_of_the_noise_of_a_camera(camera: str, ratio: float) -> None:
-    """Less than a tenth of the angle is left of rounded depths, less than a third of noise that is partly filtered.
-
-    Of a fused map whose details are as fine as its noise less is left than there was.
-    """
+    """Less than a tenth of the angle is left of rounded depths, less than a third of noise that is partly filtered."""
     noisy, truth, faces = _map(camera)
     told: list[float] = []
     found = automatic_choice(noisy, faces, border="along", progress=told.append)
