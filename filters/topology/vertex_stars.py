@@ -92,12 +92,15 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     sizes = offsets[1:]
     with threads_for(_WORK * n_vertices):
         names = np.empty(0, dtype=np.int32) if names is None else names
-        order_ends(ring_offsets, ring, names, kinds, sizes)
+        walks = np.empty(len(ring) // 2, dtype=np.int32)
+        order_ends(ring_offsets, ring, names, kinds, sizes, walks)
         irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
         measure_irregular(ring_offsets, ring, irregular, sizes)
         np.cumsum(sizes, out=sizes)
-        neighbours = np.empty(offsets[-1], dtype=np.int32)
-        write_stars(ring_offsets, ring, kinds, names, offsets, neighbours)
+        neighbours = walks
+        if (kinds > CLOSED).any():  # if all are closed, every walk stands where its star begins
+            neighbours = np.empty(offsets[-1], dtype=np.int32)
+            write_stars(ring_offsets, ring, walks, kinds, names, offsets, neighbours)
     end_offsets = np.zeros(len(irregular) + 1, dtype=np.int64)
     np.cumsum(ring_offsets[irregular + 1] - ring_offsets[irregular], out=end_offsets[1:])
     ends = np.empty(end_offsets[-1], dtype=np.int64)
@@ -106,10 +109,17 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
 
 
 @compiled(parallel=True)
-def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, names: Ints, offsets: Longs, neighbours: Ints) -> None:
+def write_stars(
+    end_offsets: Longs, ends: Ints, walks: Ints, kinds: Kinds, names: Ints, offsets: Longs, neighbours: Ints
+) -> None:
     """The stars of all vertices; low and high vertices are those of low and high names, or numbers if there are no names."""
     for i in prange(kinds.shape[0]):
-        _write_star(ends, end_offsets[i], end_offsets[i + 1], kinds[i], names, neighbours, offsets[i], offsets[i + 1])
+        if kinds[i] == CLOSED:
+            begin = _U(end_offsets[i] // 2 - offsets[i])
+            for m in range(_U(offsets[i]), _U(offsets[i + 1])):
+                neighbours[m] = walks[begin + m]
+        else:
+            _write_star(ends, end_offsets[i], end_offsets[i + 1], kinds[i], names, neighbours, offsets[i], offsets[i + 1])
 
 
 @compiled
@@ -134,11 +144,8 @@ def _name(names: Ints, i: int) -> int:
 
 @compiled
 def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neighbours: Ints, at: int, end: int) -> None:
-    """Write the neighbours of one vertex, whose pairs are ordered, from `at` to `end`, in the order that `Stars` states."""
-    if kind == CLOSED:
-        for m in range(_U(at), _U(end)):
-            neighbours[m] = ends[_U(start - at) + m]
-    elif kind == OPEN:
+    """Write the neighbours of one vertex that is not closed, its pairs ordered, from `at` to `end`, as `Stars` states."""
+    if kind == OPEN:
         forward = _name(names, ends[start]) < _name(names, ends[stop - 1])
         for m in range(at, end - 1):
             neighbours[m] = ends[start + 2 * (m - at)] if forward else ends[stop - 1 - 2 * (m - at)]
@@ -152,10 +159,10 @@ def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neigh
 
 
 @compiled(parallel=True)
-def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, sizes: Longs) -> None:
-    """Order the pairs at every vertex in place; write the kinds of the stars, and the number of neighbours unless irregular.
+def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, sizes: Longs, walks: Ints) -> None:
+    """Write the kinds of the stars, and the number of neighbours unless irregular; order the pairs of open stars in place.
 
-    A closed star stands from where its pairs begin, in the order that `Stars` states.
+    A closed star is written to `walks`, in the order that `Stars` states, from half of where its pairs begin.
     """
     n = kinds.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
@@ -168,7 +175,7 @@ def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, sizes:
             if 0 < size <= _LARGEST_WALK:
                 kind = CLOSED if _walk_round(ends, start, stop, known, following, walk) else _chain(ends, start, stop, walk)
                 if kind == CLOSED:
-                    _write_walk(walk, size, names, ends, start)
+                    _write_walk(walk, size, names, walks, start // 2)
             kinds[i] = kind
             if kind != IRREGULAR:
                 sizes[i] = size + 1 if kind == OPEN else size
@@ -206,8 +213,8 @@ def _walk_round(ends: Ints, start: int, stop: int, known: Ints, following: Ints,
 
 
 @compiled
-def _write_walk(walk: Ints, size: int, names: Ints, ends: Ints, start: int) -> None:
-    """Write a walk round a vertex from `start` on, in the order that `Stars` states."""
+def _write_walk(walk: Ints, size: int, names: Ints, walks: Ints, start: int) -> None:
+    """Write a walk round a vertex to `walks` from `start` on, in the order that `Stars` states."""
     lowest, least = _U(0), _name(names, walk[0])
     count, at = _U(size), _U(start)
     for m in range(_U(1), count):
@@ -218,7 +225,7 @@ def _write_walk(walk: Ints, size: int, names: Ints, ends: Ints, start: int) -> N
     before = lowest - _U(1) if lowest > _U(0) else count - _U(1)
     way = _U(1) if _name(names, walk[after]) <= _name(names, walk[before]) else count - _U(1)
     for m in range(count):
-        ends[at + m] = walk[lowest]
+        walks[at + m] = walk[lowest]
         lowest += way
         lowest = lowest - count if lowest >= count else lowest
 
