@@ -61,24 +61,6 @@ def call_parallel(code: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
         return code(*arguments)
 
 
-@contextmanager
-def _short_spins() -> Iterator[None]:
-    """A context in which OpenMP's library, when it is loaded, learns to wait actively for some 0.2 ms at most, then to sleep.
-
-    Its default is some 5 ms, longer than a time slice: where two threads share a processor, as beside other work or after a pause,
-    the one that waits keeps it from the one that works. Ten uniform steps on 10,000 vertices then took 12 ms in place of 2,
-    Taubin smoothing of 100,000 beside two busy processes 190 ms in place of 60; alone the times are the same.
-    """
-    ours = not os.environ.keys() & {"GOMP_SPINCOUNT", "OMP_WAIT_POLICY"}
-    if ours:
-        os.environ["GOMP_SPINCOUNT"] = "10000"
-    try:
-        yield
-    finally:
-        if ours:
-            del os.environ["GOMP_SPINCOUNT"]
-
-
 @cache
 def start_threads() -> tuple[Any, Any]:
     """Start the threads, whose functions parallel code is linked with.
@@ -90,8 +72,7 @@ def start_threads() -> tuple[Any, Any]:
 
     turns: Any = nullcontext()
     try:
-        with _short_spins():
-            layer = extension("np.ufunc.omppool")
+        layer = extension("np.ufunc.omppool")
     except ImportError:
         layer, turns = extension("np.ufunc.workqueue"), threading.Lock()
     llvm.add_symbol("numba_parallel_for", layer.parallel_for)
