@@ -87,20 +87,27 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     """
     ring_offsets, ring = ring_ends(faces, n_vertices)
     del faces  # frees the memory for the arrays below, if the caller holds no reference
+    names = np.empty(0, dtype=np.int32) if names is None else names
+    walks = np.empty(len(ring) // 2, dtype=np.int32)
     kinds: Kinds = np.empty(n_vertices, dtype=np.uint8)
-    offsets = np.zeros(n_vertices + 1, dtype=np.int64)
-    sizes = offsets[1:]
     with threads_for(_WORK * n_vertices):
-        names = np.empty(0, dtype=np.int32) if names is None else names
-        walks = np.empty(len(ring) // 2, dtype=np.int32)
-        order_ends(ring_offsets, ring, names, kinds, sizes, walks)
+        order_ends(ring_offsets, ring, names, kinds, walks)
+        if not (kinds > CLOSED).any():
+            ring_offsets //= 2  # where the walks stand
+            nothing = np.empty(0, dtype=np.int32)
+            return Stars(kinds, ring_offsets, walks, nothing, np.zeros(1, dtype=np.int64), nothing.astype(np.int64))
+        take_walks(ring_offsets, ring, kinds, walks)
+        del walks
         irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
+        offsets = np.zeros(n_vertices + 1, dtype=np.int64)
+        sizes = offsets[1:]
+        np.subtract(ring_offsets[1:], ring_offsets[:-1], out=sizes)
+        sizes //= 2
+        sizes[kinds == OPEN] += 1
         measure_irregular(ring_offsets, ring, irregular, sizes)
         np.cumsum(sizes, out=sizes)
-        neighbours = walks
-        if (kinds > CLOSED).any():  # if all are closed, every walk stands where its star begins
-            neighbours = np.empty(offsets[-1], dtype=np.int32)
-            write_stars(ring_offsets, ring, walks, kinds, names, offsets, neighbours)
+        neighbours = np.empty(offsets[-1], dtype=np.int32)
+        write_stars(ring_offsets, ring, kinds, names, offsets, neighbours)
     end_offsets = np.zeros(len(irregular) + 1, dtype=np.int64)
     np.cumsum(ring_offsets[irregular + 1] - ring_offsets[irregular], out=end_offsets[1:])
     ends = np.empty(end_offsets[-1], dtype=np.int64)
@@ -109,17 +116,10 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
 
 
 @compiled(parallel=True)
-def write_stars(
-    end_offsets: Longs, ends: Ints, walks: Ints, kinds: Kinds, names: Ints, offsets: Longs, neighbours: Ints
-) -> None:
+def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, names: Ints, offsets: Longs, neighbours: Ints) -> None:
     """The stars of all vertices; low and high vertices are those of low and high names, or numbers if there are no names."""
     for i in prange(kinds.shape[0]):
-        if kinds[i] == CLOSED:
-            begin = _U(end_offsets[i] // 2 - offsets[i])
-            for m in range(_U(offsets[i]), _U(offsets[i + 1])):
-                neighbours[m] = walks[begin + m]
-        else:
-            _write_star(ends, end_offsets[i], end_offsets[i + 1], kinds[i], names, neighbours, offsets[i], offsets[i + 1])
+        _write_star(ends, end_offsets[i], end_offsets[i + 1], kinds[i], names, neighbours, offsets[i], offsets[i + 1])
 
 
 @compiled
@@ -144,8 +144,11 @@ def _name(names: Ints, i: int) -> int:
 
 @compiled
 def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neighbours: Ints, at: int, end: int) -> None:
-    """Write the neighbours of one vertex that is not closed, its pairs ordered, from `at` to `end`, as `Stars` states."""
-    if kind == OPEN:
+    """Write the neighbours of one vertex, whose pairs are ordered, from `at` to `end`, in the order that `Stars` states."""
+    if kind == CLOSED:
+        for m in range(_U(at), _U(end)):
+            neighbours[m] = ends[_U(start - at) + m]
+    elif kind == OPEN:
         forward = _name(names, ends[start]) < _name(names, ends[stop - 1])
         for m in range(at, end - 1):
             neighbours[m] = ends[start + 2 * (m - at)] if forward else ends[stop - 1 - 2 * (m - at)]
@@ -159,10 +162,20 @@ def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neigh
 
 
 @compiled(parallel=True)
-def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, sizes: Longs, walks: Ints) -> None:
-    """Write the kinds of the stars, and the number of neighbours unless irregular; order the pairs of open stars in place.
+def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> None:
+    """Write the closed stars that `order_ends` wrote to `walks` among the ends, from where their pairs begin."""
+    for i in prange(kinds.shape[0]):
+        if kinds[i] == CLOSED:
+            start, size = _U(end_offsets[i]), _U((end_offsets[i + 1] - end_offsets[i]) // 2)
+            for m in range(size):
+                ends[start + m] = walks[start // _U(2) + m]
 
-    A closed star is written to `walks`, in the order that `Stars` states, from half of where its pairs begin.
+
+@compiled(parallel=True)
+def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, walks: Ints) -> None:
+    """Write the kinds of the stars; order the pairs of open ones in place.
+
+    A closed star is written to `walks`, from half of where its pairs begin, in the order that `Stars` states.
     """
     n = kinds.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
@@ -177,8 +190,6 @@ def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, sizes:
                 if kind == CLOSED:
                     _write_walk(walk, size, names, walks, start // 2)
             kinds[i] = kind
-            if kind != IRREGULAR:
-                sizes[i] = size + 1 if kind == OPEN else size
 
 
 @compiled
