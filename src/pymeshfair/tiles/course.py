@@ -22,10 +22,10 @@ from ..operating_system import this_system
 from ..processes.cluster import LostSchedulerError, Scheduler
 from ..processes.process import Items
 from ..processes.versions import packages_here
-from ..running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
+from ..running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepReport, StepStarted
 from ..running.memory import default_memory
 from ..running.plain_values import plain
-from ..running.report import Report, StepDone
+from ..running.report import Report
 from ..running.supervise import run_job
 from ..scripts.problems import ScriptError
 from .cloud import Cloud, do_step, write_cloud
@@ -140,7 +140,7 @@ class _Course:
     folder: Path  # for the files of the work
     staged: Path  # the output, in the staging folder
     on_event: Callable[[Event], None]
-    steps: list[StepDone] = field(default_factory=list)
+    steps: list[StepReport] = field(default_factory=list)
 
     def do_cloud(self, plan: tuple[CloudStep, ...]) -> Report:
         """Do the steps on a cloud and write the result; the report."""
@@ -240,7 +240,8 @@ class _Course:
         notes = tuple(values.pop("notes", ()))
         for text in notes:
             self.on_event(Message(text, step=number))
-        self.steps.append(StepDone(plain(step.with_defaults().values), plain(values), seconds, notes))
+        known, parameters = step.filter, plain(step.with_defaults().values)
+        self.steps.append(StepReport(number, known.name, known.python_name, seconds, parameters, plain(values), notes))
         self.on_event(StepFinished(number, seconds))
 
     def _progress(self, number: int) -> Callable[[float], None]:
