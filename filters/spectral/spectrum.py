@@ -50,6 +50,11 @@ class Spectrum:
     energy: float
     area: float
 
+    @property
+    def wavelengths(self) -> Floats:
+        """(k,) of the modes, in mesh units."""
+        return 2.0 * math.pi / self.frequencies
+
 
 def spectrum(
     vertices: ArrayLike,

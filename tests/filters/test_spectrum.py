@@ -45,6 +45,7 @@ def test_single_modes_are_exact() -> None:
     found = spectrum(*mesh, modes=20)
     np.testing.assert_allclose(found.frequencies, omega[:20], rtol=1e-3)  # slivers have a little more mass
     assert found.energies.sum() == pytest.approx(energy[:20].sum(), rel=1e-3)
+    np.testing.assert_allclose(found.wavelengths, 2 * math.pi / found.frequencies)
 
 
 @pytest.mark.parametrize("modes", [0, 1, 10, 10_000])
