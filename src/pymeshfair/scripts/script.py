@@ -46,6 +46,12 @@ class Step:
         settings = {name: setting for name, setting in self.settings.items() if name not in unset}
         return replace(self, values=self.filter.in_order({**self.values, **values}), settings=settings)
 
+    @property
+    def relative_lengths(self) -> dict[str, Length]:
+        """By Python parameter name, the lengths that depend on the size of the mesh."""
+        values = self.values.items()
+        return {name: v for name, v in values if isinstance(v, Length) and v.unit != "absolute" and v.amount}
+
     def in_mesh_units(self, *, diagonal: float, mean_edge: float) -> Step:
         """The step with its lengths in mesh units, on a mesh of this size."""
         lengths = {
