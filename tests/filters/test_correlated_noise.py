@@ -131,6 +131,18 @@ def test_the_risk_is_the_error_and_the_variance_of_the_noise() -> None:
     assert found.chosen.label == 10
 
 
+def test_what_filters_do_at_the_border_counts_where_everything_is_asked() -> None:
+    """A filter that lifts the border of a plane is as good as nothing inside."""
+    border = border_vertices(FACES, len(FLAT))
+    lifted = float(np.sqrt(np.mean(border[edges(FACES)[:, 0]] != border[edges(FACES)[:, 1]])))
+    for everywhere, error in ((False, 0.0), (True, lifted)):
+        found = _scan(FLAT).choose_by_risk(
+            lambda start, _: [iter((start, start + border[:, None] * UP))], [[0, 1]], np.zeros(len(FLAT)), everywhere=everywhere
+        )
+        assert found is not None
+        assert [trial.error for trial in found.trials] == pytest.approx([0.0, error])
+
+
 def test_without_noise_nothing_is_better_than_the_scan() -> None:
     """The least risk is that of doing nothing; of no vertices nothing is known."""
     found = _by_risk(FLAT + np.sin(FLAT[:, :1] / 2.0) * UP, np.zeros(len(FLAT)))
