@@ -6,6 +6,7 @@ Held-out vertices say nothing of it: what predicts them predicts their noise too
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -62,9 +63,9 @@ def setting_of_shared(
 ) -> tuple[Setting, Choice[Setting] | None] | None:
     """How to denoise a mesh with noise that neighbours share, and what speaks for it; None if they do not.
 
-    The covariance of the noise is measured where the mesh is calm, for `Scan.choose_by_risk`, which asks the border too, as many
-    rounds move what is beside it; patches of a large map have borders of their own. Fused maps share noise more widely than can be measured beside the surface, and get a
-    strong setting. The noise is that of `estimate_noise`; vertices that may not move are no evidence.
+    The covariance of the noise is measured where the mesh is calm, for `Scan.choose_by_risk`. Fused maps share it more widely
+    than can be measured beside the surface, and get a strong setting. The noise is that of `estimate_noise`; vertices that may
+    not move are no evidence.
     """
     shared, on_lines = _shared(mesh.points, mesh.cells, noise)
     if shared == 0.0:
@@ -73,7 +74,8 @@ def setting_of_shared(
     if on_lines:
         scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, **_WIDE, progress=progress)
         tried = SettingsTried(scan, border=border, of=CORRELATED)
-        found = scan.choose_by_risk(tried, tried.labels, noise_field(scan, *_KNOW)[1], everywhere=scan.whole)
+        # Many rounds move what is beside the border, which has to count.
+        found = replace(scan, rings=1).choose_by_risk(tried, tried.labels, noise_field(scan, *_KNOW)[1])
     return (STRONG, None) if found is None else (found.chosen.label, found)
 
 

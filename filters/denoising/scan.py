@@ -197,7 +197,7 @@ class Scan:
         )
 
     def choose_by_risk(
-        self, candidates: Candidates, labels: Sequence[Sequence[Label]], noise: Floats | None = None, *, everywhere: bool = False
+        self, candidates: Candidates, labels: Sequence[Sequence[Label]], noise: Floats | None = None
     ) -> Choice[Label] | None:
         """Choose the result whose slopes are expected to be nearest to the true ones [stein1981], for noise of any covariance.
 
@@ -210,16 +210,12 @@ class Scan:
             candidates: what is tried, each on all vertices.
             labels: for each family the labels of its results. The very first should be that of doing nothing.
             noise: (n,) heights of a noise as that of the scan, independent of it; None for noise of single vertices.
-            everywhere: whether all vertices that may move are evidence, those at the border too.
 
         Returns:
             The choice; None if no edge counts. The errors are in mean edges.
         """
         pairs = edges(self.faces)
-        scored = self.scored
-        if everywhere:
-            scored = np.ones(len(self.points), dtype=np.bool_) if self.movable is None else self.movable
-        i, j = pairs[scored[pairs].all(axis=1)].T
+        i, j = pairs[self.scored[pairs].all(axis=1)].T
         if not len(i):
             return None
         more = self.noise.level * random_signs(self.points, pairs, self.seed) if noise is None else noise
