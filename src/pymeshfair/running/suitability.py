@@ -242,7 +242,7 @@ def traits_asked_for(
             if better in ("", recipe.name):
                 return traits, None
             alone = f"there is noise of {traits['noise']:.2g} edges: where that alone is to go"
-            return traits, f"{alone}, {better} mostly keeps more of the shape; `pymeshfair suggest` tries both here"
+            return traits, f"{alone}, {better} mostly keeps more of the shape; `pymeshfair suggest` ranks both here"
         traits |= traits_of(*arrays, measures, attributes, set(MEASURED) - asked)
     warning = unsuitable(recipe.name, info, traits, ranked(traits))
     if is_other:
