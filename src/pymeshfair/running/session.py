@@ -159,7 +159,7 @@ class Session:
 
     def _measured(self, read: MeshData) -> _Measured:
         before = self._looked(read, InputError(self._job.input, "it has coordinates that are not finite"))
-        return before, *traits_asked_for(self._job.recipe, before, attributes_of(read))
+        return before, *traits_asked_for(self._job.recipe, before, attributes_of(read), as_shipped=not self._job.overrides)
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
         """Read a file; its mesh, and which file it was."""
