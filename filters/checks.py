@@ -68,7 +68,7 @@ def check_whole_number(name: str, value: object, *, least: int = 0, most: int | 
     raise FilterInputError(f"{name} is {_shown(value)}: it is a whole number {allowed}{written}{note}")
 
 
-def check_finite(name: str, value: object, *, least: float | None = None, most: float | None = None, note: str = "") -> float:
+def check_finite(name: str, value: object, *, least: float | None = None, most: float | None = None) -> float:
     """The value as a finite `float` within the bounds, both included.
 
     Args:
@@ -76,7 +76,6 @@ def check_finite(name: str, value: object, *, least: float | None = None, most: 
         value: the value.
         least: the lower bound; None for none.
         most: the upper bound, only together with a lower one; None for none.
-        note: as for `check_whole_number`.
 
     Raises:
         FilterInputError: not a real number, not finite, or out of range.
@@ -86,7 +85,7 @@ def check_finite(name: str, value: object, *, least: float | None = None, most: 
     if math.isfinite(number) and low <= number <= high:
         return number
     allowed = "finite" if least is None else f"finite and at least {least:g}" if most is None else f"from {least:g} to {most:g}"
-    raise FilterInputError(f"{name} {_shown(value)} is not {allowed}{note}")
+    raise FilterInputError(f"{name} {_shown(value)} is not {allowed}")
 
 
 def check_positive(name: str, value: object, *, most: float | None = None, note: str = "") -> float:

@@ -185,8 +185,8 @@ CONTESTS = (
     Contest(
         "20 sweeps of the uniform operator",
         sweeps,
-        "Instructions: six neighbours a vertex are gathered one by one, three doubles each, which the compiler cannot make into "
-        "wide loads.",
+        "Instructions: six neighbours a vertex are gathered one by one, three doubles each, two of which the compiler takes at a "
+        "time.",
         sizes=(10_000, 100_000, 1_000_000, 5_000_000),
         traffic=20 * SWEEP,
     ),
@@ -194,11 +194,11 @@ CONTESTS = (
         "Laplacian, uniform, 10 steps",
         lambda s: lambda: explicit_smoothing(s.vertices, s.faces),
         "As Taubin's, with half the sweeps. At 10k the triangles round the vertices take 0.4 of a call, ten sweeps 0.4, on one "
-        "thread: by two, whose cores share no cache, a sweep takes 0.105 ms for 0.072, as each waits for what the other has "
-        "written. To put the triangles of a vertex in order takes 50 ns, in a chain of searches that wait for each other. "
-        "Vertices sorted by their number of neighbours gain nothing: the processor learns the branches in two sweeps; a fourth "
-        "number for each vertex, for wide loads, took 1.2. At 1M sorting by place takes a fifth of the clock, ordering triangles "
-        "a quarter. MeshLib has its half-edges before the clock starts: alone it takes 2.0 ms at 10k.",
+        "thread: two, which sleep between calls and whose cores share no cache, take 1.2 to 1.5 times as long. To put the "
+        "triangles of a vertex in order takes 40 ns, in a chain of searches that wait for each other. Vertices sorted by their "
+        "number of neighbours gain nothing: the processor learns the branches in two sweeps; nor do three neighbours at a time. "
+        "At 1M sorting by place takes a fifth of the clock, ordering triangles a quarter. MeshLib has its half-edges before the "
+        "clock starts, and takes twice our processor time at 10k.",
         {
             "MeshLib": Peer(meshlib_relax, "meshlib", goal=1.3),
             "pymeshlab": Peer(

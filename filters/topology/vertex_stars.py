@@ -21,8 +21,6 @@ NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
 _LARGEST_WALK = 64
 # Vertices of a block, which share a table.
 _BLOCK = 1024
-# The star of a vertex takes as long as so many of the sums of vectors that `threads_for` is made for.
-_WORK = 4
 _SLOT_BITS = 10
 #: of a table in which kernels look vertices up, see `slot_of`
 SLOTS = 1 << _SLOT_BITS
@@ -87,13 +85,23 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     """
     ring_offsets, ring = ring_ends(faces, n_vertices)
     del faces  # frees the memory for the arrays below, if the caller holds no reference
+    names = np.empty(0, dtype=np.int32) if names is None else names
+    walks = np.empty(len(ring) // 2, dtype=np.int32)
     kinds: Kinds = np.empty(n_vertices, dtype=np.uint8)
-    offsets = np.zeros(n_vertices + 1, dtype=np.int64)
-    sizes = offsets[1:]
-    with threads_for(_WORK * n_vertices):
-        names = np.empty(0, dtype=np.int32) if names is None else names
-        order_ends(ring_offsets, ring, names, kinds, sizes)
+    with threads_for(n_vertices):
+        order_ends(ring_offsets, ring, names, kinds, walks)
+        if not (kinds > CLOSED).any():
+            ring_offsets >>= 1  # halves: where the walks stand
+            nothing = np.empty(0, dtype=np.int32)
+            return Stars(kinds, ring_offsets, walks, nothing, np.zeros(1, dtype=np.int64), nothing.astype(np.int64))
+        take_walks(ring_offsets, ring, kinds, walks)
+        del walks
         irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
+        offsets = np.zeros(n_vertices + 1, dtype=np.int64)
+        sizes = offsets[1:]
+        np.subtract(ring_offsets[1:], ring_offsets[:-1], out=sizes)
+        sizes //= 2
+        sizes[kinds == OPEN] += 1
         measure_irregular(ring_offsets, ring, irregular, sizes)
         np.cumsum(sizes, out=sizes)
         neighbours = np.empty(offsets[-1], dtype=np.int32)
@@ -152,26 +160,35 @@ def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neigh
 
 
 @compiled(parallel=True)
-def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, sizes: Longs) -> None:
-    """Order the pairs at every vertex in place; write the kinds of the stars, and the number of neighbours unless irregular.
+def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> None:
+    """Write the closed stars that `order_ends` wrote to `walks` among the ends, from where their pairs begin."""
+    for i in prange(kinds.shape[0]):
+        if kinds[i] == CLOSED:
+            start, size = _U(end_offsets[i]), _U((end_offsets[i + 1] - end_offsets[i]) // 2)
+            for m in range(size):
+                ends[start + m] = walks[start // _U(2) + m]
 
-    A closed star stands from where its pairs begin, in the order that `Stars` states.
+
+@compiled(parallel=True)
+def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, walks: Ints) -> None:
+    """Write the kinds of the stars; order the pairs of open ones in place.
+
+    A closed star is written to `walks`, from half of where its pairs begin, in the order that `Stars` states.
     """
     n = kinds.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
-        known, following = np.full(SLOTS, -1, dtype=np.int32), np.empty(SLOTS, dtype=np.int32)
-        walk = np.empty(_LARGEST_WALK, dtype=np.int32)
+        following = np.full(SLOTS, -1, dtype=np.int64)
         for i in range(block * _BLOCK, min((block + 1) * _BLOCK, n)):
             start, stop = end_offsets[i], end_offsets[i + 1]
             size = (stop - start) // 2
-            kind = IRREGULAR if size > 0 else NO_STAR
+            kinds[i] = IRREGULAR if size > 0 else NO_STAR
             if 0 < size <= _LARGEST_WALK:
-                kind = CLOSED if _walk_round(ends, start, stop, known, following, walk) else _chain(ends, start, stop, walk)
-                if kind == CLOSED:
-                    _write_walk(walk, size, names, ends, start)
-            kinds[i] = kind
-            if kind != IRREGULAR:
-                sizes[i] = size + 1 if kind == OPEN else size
+                if _walk_round(ends, start, stop, names, following, walks):
+                    kinds[i] = CLOSED
+                else:
+                    kinds[i] = _chain(ends, start, stop)
+                    if kinds[i] == CLOSED:
+                        _write_walk(ends, start, size, names, walks)
 
 
 @compiled
@@ -182,50 +199,50 @@ def slot_of(vertex: int) -> int:
 
 
 @compiled
-def _walk_round(ends: Ints, start: int, stop: int, known: Ints, following: Ints, walk: Ints) -> bool:
-    """Whether the pairs from `start` to `stop` are found to be a walk ab, bc, cd ... za once round; writes abcd ... z.
+def _walk_round(ends: Ints, start: int, stop: int, names: Ints, following: Longs, walks: Ints) -> bool:
+    """Whether the pairs from `start` to `stop` are found to be a walk ab, bc, cd ... za once round; it is written to `walks`.
 
     So they are where all triangles turn the same way. The next of each vertex is noted in a table, which needs no search; where
     two vertices share a slot the walk is given up.
     """
     first, last = _U(start), _U(stop)
+    begin, least = ends[first], _name(names, ends[first])
     for k in range(first, last, _U(2)):
-        known[slot_of(ends[k + _U(1)])] = -1
-    for k in range(first, last, _U(2)):
-        slot = slot_of(ends[k])
-        known[slot], following[slot] = ends[k], ends[k + _U(1)]
-    vertex = begin = ends[first]
-    size, wrong = (last - first) // _U(2), 0
+        vertex = ends[k]
+        following[slot_of(vertex)] = np.int64(ends[k + _U(1)]) << 32 | vertex
+        name = _name(names, vertex)
+        begin = vertex if name < least else begin
+        least = min(name, least)
+    at, size, wrong = first // _U(2), (last - first) // _U(2), 0
+    vertex = begin
     for m in range(size):
-        slot = slot_of(vertex)
-        wrong += (known[slot] != vertex) | ((m > _U(0)) & (vertex == begin))
-        walk[m] = vertex
-        vertex = following[slot]
+        both = following[slot_of(vertex)]
+        wrong += (np.int32(both) != vertex) | ((m > _U(0)) & (vertex == begin))
+        walks[at + m] = vertex
+        vertex = np.int32(both >> 32)
+    for k in range(first, last, _U(2)):
+        following[slot_of(ends[k])] = -1
     found: bool = (vertex == begin) & (wrong == 0) & (size > _U(1))
+    if found and _name(names, walks[at + _U(1)]) > _name(names, walks[at + size - _U(1)]):
+        walks[at + _U(1) : at + size] = walks[at + _U(1) : at + size][::-1].copy()
     return found
 
 
 @compiled
-def _write_walk(walk: Ints, size: int, names: Ints, ends: Ints, start: int) -> None:
-    """Write a walk round a vertex from `start` on, in the order that `Stars` states."""
-    lowest, least = _U(0), _name(names, walk[0])
-    count, at = _U(size), _U(start)
-    for m in range(_U(1), count):
-        name = _name(names, walk[m])
-        lowest = m if name < least else lowest
-        least = min(name, least)
-    after = lowest + _U(1) if lowest + _U(1) < count else _U(0)
-    before = lowest - _U(1) if lowest > _U(0) else count - _U(1)
-    way = _U(1) if _name(names, walk[after]) <= _name(names, walk[before]) else count - _U(1)
-    for m in range(count):
-        ends[at + m] = walk[lowest]
-        lowest += way
-        lowest = lowest - count if lowest >= count else lowest
+def _write_walk(ends: Ints, start: int, size: int, names: Ints, walks: Ints) -> None:
+    """Write pairs ab, bc, cd ... za from `start` on to `walks`, in the order that `Stars` states."""
+    walk = ends[start : start + 2 * size : 2]
+    lowest = 0
+    for m in range(size):
+        lowest = m if _name(names, walk[m]) < _name(names, walk[lowest]) else lowest
+    way = 1 if _name(names, walk[(lowest + 1) % size]) <= _name(names, walk[lowest - 1]) else -1
+    for m in range(size):
+        walks[start // 2 + m] = walk[(lowest + way * m) % size]
 
 
 @compiled
-def _chain(ends: Ints, start: int, stop: int, walk: Ints) -> int:
-    """Order the pairs from `start` to `stop` as a walk ab, bc, cd ... in place; the kind of the star, the walk if closed."""
+def _chain(ends: Ints, start: int, stop: int) -> int:
+    """Order the pairs from `start` to `stop` as a walk ab, bc, cd ... in place; the kind of the star."""
     reversed_once = False
     k = start + 2
     while k < stop:
@@ -253,8 +270,6 @@ def _chain(ends: Ints, start: int, stop: int, walk: Ints) -> int:
             if ends[m] == ends[k]:
                 return IRREGULAR
     if ends[start] == ends[stop - 1] and stop - start > 2:
-        for m in range((stop - start) // 2):
-            walk[m] = ends[start + 2 * m]
         return CLOSED
     for m in range(start, stop, 2):
         if ends[m] == ends[stop - 1]:

@@ -16,11 +16,10 @@ from .declaration import nearest
 from .errors import ParameterError, UnknownNameError
 from .mlx_scripts import WITHDRAWN
 from .scripts.fits import Condition, parse_fits
-from .scripts.head import paragraphs, read_head
 from .scripts.overrides import override
 from .scripts.problems import Change
-from .scripts.read import parse_script, read_bytes
-from .scripts.script import Script
+from .scripts.read import parse_document, parse_script, read_bytes
+from .scripts.script import Script, paragraphs
 from .scripts.settings import Setting
 from .scripts.upgrade import upgrade_script
 from .scripts.write import format_script
@@ -133,11 +132,8 @@ class RecipeHead:
 
 def shipped_heads() -> list[RecipeHead]:
     """The heads of all shipped recipes; reads no declaration, so no plugin and no compiled code is loaded."""
-    heads = []
-    for name, file in sorted(_shipped().items()):
-        head = read_head(file.read_bytes())
-        heads.append(RecipeHead(name, head_info(head.comment), head.settings, head.steps))
-    return heads
+    found = ((name, parse_document(file.read_bytes(), file.name)) for name, file in sorted(_shipped().items()))
+    return [RecipeHead(name, head_info(read.comment), read.settings, len(read.filters)) for name, read in found]
 
 
 def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:

@@ -10,7 +10,7 @@ import importlib.util
 import logging
 import re
 import traceback
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from keyword import iskeyword
 from pathlib import Path
@@ -46,18 +46,11 @@ class BrokenPlugin:
         return re.search(rf"\bdef {re.escape(name)}\(|([\"']){re.escape(name)}\1", self.source) is not None
 
 
-@dataclass(frozen=True)
-class Plugin:
-    """A plugin that has been loaded."""
+def _plugins(broken: list[BrokenPlugin]) -> Iterator[tuple[str, str, tuple[Filter, ...]]]:
+    """Of each plugin its package, its entry point as in `BrokenPlugin` and its filters; those that fail are added to `broken`.
 
-    distribution: str  # the package that names it
-    entry_point: str  # as in `BrokenPlugin`
-    filters: tuple[Filter, ...]  # those that it declares, each once
-
-
-def load_plugins(broken: list[BrokenPlugin]) -> list[Plugin]:
-    """The plugins, pymeshfair's first, so that no other package can take their names; those that fail are added to `broken`."""
-    loaded = []
+    pymeshfair's come first, so that no other package can take their names.
+    """
     for distribution, entry in _entry_points(broken):
         text = f"{entry.name} = {entry.value}"
         try:
@@ -67,10 +60,9 @@ def load_plugins(broken: list[BrokenPlugin]) -> list[Plugin]:
             broken.append(BrokenPlugin(distribution, text, reason, details, source=_source(entry.value.partition(":")[0])))
             continue
         if filters:
-            loaded.append(Plugin(distribution, text, filters))
+            yield distribution, text, filters
         else:
             broken.append(BrokenPlugin(distribution, text, "declares no filter"))
-    return loaded
 
 
 def _declared(loaded: object) -> tuple[Filter, ...]:
@@ -214,16 +206,16 @@ def _load() -> _Registry:
     taken = _by_any_name(meshlab_filters())
     custom: list[Filter] = []
     broken: list[BrokenPlugin] = []
-    for plugin in load_plugins(broken):
-        for declared in plugin.filters:
+    for distribution, entry_point, filters in _plugins(broken):
+        for declared in filters:
             if any(declared.function is other.function for other in custom):
                 continue  # imported from another plugin
             reason = _why_unusable(declared, taken)
             if reason is not None:
                 names, why = (declared.python_name, declared.name), f"filter {declared.python_name!r} {reason}"
-                broken.append(BrokenPlugin(plugin.distribution, plugin.entry_point, why, names=names))
+                broken.append(BrokenPlugin(distribution, entry_point, why, names=names))
                 continue
-            custom.append(replace(declared, origin=plugin.distribution))
+            custom.append(replace(declared, origin=distribution))
             taken |= _by_any_name(custom[-1:])
     custom.sort(key=lambda f: (f.origin != "pymeshfair", f.python_name))
     return _Registry({f.python_name: f for f in custom}, tuple(broken))

@@ -132,12 +132,18 @@ def test_recipes_are_not_tried_where_no_setting_was() -> None:
     assert _trials(Path("fused.ply"), {"mesh": 1.0}, {"shape": "correlated"}, None, None) == {}
 
 
-def test_relief_is_no_evidence_where_neighbours_share_their_noise(scan: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Waves of that noise pass for relief: what takes them keeps its place, with the error that its own filter was judged by."""
+@pytest.mark.parametrize("nothing", [0.3, 0.0])
+def test_relief_is_no_evidence_where_neighbours_share_their_noise(
+    nothing: float, scan: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Waves of that noise pass for relief: what takes them keeps its place, with the error that its own filter was judged by.
+
+    Nothing at all has no error where coordinates are rounded, but the noise.
+    """
     tried = {name: Trial(error=0.25, before=0.28, relief=0.4) for name in ("denoise", "smooth_implicit")}
     monkeypatch.setattr("pymeshfair.running.trials.trials", lambda *_, **__: tried)
-    values = {"shape": "correlated", "tried": [{"error": 0.3}, {"error": 0.2}]}
-    found = _trials(scan, {"mesh": 1.0, "noise": 0.2}, values, None, None)
+    values = {"shape": "correlated", "tried": [{"error": nothing, "excess": 0.1}, {"error": 0.2, "excess": 0.0}]}
+    found = _trials(scan, {"mesh": 1.0, "noise": 0.3}, values, None, None)
     assert found["denoise"] == Trial(error=0.2, before=0.3, relief=None)
     assert found["smooth_implicit"] == Trial(error=0.3, before=0.3, relief=None)
 

@@ -10,7 +10,9 @@ import pytest
 from denoising_cameras import SCENES, Camera, fused_map
 from denoising_metrics import measured
 from denoising_pairs import along_an_axis, rounded, terrain
+from drawn_scans import drawn
 from scipy.ndimage import gaussian_filter
+from suggestions import distance
 
 from pymeshfair.filters.denoising.automatic import automatic_choice
 from pymeshfair.filters.denoising.correlated_noise import noise_field, on_lines_of_sight, setting_of_shared, shared_noise
@@ -276,3 +278,13 @@ def _stairs() -> Mesh:
 def test_levels_of_designed_and_of_clean_shapes_are_no_rounding(make: Callable[[], Mesh]) -> None:
     """Treads of stairs, rings of a tube, a plane and a figure are as they were made."""
     assert rounding_of(*make()) is None
+
+
+@pytest.mark.slow
+def test_a_map_of_steep_things_is_not_rounded_off_beside_its_border() -> None:
+    """Forty rounds move what is beside the border of a drawn view by more than its noise, 0.15 edges, and are not taken."""
+    make, noise, level = drawn(5)["view, shared noise"]
+    points, faces = make()
+    scan = noise(0.7 * level)(points, faces, np.random.default_rng(2))
+    result = automatic_choice(scan, faces).setting.apply(scan, faces)
+    assert distance(result, (points, faces)) < 0.8 * distance(scan, (points, faces))

@@ -75,7 +75,7 @@ def test_an_upper_bound_is_named_and_allowed() -> None:
 def test_finite_numbers_out_of_range_are_refused(value: float, bounds: dict[str, float], message: str) -> None:
     """The message says which of the bounds there are."""
     with pytest.raises(FilterInputError) as error:
-        check_finite("gain", value, **bounds)  # type: ignore[arg-type]
+        check_finite("gain", value, **bounds)
     assert str(error.value) == message
 
 

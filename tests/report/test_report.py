@@ -132,7 +132,7 @@ def test_spectra_run_from_long_waves_to_short() -> None:
     assert spectrum_chart({}, "mesh units") is None
     gap = spectrum_chart({"after": {"band_edges": [1.0, 2.0, 4.0, 8.0], "band_energies": [4.0, 0.0, 0.01]}}, "mesh units")
     assert gap is not None
-    assert gap.lines[0].path.count("M") == 2
+    assert gap.lines["after"].count("M") == 2
 
 
 class Page(HTMLParser):

@@ -193,17 +193,29 @@ def test_clouds_and_curves_have_traits_without_a_surface() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("level", "warned"), [(0.15, False), (0.7, True)])
-def test_a_run_warns_of_noise_beyond_its_recipe_and_records_what_it_measured(level: float, warned: bool, tmp_path: Path) -> None:
-    """Smooth_taubin takes a ball with noise of 0.15 edges without a word, and one of 0.7 with the recipe to take."""
+@pytest.mark.parametrize(
+    ("name", "level", "asked", "told"),
+    [
+        ("smooth_taubin", 0.15, (), "denoise mostly keeps more"),
+        ("smooth_taubin", 0.7, (), "take denoise"),
+        ("smooth_implicit", 0.15, (), "denoise mostly keeps more"),
+        ("smooth_implicit", 0.15, ("detail_size=6edge",), ""),
+        ("smooth_implicit", 0.0, (), ""),
+        ("denoise", 0.15, (), ""),
+    ],
+)
+def test_a_run_on_noise_names_the_better_recipe(
+    name: str, level: float, asked: tuple[str, ...], told: str, tmp_path: Path
+) -> None:
+    """What is not made for noise, or not for so much, names denoise, unless it was set which waves are to go."""
     vertices, faces = icosphere(4)
     heights = np.random.default_rng(1).normal(scale=level * mean_edge_length(vertices, faces), size=(len(vertices), 1))
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices * (1.0 + heights), faces))
     meshes.save_current_mesh(str(tmp_path / "ball.ply"))
-    result = run_job(Job(load_recipe("smooth_taubin"), tmp_path / "ball.ply", tmp_path / "out.ply"))
-    assert any("take denoise" in text for text in result.warnings) == warned
-    assert '"noise"' in result.provenance.read_text("utf-8")
+    result = run_job(Job(load_recipe(name), tmp_path / "ball.ply", tmp_path / "out.ply", overrides=asked))
+    assert [told in text for text in result.warnings if "denoise" in text] == [True] * bool(told)
+    assert ('"noise"' in result.provenance.read_text("utf-8")) != bool(asked)
 
 
 @pytest.mark.parametrize("measures", [True, False])

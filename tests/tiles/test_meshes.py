@@ -23,7 +23,6 @@ from pymeshfair.tiles import cells as cells_module
 from pymeshfair.tiles.mesh import MeshFile, MeshTiles, cut, do_move
 from pymeshfair.tiles.moves import MESHLAB, why_not
 from pymeshfair.tiles.plan import Move
-from pymeshfair.tiles.ply_slices import PlySlices
 from pymeshfair.tiles.workers import Tasks
 from tests.meshes import icosphere
 from tests.tiles.tiling import Here, write_mesh
@@ -52,7 +51,7 @@ def by_tiles(vertices: Floats, faces: Ints, *moves: Move, most: int, cell: int, 
     """The vertices after the steps, from the file that is written."""
     with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", cell):
         folder = Path(name)
-        mesh = MeshFile(PlySlices(write_mesh(folder / "in.ply", vertices, faces)))
+        mesh = MeshFile(write_mesh(folder / "in.ply", vertices, faces))
         mesh.check()
         pool = cast("Tasks", Here(seed))
         surface, known = cut(mesh, folder, pool, 10**6, costs=[(400, 5)], most=most, progress=lambda share: None)
@@ -64,8 +63,8 @@ def by_tiles(vertices: Floats, faces: Ints, *moves: Move, most: int, cell: int, 
         work = MeshTiles(surface)
         pool.map(work.finish, tiles, lambda share: None)
         mesh.write(folder / "out.ply", tuple(work.part(first) for first, _ in tiles), 77)
-        written = PlySlices(folder / "out.ply")
-        np.testing.assert_array_equal(np.concatenate(list(MeshFile(written).faces(100))), faces)
+        written = MeshFile(folder / "out.ply")
+        np.testing.assert_array_equal(np.concatenate(list(written.faces(100))), faces)
         return np.concatenate(list(written.points(100)))
 
 

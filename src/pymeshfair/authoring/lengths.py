@@ -9,7 +9,7 @@ from .. import recipe as named
 from ..declaration import Length
 from ..running.job import Job
 from ..running.supervise import run_job
-from ..scripts import Script, Step
+from ..scripts import Script
 
 
 def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
@@ -18,7 +18,7 @@ def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
     The steps up to the last one that has any are run on the mesh, since they may change its size.
     """
     steps = script.with_defaults().steps
-    count = max((number for number, step in enumerate(steps, 1) if _relative(step)), default=0)
+    count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
     if count == 0:
         return [{} for _ in steps]
     first = replace(script, steps=script.steps[:count], guards=type(script.guards)())
@@ -26,11 +26,6 @@ def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
         result = run_job(Job(named.Recipe("export", first), path, Path(folder) / "mesh.ply", measures=False))
     done = [step.parameters for step in result.steps]
     return [
-        {name: Length(done[index][name]) for name in _relative(step)} if index < count else {} for index, step in enumerate(steps)
+        {name: Length(done[index][name]) for name in step.relative_lengths} if index < count else {}
+        for index, step in enumerate(steps)
     ]
-
-
-def _relative(step: Step) -> list[str]:
-    """The parameters whose values depend on the size of the mesh."""
-    values = step.values.items()
-    return [name for name, value in values if isinstance(value, Length) and value.unit != "absolute" and value.amount]

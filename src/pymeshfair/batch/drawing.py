@@ -72,10 +72,9 @@ def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
     from ..looking.comparison import compare
     from ..looking.mesh_state import state_of
     from ..looking.picture import Appearance, draw_meshes
-    from ..report.comparison_page import Compared, RunPart, comparison_page, verdict_of
+    from ..report.comparison_page import Compared, comparison_page, verdict_of
     from ..report.page import figure_of
     from ..running.read import read_mesh
-    from ..running.report import steps_of
 
     meshes = [read_mesh(path, allow_outside=True, unchecked=True) for path in (input, output)]
     before, after = map(state_of, meshes)
@@ -93,7 +92,8 @@ def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
         unit=record["measures"]["unit"],
         warnings=record["warnings"],
         left_out=["No spectrum: `pymeshfair spectrum` tells it."],
-        run=RunPart(steps_of(record), change, record["recipe"]["text"], json.dumps(record, indent=2, ensure_ascii=False)),
+        run=record,
+        provenance=json.dumps(record, indent=2, ensure_ascii=False),
     )
     (stage / "new" / "page.html").write_bytes(page)
     picture = draw_meshes([read.mesh for read in meshes], ["", ""], Appearance(width=_SMALL, height=_SMALL, titles=False))

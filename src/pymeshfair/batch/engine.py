@@ -1,25 +1,20 @@
-"""Runs a batch: submits scans to workers, writes their outcomes to the journal and calls a listener."""
+"""The event loop of a batch: submits scans to workers, writes their outcomes to the journal and calls a listener."""
 
 import os
-import secrets
 import signal
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
-from pathlib import Path
-from queue import Empty, SimpleQueue
+from queue import Empty
 from typing import Any, Protocol
 
-from ..processes.cluster import LostSchedulerError, Scheduler
-from ..processes.pool import Pool
+from ..processes.cluster import LostSchedulerError
 from ..processes.process import Items
-from ..running.interrupts import Interrupted, Interrupts
-from ..running.job import Job
+from ..running.interrupts import Interrupted
 from .journal import Journal
 from .outcome import Outcome
 from .plan import Scan
-from .station import ThisMachine, Workers, pool_of
+from .station import Kind, Workers
 
 #: seconds between checks of the workers
 _PULSE = 1.0
@@ -27,6 +22,9 @@ _PULSE = 1.0
 
 class Listener(Protocol):
     """Called on the events of a batch, in the thread that runs it. An exception of a method ends the batch."""
+
+    def begin(self, total: int) -> None:
+        """So many scans are to do."""
 
     def outcome(self, scan: Scan, outcome: Outcome) -> None:
         """A scan has ended; its outcome is in the journal."""
@@ -38,64 +36,42 @@ class Listener(Protocol):
         """A message about the workers for the user."""
 
 
-def carry_out(
-    scans: Sequence[Scan],
-    template: Job,
-    journal: Journal,
-    folder: Path,
-    *,
-    scheduler: Scheduler | None,
-    jobs: int,
-    pool: Pool | None = None,
-    stop: bool,
-    pages: bool,
-    listener: Listener,
-    done: Sequence[Scan] = (),
-) -> None:
-    """Clean scans, report each outcome once it is in the journal, and draw pages of the cleaned scans.
-
-    Raises:
-        ClusterError: no scheduler or no workers; a worker with other versions or without the files; the scheduler stopped.
-        BatchError: the journal cannot be written.
-        KeyboardInterrupt: Ctrl-C, within a second; a second one ends the process at once.
-    """
-    items: Items = SimpleQueue()
-    with ExitStack() as opened:
-        if scheduler is None:
-            workers: Workers = opened.enter_context(ThisMachine(template, folder, jobs, items, pool or pool_of(jobs)))
-        else:
-            from .cluster import workers_of_scheduler
-
-            name = f"pymeshfair-batch-{secrets.token_hex(8)}"
-            workers = opened.enter_context(workers_of_scheduler(scheduler, template, scans or done, folder, items, name))
-        opened.enter_context(Interrupts(items))
-        _Course(workers, journal, items, listener, stop=stop, pages=pages).run(scans, done)
-
-
 @dataclass
-class _Course:
-    """The event loop of one batch."""
+class Course:
+    """Cleans scans, reports each outcome once it is in the journal, and draws pages of the cleaned scans."""
 
     workers: Workers
     journal: Journal
     items: Items
     listener: Listener
+    outcomes: dict[int, Outcome]  # takes those of the scans by their numbers
+    pages: dict[int, Mapping[str, Any]] | None  # takes the drawn pages; None draws none
     stop: bool  # after the first scan that fails
-    pages: bool  # whether to draw them
     left: int = 0  # tasks that have not ended
 
-    def run(self, scans: Sequence[Scan], done: Sequence[Scan]) -> None:
-        self.left = len(scans) + (len(done) if self.pages else 0)
+    def run(self, scans: Sequence[Scan], drawn: Sequence[Scan]) -> None:
+        """Clean the scans, and draw the pages of others that are done.
+
+        Raises:
+            ClusterError: a worker was lost, or the scheduler stopped.
+            BatchError: the journal cannot be written.
+            KeyboardInterrupt: Ctrl-C, within a second; a second one ends the process at once.
+        """
         for scan in scans:
-            self.workers.submit("clean", scan)
-        for scan in done if self.pages else ():
-            self.workers.submit("draw", scan)
+            self.submit("clean", scan)
+        for scan in drawn:
+            self.submit("draw", scan)
         try:
             while self.left:
                 self._next()
         except BaseException:
             self.workers.give_up()
             raise
+
+    def submit(self, kind: Kind, scan: Scan) -> None:
+        """Let the workers do a task."""
+        self.workers.submit(kind, scan)
+        self.left += 1
 
     def _next(self) -> None:
         try:
@@ -111,7 +87,7 @@ class _Course:
         self.left -= 1
         scan, result = item
         if kind == "draw":
-            self.listener.page(scan, _page(result))
+            self._take_page(scan, result)
         else:
             self._take(scan, result)
 
@@ -124,20 +100,22 @@ class _Course:
         except Exception as error:
             outcome = Outcome.of_error(scan.input, scan.output, error, 0.0, "")
         self.journal.append(outcome)
+        self.outcomes[scan.number] = outcome
         self.listener.outcome(scan, outcome)
         if outcome.status != "done" and self.stop:
             self.workers.give_up()
             self.left = 0
-        elif outcome.status != "failed" and self.pages:
-            self.workers.submit("draw", scan)
-            self.left += 1
+        elif outcome.status != "failed" and self.pages is not None:
+            self.submit("draw", scan)
 
-
-def _page(result: Callable[[], Mapping[str, Any]]) -> Mapping[str, Any]:
-    """The result of drawing a page, or the problem."""
-    try:
-        return result()
-    except LostSchedulerError:
-        raise
-    except Exception as error:
-        return {"problem": f"its worker was lost: {error}"}
+    def _take_page(self, scan: Scan, result: Callable[[], Mapping[str, Any]]) -> None:
+        """Record the page of a scan, or the problem."""
+        try:
+            made = result()
+        except LostSchedulerError:
+            raise
+        except Exception as error:
+            made = {"problem": f"its worker was lost: {error}"}
+        if self.pages is not None:
+            self.pages[scan.number] = made
+        self.listener.page(scan, made)

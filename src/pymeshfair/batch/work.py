@@ -1,30 +1,34 @@
 """A batch from its plan to its summary; scans that are done already are known by their content, from provenance."""
 
 import math
+import secrets
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol
+from queue import SimpleQueue
+from typing import Any
 
 from ..errors import ParameterError, RunError
 from ..files.provenance import formatted, provenance_path, read_provenance, recorded_digest, sha256_of
 from ..files.writing import write_file
 from ..processes.cluster import Scheduler
 from ..processes.pool import Pool
+from ..processes.process import Items
 from ..processes.versions import PACKAGES, packages_here
+from ..running.interrupts import Interrupts
 from ..running.job import Job
 from ..running.read import inspect_mesh
 from .checks import Prospect, check_own_files, look_ahead
-from .engine import Listener, carry_out
+from .engine import Course, Listener
 from .journal import NAME, BatchError, Journal, read_journal
 from .outcome import Outcome, digests_of, now
 from .page import write_page
 from .plan import Scan
-from .station import pool_of
+from .station import ThisMachine, Workers, pool_of
 from .summary import Summary
 
 #: so many scans are opened for each one that is chosen
@@ -192,33 +196,6 @@ def _is_whole(record: Mapping[str, Any], scan: Scan, path: Path) -> bool:
     return all(path.is_file() and sha256_of(path) == digest for path, digest in pairs)
 
 
-class Audience(Listener, Protocol):
-    """Receives the progress of a batch, from its beginning."""
-
-    def begin(self, total: int) -> None:
-        """So many scans are to do."""
-
-
-class _Record:
-    """Collects outcomes and pages, and passes them on to the audience."""
-
-    def __init__(self, audience: Audience, outcomes: Mapping[int, Outcome]) -> None:
-        self._audience = audience
-        self.outcomes = dict(outcomes)
-        self.pages: dict[int, Mapping[str, Any]] = {}
-
-    def outcome(self, scan: Scan, outcome: Outcome) -> None:
-        self.outcomes[scan.number] = outcome
-        self._audience.outcome(scan, outcome)
-
-    def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
-        self.pages[scan.number] = made
-        self._audience.page(scan, made)
-
-    def note(self, text: str) -> None:
-        self._audience.note(text)
-
-
 @dataclass
 class Task:
     """One batch."""
@@ -256,7 +233,7 @@ class Task:
             pool.prepare()
             yield pool
 
-    def carry_out(self, audience: Audience, pool: Pool | None = None) -> Summary:
+    def carry_out(self, listener: Listener, pool: Pool | None = None) -> Summary:
         """Do it, and write ``batch.json`` and ``batch.csv``, also if interrupted, and ``batch.html`` if a report is wanted."""
         started, clock = now(), time.monotonic()
         try:
@@ -269,41 +246,47 @@ class Task:
             if self.renumber and self.resume:
                 rename_outputs(self.scans, done, journal)
             if journal.before and not self.resume:
-                audience.note(
+                listener.note(
                     f"the journal of {len(journal.before):,} scans in {self.folder} begins anew; --resume would go on with it"
                 )
             if look_ahead(self.scans, self.template, self.folder, done).lacks_room:
-                audience.note(f"the disk of {self.folder} may be too small: outputs may need twice the size of the inputs")
+                listener.note(f"the disk of {self.folder} may be too small: outputs may need twice the size of the inputs")
             todo = [scan for scan in self.scans if scan.number not in done]
             if self.sample is not None:
                 todo = sample(todo, self.sample)
-            audience.begin(len(todo))
-            record = _Record(audience, {number: one.outcome for number, one in done.items()})
+            listener.begin(len(todo))
+            outcomes = {number: one.outcome for number, one in done.items()}
+            pages: dict[int, Mapping[str, Any]] = {}
             drawn = [scan for scan in self.scans if scan.number in done and self.report]
             try:
                 if todo or drawn:
-                    carry_out(
-                        todo,
-                        self.template,
-                        journal,
-                        self.folder,
-                        scheduler=self.scheduler,
-                        jobs=min(self.jobs, len(todo) or len(drawn)),
-                        pool=pool,
-                        stop=self.stop,
-                        pages=self.report,
-                        listener=record,
-                        done=drawn,
-                    )
+                    with self._workers(todo or drawn, pool) as (workers, items):
+                        report = pages if self.report else None
+                        Course(workers, journal, items, listener, outcomes, report, self.stop).run(todo, drawn)
             finally:
-                if record.outcomes:  # else nothing was begun, and what is known of a former batch stays
-                    outcomes = [record.outcomes[scan.number] for scan in self.scans if scan.number in record.outcomes]
+                if outcomes:  # else nothing was begun, and what is known of a former batch stays
+                    ordered = [outcomes[scan.number] for scan in self.scans if scan.number in outcomes]
                     finished, seconds = now(), time.monotonic() - clock
                     summary = Summary(
-                        outcomes, len(self.scans), self.template, started=started, finished=finished, seconds=seconds
+                        ordered, len(self.scans), self.template, started=started, finished=finished, seconds=seconds
                     )
                     self.written = (*summary.write(self.folder), journal.path)
             if self.report:
-                made = {str(scan.output): record.pages.get(scan.number, {}) for scan in self.scans}
+                made = {str(scan.output): pages.get(scan.number, {}) for scan in self.scans}
                 self.written += (write_page(self.folder, summary, made),)
         return summary
+
+    @contextmanager
+    def _workers(self, scans: Sequence[Scan], pool: Pool | None) -> Iterator[tuple[Workers, Items]]:
+        """The workers for some scans, and what they and signals put into; raises `ClusterError` if workers do not fit."""
+        items: Items = SimpleQueue()
+        if self.scheduler is None:
+            jobs = min(self.jobs, len(scans))
+            workers: AbstractContextManager[Workers] = ThisMachine(self.template, self.folder, jobs, items, pool or pool_of(jobs))
+        else:
+            from .cluster import workers_of_scheduler
+
+            name = f"pymeshfair-batch-{secrets.token_hex(8)}"
+            workers = workers_of_scheduler(self.scheduler, self.template, scans, self.folder, items, name)
+        with workers as opened, Interrupts(items):
+            yield opened, items

@@ -169,23 +169,8 @@ def carry_out(
 
 
 def _document(job: Job, result: RunResult) -> dict[str, object]:
-    return {
-        "recipe": job.recipe.name,
-        "input": job.input,
-        "output": result.output,
-        "provenance": result.provenance,
-        "side_files": result.side_files,
-        "seconds": result.seconds,
-        "peak_memory": result.peak_memory,
-        "steps": result.steps,
-        "before": result.before or None,
-        "after": result.after or None,
-        "change": result.change or None,
-        "unit": result.unit,
-        "warnings": result.warnings,
-        "breaches": result.breaches,
-        "maps": result.maps,
-    }
+    unmeasured = {name: None for name in ("before", "after", "change") if not getattr(result, name)}
+    return {"recipe": job.recipe.name, "input": job.input, **vars(result), **unmeasured}
 
 
 def _show(result: RunResult) -> None:

@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING
 
 from ..files.writing import StagedFile, stage_file, write_file
 from ..looking.mesh_state import MeshState, state_of
-from ..report.comparison_page import RunPart, Verdict, comparison_page, verdict_of
+from ..report.comparison_page import Verdict, comparison_page, verdict_of
 from ..report.scene import Marker
 from ..running.errors import GuardBroken
 from ..running.read import read_mesh
 from ..running.supervise import run_job
-from ..scripts.write import format_script
 from .report_file import check_report, compared_files, page_numbers
 from .streams import say
 
@@ -57,6 +56,7 @@ def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool
     # How far vertices moved is what the run said, before the file rounded their coordinates.
     compared = replace(compared, found=replace(compared.found, displacement=None))
     places = [(breach["place"], f"{breach['guard']}, vertex {breach['vertex']}") for breach in result.breaches if breach["place"]]
+    record = result.provenance.read_text("utf-8")
     written = f"written to {job.output.name}" if kept else "no output was written"
     return comparison_page(
         compared,
@@ -75,12 +75,8 @@ def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool
         left_out=left_out,
         verdict=_verdict(job, result, compared.found, kept=kept),
         markers=[Marker(place, words) for place, words in places],
-        run=RunPart(
-            result.steps,
-            result.change,
-            format_script(job.recipe.script),
-            _without_folders(result.provenance.read_text("utf-8"), job) if kept else "A run without output leaves no provenance.",
-        ),
+        run=json.loads(record),
+        provenance=_without_folders(record, job) if kept else "A run without output leaves no provenance.",
     )
 
 

@@ -61,7 +61,8 @@ class PlyDocument:
 def read_ply(path: Path, references: References) -> Reading:
     """Read a PLY file."""
     header = read_header(path)
-    _check_names(header)
+    if "vertex" not in [element.name for element in header.elements]:
+        raise ContentsError("it has no element 'vertex'")
     with path.open("rb") as file:
         data = np.frombuffer(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ), np.uint8)
     tokens: Tokens | None = None
@@ -106,18 +107,6 @@ def meant(table: Table) -> set[str]:
     if table.element.name != "vertex":
         names -= {*PLACE, *NORMAL, RADIUS}
     return names
-
-
-def _check_names(header: PlyHeader) -> None:
-    names = [e.name for e in header.elements]
-    if "vertex" not in names:
-        raise ContentsError("it has no element 'vertex'")
-    if len(set(names)) != len(names):
-        raise ContentsError("it declares an element twice")
-    for element in header.elements:
-        properties = [p.name for p in element.properties]
-        if len(set(properties)) != len(properties):
-            raise ContentsError(f"its element {element.name!r} has a property twice")
 
 
 def _vectors(table: Table, names: tuple[str, ...]) -> NDArray[np.float64] | None:

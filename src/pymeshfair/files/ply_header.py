@@ -77,7 +77,7 @@ class PlyHeader:
 
 
 def read_header(path: Path) -> PlyHeader:
-    """The header of a PLY file, checked against the size of the file."""
+    """The header of a PLY file, its names checked, and its counts against the size of the file."""
     with path.open("rb") as file:
         data = file.read(1 << 16)
         if _END.search(data) is None:
@@ -85,6 +85,11 @@ def read_header(path: Path) -> PlyHeader:
         file_size = file.seek(0, 2)
     header = parse_header(data)
     _check_size(header, file_size)
+    if len({element.name for element in header.elements}) != len(header.elements):
+        raise ContentsError("it declares an element twice")
+    for element in header.elements:
+        if len({p.name for p in element.properties}) != len(element.properties):
+            raise ContentsError(f"its element {element.name!r} has a property twice")
     return header
 
 

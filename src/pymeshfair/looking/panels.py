@@ -1,7 +1,7 @@
 """Pictures of arrays: meshes that were never in a file, side by side from one camera."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,6 @@ from .shading import CLAY
 
 #: the colour of faces that are marked
 _MARK = np.array([0.95, 0.60, 0.22])
-_NO_FACES, _NO_EDGES = np.empty((0, 3), dtype=np.int32), np.empty((0, 2), dtype=np.int32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +23,8 @@ class Panel:
 
     title: str  # the text above
     vertices: ArrayLike  # (n, 3) coordinates
-    faces: ArrayLike = field(default_factory=lambda: _NO_FACES)  # (m, 3) triangles; none for a cloud or polylines
-    edges: ArrayLike = field(default_factory=lambda: _NO_EDGES)  # (e, 2) edges of polylines
+    faces: ArrayLike = ()  # (m, 3) triangles; none for a cloud or polylines
+    edges: ArrayLike = ()  # (e, 2) edges of polylines
     scalars: ArrayLike | None = None  # (n,) numbers that become colours with ``Appearance("scalar")``
     colors: ArrayLike | None = None  # (n, 3) from 0 to 1, shown with ``Appearance("own")``
     marked: ArrayLike | None = None  # (m,) bool, faces that are tinted; then the picture is coloured by ``"own"``
@@ -52,23 +51,16 @@ def save_picture(path: Path, *pictures: Image.Image, across: bool = False, full_
 
 
 def _mesh(panel: Panel, *, tinted: bool) -> MeshData:
-    faces = np.ascontiguousarray(panel.faces, dtype=np.int32)
-    vertex: dict[str, Any] = {}
-    face: dict[str, Any] = {}
-    if panel.scalars is not None:
-        vertex["scalars"] = np.asarray(panel.scalars, dtype=np.float64)
-    if panel.colors is not None:
-        vertex["colors"] = _levels(np.asarray(panel.colors))
-    if tinted:
-        marked = np.zeros(len(faces), dtype=np.bool_) if panel.marked is None else np.asarray(panel.marked)
-        face["colors"] = _levels(np.where(marked[:, None], _MARK, CLAY))
-    return MeshData(
-        vertices=np.asarray(panel.vertices),
-        faces=faces,
-        edges=np.asarray(panel.edges),
-        vertex_attributes=vertex,
-        face_attributes=face,
-        label=panel.title,
+    mesh = MeshData(
+        vertices=np.asarray(panel.vertices), faces=np.asarray(panel.faces), edges=np.asarray(panel.edges), label=panel.title
+    )
+    marked = np.zeros(len(mesh.faces), dtype=np.bool_) if panel.marked is None else np.asarray(panel.marked)
+    return mesh.with_attributes(
+        {
+            "scalars": None if panel.scalars is None else np.asarray(panel.scalars, dtype=np.float64),
+            "colors": None if panel.colors is None else _levels(np.asarray(panel.colors)),
+        },
+        {"colors": _levels(np.where(marked[:, None], _MARK, CLAY)) if tinted else None},
     )
 
 

@@ -57,8 +57,48 @@ class Has:
         return bool(layer.has(self._name))
 
 
+class Measures:
+    """What follows from the arrays of a layer."""
+
+    @cached_property
+    def diagonal(self: Any) -> float:
+        """The diagonal of the bounding box."""
+        if not len(self.vertices):
+            return 0.0
+        extent = self.vertices.max(axis=0) - self.vertices.min(axis=0)
+        with np.errstate(over="ignore", under="ignore"):
+            diagonal = float(np.linalg.norm(extent))
+        return diagonal if 1e-140 < diagonal < 1e140 else math.hypot(*extent)  # elsewhere squares are no ordinary numbers
+
+    @cached_property
+    def mean_edge(self: Any) -> float:
+        """The mean length of the edges of the faces, else of the polylines, else the mean distance of nearest points."""
+        from ..filters.geometry import mean_edge_length
+        from ..filters.neighbours import nearest_neighbours
+
+        if len(self.faces) or len(self.edges):
+            return float(mean_edge_length(self.vertices, self.faces if len(self.faces) else self.edges))
+        return float(nearest_neighbours(self.vertices, 1)[0].mean()) if len(self.vertices) > 1 else 0.0
+
+    def selected_vertices(self: Any) -> Bools:
+        """(n,) the selected vertices or, if there are none, those all of whose faces are selected."""
+        vertices: Bools = self.vertex_selection
+        selected_faces: Bools = self.face_selection
+        if vertices.any():
+            return vertices
+        if selected_faces.any():
+            strictly: Bools = np.zeros(len(vertices), dtype=np.bool_)
+            strictly[self.faces[selected_faces]] = True
+            strictly[self.faces[~selected_faces]] = False
+            if strictly.any():
+                return strictly
+        raise MeshError(
+            f"nothing is selected in {self.label!r}: select vertices, or triangles on all sides of them, or use selected=False"
+        )
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
-class MeshData:
+class MeshData(Measures):
     """A mesh: n vertices, m triangles, e edges of polylines. Arrays are read-only; an edit makes another value.
 
     A mesh with vertices alone is a point cloud, one with edges and no triangles a polyline. But for `other` it is a
@@ -209,59 +249,10 @@ class MeshData:
         """Whether the corners of its faces have texture coordinates."""
         return "wedge_texture_coordinates" in self.face_attributes
 
-    @cached_property
-    def diagonal(self) -> float:
-        """The diagonal of the bounding box."""
-        return diagonal_of(self.vertices)
-
-    @cached_property
-    def mean_edge(self) -> float:
-        """The mean edge length; of a cloud the mean distance to the nearest neighbour."""
-        return mean_edge_of(self.vertices, self.faces, self.edges)
-
-    def selected_vertices(self) -> Bools:
-        """(n,) the selected vertices or, if there are none, those all of whose faces are selected."""
-        return selected_vertices_of(self.label, self.faces, self.vertex_selection, self.face_selection)
-
     def _own_of_faces(self, name: str) -> Array:
         if name not in self.face_attributes:
             raise MeshError(f"the mesh {self.label!r} has no face {name}")
         return self.face_attributes[name]
-
-
-def diagonal_of(vertices: Floats) -> float:
-    """The diagonal of the bounding box of (n, 3) vertices."""
-    if not len(vertices):
-        return 0.0
-    extent = vertices.max(axis=0) - vertices.min(axis=0)
-    with np.errstate(over="ignore", under="ignore"):
-        diagonal = float(np.linalg.norm(extent))
-    return diagonal if 1e-140 < diagonal < 1e140 else math.hypot(*extent)  # elsewhere squares are no ordinary numbers
-
-
-def mean_edge_of(vertices: Floats, faces: Ints, edges: Ints) -> float:
-    """The mean length of the edges of the faces, else of the polylines, else the mean distance of nearest points."""
-    from ..filters.geometry import mean_edge_length
-    from ..filters.neighbours import nearest_neighbours
-
-    if len(faces) or len(edges):
-        return float(mean_edge_length(vertices, faces if len(faces) else edges))
-    return float(nearest_neighbours(vertices, 1)[0].mean()) if len(vertices) > 1 else 0.0
-
-
-def selected_vertices_of(label: str, faces: Ints, vertices: Bools, selected_faces: Bools) -> Bools:
-    """(n,) the selected vertices or, if there are none, those all of whose faces are selected."""
-    if vertices.any():
-        return vertices
-    if selected_faces.any():
-        strictly: Bools = np.zeros(len(vertices), dtype=np.bool_)
-        strictly[faces[selected_faces]] = True
-        strictly[faces[~selected_faces]] = False
-        if strictly.any():
-            return strictly
-    raise MeshError(
-        f"nothing is selected in {label!r}: select vertices, or triangles on all sides of them, or use selected=False"
-    )
 
 
 def numbered(ids: NDArray[np.int64] | None, count: int) -> NDArray[np.int64]:

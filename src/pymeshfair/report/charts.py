@@ -19,23 +19,6 @@ _BARS = 48
 
 
 @dataclass(frozen=True)
-class Line:
-    """One line of a chart."""
-
-    name: str  # that of its sample, such as "before"
-    path: str  # of the SVG
-    kind: str  # "before" or "after", which the style sheet tells apart by colour and dashes
-
-
-@dataclass(frozen=True)
-class Tick:
-    """A mark at an axis: where it is, and its words."""
-
-    at: float
-    words: str
-
-
-@dataclass(frozen=True)
 class Chart:
     """The data for the template of a chart."""
 
@@ -43,9 +26,9 @@ class Chart:
     summary: str  # the same in a sentence, for those who do not see it
     across: str  # the quantity of the horizontal axis
     upwards: str  # the quantity of the vertical axis
-    lines: tuple[Line, ...]  # the curves
-    ticks_across: tuple[Tick, ...]  # the marks at the horizontal axis
-    ticks_upwards: tuple[Tick, ...]  # the marks at the vertical axis
+    lines: dict[str, str]  # the paths of the curves, under "before" and "after", which the style sheet tells apart
+    ticks_across: list[tuple[float, str]]  # the marks at the horizontal axis: where each is, and its words
+    ticks_upwards: list[tuple[float, str]]  # the marks at the vertical axis
     headers: tuple[str, ...]  # of the table
     rows: tuple[tuple[str, ...], ...]  # of the table
     width: int = WIDTH
@@ -72,9 +55,9 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
         summary=f"Half of the numbers lie below: {medians} ({across}).",
         across=across,
         upwards="percent",
-        lines=tuple(Line(name, _steps(edges, share, (low, high), (0.0, most)), name) for name, share in shares.items()),
-        ticks_across=tuple(Tick(_across(x, low, high), f"{x:.4g}") for x in round_numbers(low, high, 6)),
-        ticks_upwards=tuple(Tick(_upwards(y, 0.0, most), f"{y:.4g}") for y in round_numbers(0.0, most, 4)),
+        lines={name: _steps(edges, share, (low, high), (0.0, most)) for name, share in shares.items()},
+        ticks_across=[(_across(x, low, high), f"{x:.4g}") for x in round_numbers(low, high, 6)],
+        ticks_upwards=[(_upwards(y, 0.0, most), f"{y:.4g}") for y in round_numbers(0.0, most, 4)],
         headers=(across, *(f"{name}, %" for name in shares)),
         rows=rows,
     )
@@ -91,20 +74,20 @@ def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]], unit: s
     # Long waves on the left, as a spectrum of frequencies has them.
     left, right = float(every.max()), float(every.min())
     low, high = float(max(positive.min(), positive.max() - 7.0)) - 0.1, float(positive.max()) + 0.1
-    lines, rows = [], []
+    lines, rows = {}, []
     for name, (edges, heights) in bands.items():
         # Where the bands' energies were not told apart from 0 the line has a gap.
         shown = np.log10(np.where(heights > 10.0**low, heights, np.nan))
-        lines.append(Line(name, _steps(np.log10(edges), shown, (left, right), (low, high), floor=False), name))
+        lines[name] = _steps(np.log10(edges), shown, (left, right), (low, high), floor=False)
         rows += [(name, f"{b:.4g} to {a:.4g}", f"{heights[k]:.4g}") for k, (a, b) in _pairs(edges)]
     return Chart(
         title="Spectrum: how high are waves of which length",
         summary="Where both lines are the same nothing was changed; noise is what stays high at short waves, on the right.",
         across=f"wavelength ({unit})",
         upwards=f"height ({unit})",
-        lines=tuple(lines),
-        ticks_across=tuple(Tick(_across(math.log10(x), left, right), f"{x:.4g}") for x in _powers(right, left)),
-        ticks_upwards=tuple(Tick(_upwards(math.log10(y), low, high), f"{y:.3g}") for y in _powers(low, high)),
+        lines=lines,
+        ticks_across=[(_across(math.log10(x), left, right), f"{x:.4g}") for x in _powers(right, left)],
+        ticks_upwards=[(_upwards(math.log10(y), low, high), f"{y:.3g}") for y in _powers(low, high)],
         headers=("mesh", f"wavelength ({unit})", f"height ({unit})"),
         rows=tuple(rows),
     )

@@ -31,7 +31,7 @@ from ..looking.words import (
     measure_rows,
     verdict_text,
 )
-from ..running.job import StepReport
+from ..running.report import steps_of
 from .charts import Chart, histogram, section_chart, spectrum_chart
 from .display import Shown, shown_mesh
 from .page import Figure, figure_of, render
@@ -52,17 +52,6 @@ class Verdict:
     kind: str  # "good", "info", "warn" or "bad", which the style sheet shows by a colour
     text: str  # the sentence
     lines: tuple[str, ...] = ()  # further sentences
-
-
-@dataclass(frozen=True)
-class RunPart:
-    """The part of the report about a run."""
-
-    steps: Sequence[StepReport]  # the reports of the steps
-    #: of the shape, `pymeshfair.running.shape_change.ShapeChange` by name; empty if that was not measured
-    change: Mapping[str, Any]
-    recipe: str  # the script as text
-    provenance: str  # the record as text
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +76,8 @@ def comparison_page(
     markers: Sequence[Marker] = (),
     warnings: Sequence[str] = (),
     left_out: Sequence[str] = (),
-    run: RunPart | None = None,
+    run: Mapping[str, Any] | None = None,
+    provenance: str = "",
     up: str = "y",
     limits: Limits | None = None,
     planes: Sequence[Plane] = (),
@@ -104,7 +94,8 @@ def comparison_page(
         markers: places to show; the areas out of tolerance, or the largest distance, if there are none.
         warnings: for the reader.
         left_out: the parts that the page does not show, and why.
-        run: the run between the meshes, if that is known.
+        run: the record of the run between the meshes, if that is known.
+        provenance: the text of that record, as the page shows it.
         up: the upright axis, "y" or "z".
         limits: the ends of the colours of distances; found from them if it is None.
         planes: of the sections to show.
@@ -122,7 +113,7 @@ def comparison_page(
         pictures=_pictures(compared, up, ends, unit),
         scene=scene,
         notes=[_decimation(mesh) for mesh in shown if mesh.decimated],
-        change=change_lines(run.change, unit) if run and run.change else (),
+        change=change_lines(run["measures"]["change"], unit) if run and run["measures"]["change"] else (),
         distance_headers=distance_headers(unit),
         distance_rows=distance_rows(compared.found),
         area_headers=area_headers(unit),
@@ -134,6 +125,8 @@ def comparison_page(
         left_out=left_out,
         warnings=warnings,
         run=run,
+        steps=steps_of(run) if run else (),
+        provenance=provenance,
         numbers=numbers,
         numbers_text=json.dumps(numbers, indent=1, ensure_ascii=False),
         made=f"Made by pymeshfair on {datetime.now(timezone.utc):%Y-%m-%d %H:%M} UTC. This page needs no network.",

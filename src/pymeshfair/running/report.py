@@ -33,15 +33,15 @@ def record_of(job: Job, report: Report, *, started: datetime, seconds: float) ->
         "output": report.output,
         "steps": [
             {
-                "number": number,
-                "filter": step.filter.name,
-                "python_name": step.filter.python_name,
+                "number": done.number,
+                "filter": done.filter,
+                "python_name": done.python_name,
                 "origin": step.filter.origin,
                 "parameters": done.parameters,
                 "values": done.values,
                 "messages": list(done.messages),
             }
-            for number, (step, done) in enumerate(zip(script.steps, report.steps, strict=True), 1)
+            for step, done in zip(script.steps, report.steps, strict=True)
         ],
         "measures": {
             "unit": job.unit_of(report.input.get("unit")),
@@ -120,16 +120,6 @@ def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
     )
 
 
-@dataclass(frozen=True)
-class StepDone:
-    """The work of one step."""
-
-    parameters: Mapping[str, Any]  # every parameter with its value on this mesh, in terms of JSON
-    values: Mapping[str, Any]  # those that the filter reported, in terms of JSON
-    seconds: float  # how long it took
-    messages: tuple[str, ...] = ()  # those of the filter
-
-
 @dataclass(frozen=True, kw_only=True)
 class Report:
     """The results of the work of a run. All mappings are in terms of JSON, as in the provenance document."""
@@ -137,7 +127,7 @@ class Report:
     input: Mapping[str, Any]  # which files were read
     #: which file was written, with its side files; None if a limit was broken and nothing was written
     output: Mapping[str, Any] | None = None
-    steps: tuple[StepDone, ...]  # one for each step
+    steps: tuple[StepReport, ...]  # one for each step
     staged: tuple[StagedFile, ...] = ()  # the output and its side files in the staging folder
     before: Mapping[str, Any] | None = None  # the measures of the mesh as read; None if none are wanted. So the next two.
     after: Mapping[str, Any] | None = None  # those of the mesh as written

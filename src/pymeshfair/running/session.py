@@ -27,12 +27,12 @@ from ..scripts.warnings import lengths_out_of_proportion
 from .document import Document, State
 from .guarding import breaches
 from .intervention import stage_map
-from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepReport, StepStarted
 from .measuring import Found, Measuring, change_of
 from .origins import Origins, find_origins
 from .plain_values import plain
 from .printable import PRINTABLE, print_faults, wall_words, wrap_words
-from .report import Report, StepDone
+from .report import Report
 from .shape_change import ShapeChange, milder, warnings_of
 from .suitability import ERASED, instead, traits_asked_for
 from .talk import mark
@@ -51,7 +51,7 @@ class Outcome:
 
     before: Found  # the mesh as it was read
     result: MeshData  # the mesh after the steps, without a matrix
-    steps: list[StepDone]  # the report of each step
+    steps: tuple[StepReport, ...]  # the report of each step
     traits: Mapping[str, Any]  # those of the scan that the recipe asked for
 
 
@@ -66,7 +66,7 @@ class Earlier:
         """See the class; nothing is kept yet."""
         self._states = states
         self._measured: tuple[RecipeInfo, _Measured] | None = None
-        self._kept: list[tuple[tuple[Step, ...], State, tuple[StepDone, ...]]] = []  # the one used last is the last
+        self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...]]] = []  # the one used last is the last
 
     def measured(self, info: RecipeInfo, measure: Callable[[], _Measured]) -> _Measured:
         """The measures of the mesh for a recipe of this head."""
@@ -74,7 +74,7 @@ class Earlier:
             self._measured = info, measure()
         return self._measured[1]
 
-    def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepDone, ...]]:
+    def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepReport, ...]]:
         """The layers after as many of the steps as are kept, and the reports of these steps."""
         known = [entry for entry in self._kept if entry[0] == steps[: len(entry[0])]]
         if not known:
@@ -84,7 +84,7 @@ class Earlier:
         self._kept.append(entry)
         return entry[1:]
 
-    def keep(self, steps: tuple[Step, ...], state: State, done: tuple[StepDone, ...]) -> None:
+    def keep(self, steps: tuple[Step, ...], state: State, done: tuple[StepReport, ...]) -> None:
         """Keep the layers after some steps."""
         self._kept.append((steps, state, done))
         del self._kept[: -self._states or None]
@@ -159,7 +159,7 @@ class Session:
 
     def _measured(self, read: MeshData) -> _Measured:
         before = self._looked(read, InputError(self._job.input, "it has coordinates that are not finite"))
-        return before, *traits_asked_for(self._job.recipe, before, attributes_of(read))
+        return before, *traits_asked_for(self._job.recipe, before, attributes_of(read), as_shipped=not self._job.overrides)
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
         """Read a file; its mesh, and which file it was."""
@@ -180,7 +180,7 @@ class Session:
 
     # --------------------------------------------------------------------------------------------------------------- steps
 
-    def _carried_out(self, earlier: Earlier) -> list[StepDone]:
+    def _carried_out(self, earlier: Earlier) -> tuple[StepReport, ...]:
         """Carry out the steps, but for the first ones that were carried out earlier."""
         state, done = earlier.longest(self._steps)
         if state is not None:
@@ -194,9 +194,9 @@ class Session:
             done = (*done, self._step(number))
             if (state := self._document.state) is not None:
                 earlier.keep(self._steps[:number], state, done)
-        return list(done)
+        return done
 
-    def _step(self, number: int) -> StepDone:
+    def _step(self, number: int) -> StepReport:
         step = self._steps[number - 1]
         self._number, self._told, self._notes = number, 0.0, []
         self._event(StepStarted(number, len(self._steps), step.filter.name))
@@ -221,7 +221,8 @@ class Session:
         os.write(2, mark(0))
         self._event(StepFinished(number, seconds))
         self._number = 0
-        return StepDone(plain(parameters), plain(values), seconds, tuple(self._notes))
+        known = step.filter
+        return StepReport(number, known.name, known.python_name, seconds, plain(parameters), plain(values), tuple(self._notes))
 
     def _failed(self, reason: str) -> StepFailedError:
         """The failure of the current step, or of the last one when all are done."""
@@ -264,7 +265,7 @@ class Session:
                 )
         report = Report(
             input=source,
-            steps=tuple(outcome.steps),
+            steps=outcome.steps,
             traits=plain(outcome.traits),
             before=before.described,
             after=after.described,

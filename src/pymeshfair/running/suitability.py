@@ -213,13 +213,16 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     return f"{wrong}: no other recipe of its kind fits; `pymeshfair suggest` names those that do{named}"
 
 
-def traits_asked_for(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> tuple[dict[str, float], str | None]:
+def traits_asked_for(
+    recipe: Recipe, found: Found, attributes: AbstractSet[str], *, as_shipped: bool = True
+) -> tuple[dict[str, float], str | None]:
     """The traits of a mesh that a recipe asks for, and a warning if it is not for such scans.
 
     Args:
         recipe: the recipe.
         found: the measures of the mesh; if there are none, there are no warnings.
         attributes: those of the mesh.
+        as_shipped: whether nothing of the recipe was set. Who sets what smooths asks for what goes.
 
     Raises:
         RunError: it is of another kind: a cloud where a recipe is for meshes, or the other way round.
@@ -231,10 +234,15 @@ def traits_asked_for(recipe: Recipe, found: Found, attributes: AbstractSet[str])
     if not info.conditions or (measures is None and not is_other):
         return {}, None
     if measures is not None:
-        asked = needed(info.conditions)
+        for_noise = bool(info.behind) or (info.task == "smooth" and as_shipped)
+        asked = needed(info.conditions) | ({"noise"} if for_noise else set())
         traits |= traits_of(*arrays, measures, attributes, asked)
         if not judged(recipe.name, info, traits).unmet:
-            return traits, None
+            better = next((s.recipe for s in ranked(traits) if s.fits and s.task == "denoise"), "") if for_noise else ""
+            if better in ("", recipe.name):
+                return traits, None
+            alone = f"there is noise of {traits['noise']:.2g} edges: where that alone is to go"
+            return traits, f"{alone}, {better} mostly keeps more of the shape; `pymeshfair suggest` ranks both here"
         traits |= traits_of(*arrays, measures, attributes, set(MEASURED) - asked)
     warning = unsuitable(recipe.name, info, traits, ranked(traits))
     if is_other:

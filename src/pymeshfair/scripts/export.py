@@ -83,11 +83,9 @@ def _why_not(step: Step, *, known: bool) -> str:
 
 
 def _relative_lengths(script: Script, step: Step) -> Iterator[Problem]:
-    for parameter in step.filter.parameters:
-        value = step.values.get(parameter.name)
-        if isinstance(value, Length) and value.unit != "absolute" and value.amount:
-            why = f"is {value}, which depends on the size of the mesh; say with --for MESH which mesh the script is for"
-            yield _problem(script, step, parameter=parameter.xml_name, why=why)
+    for name, length in step.relative_lengths.items():
+        why = f"is {length}, which depends on the size of the mesh; say with --for MESH which mesh the script is for"
+        yield _problem(script, step, parameter=step.filter.parameter(name).xml_name, why=why)
 
 
 def _problem(script: Script, step: Step, *, why: str, parameter: str | None = None) -> Problem:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -12,6 +13,9 @@ from ..declaration import Filter, Length
 from ..registry import find_filter
 from .guards import NO_GUARDS, Guards
 from .settings import Setting
+
+#: the words with which a paragraph of a head comment may begin, each followed by a colon
+KEYWORDS = ("Task", "For", "Fits", "Judged", "Does", "Tune", "Superseded")
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,12 @@ class Step:
         unset = {name for name, value in values.items() if self.values.get(name) != value}
         settings = {name: setting for name, setting in self.settings.items() if name not in unset}
         return replace(self, values=self.filter.in_order({**self.values, **values}), settings=settings)
+
+    @property
+    def relative_lengths(self) -> dict[str, Length]:
+        """By Python parameter name, the lengths that depend on the size of the mesh."""
+        values = self.values.items()
+        return {name: v for name, v in values if isinstance(v, Length) and v.unit != "absolute" and v.amount}
 
     def in_mesh_units(self, *, diagonal: float, mean_edge: float) -> Step:
         """The step with its lengths in mesh units, on a mesh of this size."""
@@ -95,3 +105,17 @@ class Script:
 def clean_comment(text: str) -> str:
     """A comment's text without its common indentation and without empty lines at its ends."""
     return inspect.cleandoc("\n".join(line.rstrip() for line in text.expandtabs().splitlines())).strip()
+
+
+def paragraphs(text: str) -> tuple[dict[str, str], tuple[str, ...]]:
+    """The paragraphs of a head comment without its title: the first for each of `KEYWORDS`, by keyword, and all others."""
+    by_keyword: dict[str, str] = {}
+    others: list[str] = []
+    for paragraph in re.split(r"\n[ \t]*\n", text.strip()):
+        plain = " ".join(paragraph.split())
+        keyword, colon, words = plain.partition(":")
+        if colon and keyword in KEYWORDS and keyword not in by_keyword:
+            by_keyword[keyword] = words.strip()
+        elif plain:
+            others.append(plain)
+    return by_keyword, tuple(others)

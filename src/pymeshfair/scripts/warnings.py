@@ -7,9 +7,8 @@ from typing import Any
 from ..declaration import FileOpen, Length, Mesh, Parameter
 from ..errors import ParameterError
 from .fits import parse_fits
-from .head import paragraphs
 from .problems import Problem, ScriptError
-from .script import Script, Step
+from .script import Script, Step, paragraphs
 from .upgraded_steps import deletes_result, left_current_layer, steps_on_leftover_selection
 
 

@@ -22,10 +22,10 @@ from ..operating_system import this_system
 from ..processes.cluster import LostSchedulerError, Scheduler
 from ..processes.process import Items
 from ..processes.versions import packages_here
-from ..running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
+from ..running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepReport, StepStarted
 from ..running.memory import default_memory
 from ..running.plain_values import plain
-from ..running.report import Report, StepDone
+from ..running.report import Report
 from ..running.supervise import run_job
 from ..scripts.problems import ScriptError
 from .cloud import Cloud, do_step, write_cloud
@@ -33,7 +33,6 @@ from .memory import Budget, budget, cloud_room, slice_rows, surface_room
 from .mesh import MeshFile, MeshTiles, cut, do_move
 from .moves import NORMALS, cost_of
 from .plan import LOOP, POINT_NORMALS, STRAYS, CloudStep, Move, Plan, plan_of
-from .ply_slices import PlySlices
 from .sources import CLOUD_FORMATS, E57Cloud, Source, file_cloud, open_cloud
 from .work_folder import work_folder, work_path
 from .workers import FullDiskError, Tasks, open_tasks
@@ -140,7 +139,7 @@ class _Course:
     folder: Path  # for the files of the work
     staged: Path  # the output, in the staging folder
     on_event: Callable[[Event], None]
-    steps: list[StepDone] = field(default_factory=list)
+    steps: list[StepReport] = field(default_factory=list)
 
     def do_cloud(self, plan: tuple[CloudStep, ...]) -> Report:
         """Do the steps on a cloud and write the result; the report."""
@@ -184,7 +183,7 @@ class _Course:
 
     def move(self, plan: tuple[Move, ...]) -> Report:
         """Move the vertices of a mesh and write the result; the report."""
-        mesh, folder = MeshFile(PlySlices(self.job.input)), self.folder
+        mesh, folder = MeshFile(self.job.input), self.folder
         for move in plan:
             values: dict[str, Any] = {}
             with self._step(move.step, values):
@@ -201,7 +200,7 @@ class _Course:
         self.on_event(PhaseStarted("writing"))
         work = MeshTiles(surface)
         self.tasks.map(work.finish, tiles, lambda share: None)
-        size = slice_rows(self.share.tile, mesh.file.vertices.dtype.itemsize)
+        size = slice_rows(self.share.tile, mesh.vertices.dtype.itemsize)
         self.tasks.run_again(mesh.write, self.staged, tuple(work.part(first) for first, _ in tiles), size)
         counts = known["points"], known["faces"]
         told = {"tiles": len(tiles), "points_per_tile": known["points_per_tile"]}
@@ -240,7 +239,8 @@ class _Course:
         notes = tuple(values.pop("notes", ()))
         for text in notes:
             self.on_event(Message(text, step=number))
-        self.steps.append(StepDone(plain(step.with_defaults().values), plain(values), seconds, notes))
+        known, parameters = step.filter, plain(step.with_defaults().values)
+        self.steps.append(StepReport(number, known.name, known.python_name, seconds, parameters, plain(values), notes))
         self.on_event(StepFinished(number, seconds))
 
     def _progress(self, number: int) -> Callable[[float], None]:
@@ -265,7 +265,7 @@ def check(job: Job, plan: Plan) -> None:
     check_input(job.input, (*formats, "e57") if plan.cloud else formats)
     try:
         check_magic(job.input)
-        source = open_cloud(job.input) if plan.cloud else MeshFile(PlySlices(job.input))
+        source = open_cloud(job.input) if plan.cloud else MeshFile(job.input)
         if isinstance(source, MeshFile):
             source.check()
     except ContentsError as error:
@@ -283,9 +283,8 @@ def _check_room(job: Job, plan: Plan, source: Source | E57Cloud | MeshFile) -> N
         most = (max((s.neighbors for s in plan.cloud if s.filter == name), default=0) for name in (LOOP, STRAYS, POINT_NORMALS))
         needed = cloud_room(len(source), source.row, *most)
     else:
-        file = source.file
-        vertices, faces = len(file), file.tables["face"].element.count
-        row = file.vertices.dtype.itemsize + 24 + faces * file.tables["face"].dtype.itemsize // vertices
+        vertices, faces = len(source), source.tables["face"].element.count
+        row = source.vertices.dtype.itemsize + 24 + faces * source.tables["face"].dtype.itemsize // vertices
         needed = surface_room(vertices, faces, row, rounds=any(step.filter == NORMALS for step in plan.moves))
     former = sum(file.stat().st_size for file in work_path(job.output).glob("**/*") if file.is_file())
     free = shutil.disk_usage(folder).free + former

@@ -173,39 +173,36 @@ class Relaxation:
 _SAMPLE, _PATCH = 60_000, 4
 
 
-@dataclass(frozen=True)
-class MeshFile:
+class MeshFile(PlySlices):
     """A binary PLY file of triangles."""
-
-    file: PlySlices
 
     def check(self) -> None:
         """Refuse what is no mesh of triangles."""
-        self.file.vertices  # noqa: B018 - is checked
-        table = self.file.tables.get("face")
+        self.vertices  # noqa: B018 - is checked
+        table = self.tables.get("face")
         if table is None or not table.element.count or not any(p.name in CORNERS for p in table.element.properties):
             raise ContentsError("it has no faces; by tiles, vertices are moved on meshes of triangles")
-        others = [e for e in self.file.header.elements if e.name not in ("vertex", "face") and e.count]
+        others = [e for e in self.header.elements if e.name not in ("vertex", "face") and e.count]
         if others:
             raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; by tiles a mesh has vertices and faces alone")
 
     def faces(self, size: int) -> Iterator[NDArray[Any]]:
         """(m, 3) numbers of vertices, so many faces at a time."""
-        table = self.file.tables["face"]
+        table = self.tables["face"]
         name = next(p.name for p in table.element.properties if p.name in CORNERS)
         for rows in table.slices(size):
             yield rows[name].astype(np.int64)
 
     def write(self, target: Path, parts: tuple[Part, ...], size: int) -> None:
         """Write the mesh with other coordinates, which are then numbers of double precision; all else as it was."""
-        properties = self.file.vertices.element.properties
+        properties = self.vertices.element.properties
         other = tuple(replace(p, type="double") if p.name in "xyz" else p for p in properties)
-        elements = [replace(e, properties=other) if e.name == "vertex" else e for e in self.file.header.elements]
+        elements = [replace(e, properties=other) if e.name == "vertex" else e for e in self.header.elements]
         vertices = (
             {p.name: places[:, "xyz".index(p.name)] if p.name in "xyz" else rows[p.name] for p in properties}
-            for rows, places in zip(self.file.vertices.slices(size), in_order(parts, len(self.file), size), strict=True)
+            for rows, places in zip(self.vertices.slices(size), in_order(parts, len(self), size), strict=True)
         )
-        self.file.rewrite(target, elements, vertices, size)
+        self.rewrite(target, elements, vertices, size)
 
 
 @dataclass(frozen=True)
@@ -266,8 +263,8 @@ def cut(
     progress: Callable[[float], None],
 ) -> tuple[Surface, dict[str, Any]]:
     """Cut a mesh into cells, for steps of these costs (see `pymeshfair.tiles.moves.cost_of`); the mesh, and its numbers."""
-    cloud = Cloud(PlyCloud(mesh.file.path), folder)
-    size = slice_rows(tile, mesh.file.vertices.dtype.itemsize)
+    cloud = Cloud(PlyCloud(mesh.path), folder)
+    size = slice_rows(tile, mesh.vertices.dtype.itemsize)
     count, low, high = tasks.run(cloud.survey, size)
     if count > np.iinfo(np.int32).max:
         raise FilterInputError(f"{count} vertices are more than the 2,147,483,647 that an index of 32 bits reaches")

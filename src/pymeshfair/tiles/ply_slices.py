@@ -64,9 +64,6 @@ class PlySlices:
         header = read_header(self.path)
         if header.format == "ascii":
             raise ContentsError("it is a text; by tiles a PLY file must be binary")
-        names = [(e.name, *(p.name for p in e.properties)) for e in header.elements]
-        if len({n[0] for n in names}) < len(names) or any(len(set(n[1:])) < len(n[1:]) for n in names):
-            raise ContentsError("it declares an element or a property twice")
         return header
 
     @cached_property

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Edit, Floats, Ints, Layer
 from ..errors import MeshError
-from ..mesh_data.mesh_data import Has, diagonal_of, mean_edge_of, selected_vertices_of
+from ..mesh_data.mesh_data import Has, Measures
 from .arrays import EDITABLE, empty_array, read_array
 from .workbench import Workbench
 
@@ -27,7 +27,7 @@ class _Array(Generic[_T]):
         return cast("_T", layer._array(self._name))
 
 
-class MeshLayer:
+class MeshLayer(Measures):
     """A pymeshlab mesh as the `Layer` that a filter reads, with edits that MeshLab has not been told yet.
 
     Arrays are read when first asked for and then kept, so a layer serves until the mesh changes otherwise.
@@ -56,7 +56,6 @@ class MeshLayer:
         self._settle = settle
         self.pending = edit or Edit()
         self._arrays: dict[str, NDArray[Any]] = {}
-        self._mean_edge: float | None = None
 
     @property
     def has_pending(self) -> bool:
@@ -75,8 +74,8 @@ class MeshLayer:
         kept = set(self._arrays) - set(changed)
         if "vertices" in changed:
             kept -= {"vertex_normals", "face_normals"} if len(self.faces) else set()
-        else:
-            after._mean_edge = self._mean_edge
+        elif "mean_edge" in vars(self):
+            after.mean_edge = self.mean_edge
         after._arrays = {name: self._arrays[name] for name in kept}
         return after
 
@@ -115,19 +114,6 @@ class MeshLayer:
         if getattr(self.pending, name) is not None:
             return True
         return self._mesh is not None and bool(getattr(self._mesh, f"has_{name[:-1]}")())
-
-    @property
-    def diagonal(self) -> float:
-        return diagonal_of(self.vertices)
-
-    @property
-    def mean_edge(self) -> float:
-        if self._mean_edge is None:
-            self._mean_edge = mean_edge_of(self.vertices, self.faces, self.edges)
-        return self._mean_edge
-
-    def selected_vertices(self) -> Bools:
-        return selected_vertices_of(self.label, self.faces, self.vertex_selection, self.face_selection)
 
     def other(self, mesh_id: int) -> Layer:
         return self._other(mesh_id)
