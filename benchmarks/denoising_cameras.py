@@ -5,8 +5,7 @@
 Scenes are put before simulated cameras: structured light, whose disparity is matched over windows and rounded; time of flight,
 whose noise is partly smoothed; level sets fused from many maps; and two cameras with independent noise, which must not be taken
 for the others. Scenes are in two halves; constants were looked at on one. Prints what kind is found of each map and of its truth,
-and the mean angles to the true normals of nothing, of the choice, of what is chosen where shared noise is not looked for, and of
-the strong setting, which has 40 rounds.
+and the mean angles to the true normals of nothing, of the choice, and of what is chosen where shared noise is not looked for.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import NamedTuple
 
 import igl
@@ -26,10 +24,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial.transform import Rotation
 
 from pymeshfair.filters.denoising import Setting, automatic_choice
-from pymeshfair.filters.denoising.candidates import CORRELATED
 
-#: 40 rounds, which suit most maps of structured light
-STRONG = Setting(parameters=replace(CORRELATED.chains[0][0], outer_iterations=40))
 #: heights in mm above the background, at places in mm; not a number where there is nothing to see
 Scene = Callable[[Floats, Floats], Floats]
 
@@ -234,7 +229,7 @@ def main() -> int:
     parser.add_argument("--only", default="", help="parts of names, with commas; all by default")
     options = parser.parse_args()
     rows, wrong = [], 0
-    print("map                    faces       kind  of truth  nothing  chosen  not looked for  strong")
+    print("map                    faces       kind  of truth  nothing  chosen  not looked for")
     for pair in pairs(options.half, [part for part in options.only.split(",") if part]):
         choice = automatic_choice(pair.noisy, pair.faces)
         truth = automatic_choice(pair.truth, pair.faces).kind
@@ -242,11 +237,11 @@ def main() -> int:
         wrong += ((choice.kind == "correlated") != shared) + (truth == "correlated")
         with left_out(["shared", "rounding"]):
             other = automatic_choice(pair.noisy, pair.faces).setting
-        results = (setting.apply(pair.noisy, pair.faces) for setting in (Setting(), choice.setting, other, STRONG))
+        results = (setting.apply(pair.noisy, pair.faces) for setting in (Setting(), choice.setting, other))
         found = [measured(result, pair.truth, pair.faces)[0] for result in results]
         if shared:
             rows.append(np.log(found))
-        told = "{:9.2f} {:7.2f} {:15.2f} {:7.2f}".format(*found)
+        told = "{:9.2f} {:7.2f} {:15.2f}".format(*found)
         print(f"{pair.name:20} {len(pair.faces):7} {choice.kind:>10} {truth:>9}{told}", flush=True)
     if not rows:
         raise SystemExit(f"no map of a camera has a name with {options.only}")
