@@ -74,8 +74,8 @@ def setting_of_shared(
     scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, **_WIDE, progress=progress)
     tried = SettingsTried(scan, border=border, of=CORRELATED)
     field = noise_field(scan, *(_KNOW if on_lines else _KNOW_FUSED))[1]
-    # Many rounds move what is beside the border of a camera's map, which has to count.
-    found = (replace(scan, rings=1) if on_lines else scan).choose_by_risk(tried, tried.labels, field)
+    # Many rounds move what is beside the border, which has to count.
+    found = replace(scan, rings=1).choose_by_risk(tried, tried.labels, field)
     return found if found is None or on_lines else scan.few_flipped(tried, tried.labels, found)
 
 
