@@ -205,7 +205,7 @@ def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -
     """
     check_choice("border", border, BORDER_POLICIES)
     n = len(stars.kinds)
-    edges = stars.border_edges() if border != "free" and (stars.kinds > CLOSED).any() else np.empty((0, 2), dtype=np.int32)
+    edges = np.empty((0, 2), dtype=np.int32) if border == "free" else stars.border_edges()
     kinds = stars.kinds if movable is None else np.where(movable, stars.kinds, np.uint8(0))
     inside, curve = kinds, np.empty(0, dtype=np.int32)
     if len(edges):

@@ -64,6 +64,8 @@ class Stars(NamedTuple):
     def border_edges(self) -> Ints:
         """(b, 2) the edges with exactly one face, lower vertex first."""
         on_border = np.flatnonzero(self.kinds == OPEN)
+        if len(on_border) == 0 and len(self.irregular) == 0:
+            return np.empty((0, 2), dtype=np.int32)
         places, faces = np.unique(self.ends, return_counts=True)
         single = places[faces == 1]
         owners = np.concatenate([on_border, on_border, np.searchsorted(self.offsets, single, side="right") - 1])
@@ -95,7 +97,7 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
             nothing = np.empty(0, dtype=np.int32)
             return Stars(kinds, ring_offsets, walks, nothing, np.zeros(1, dtype=np.int64), nothing.astype(np.int64))
         take_walks(ring_offsets, ring, kinds, walks)
-        del walks
+        del walks  # before memory for the neighbours is taken
         irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
         offsets = np.zeros(n_vertices + 1, dtype=np.int64)
         sizes = offsets[1:]
@@ -223,8 +225,11 @@ def _walk_round(ends: Ints, start: int, stop: int, names: Ints, following: Longs
     for k in range(first, last, _U(2)):
         following[slot_of(ends[k])] = -1
     found: bool = (vertex == begin) & (wrong == 0) & (size > _U(1))
-    if found and _name(names, walks[at + _U(1)]) > _name(names, walks[at + size - _U(1)]):
-        walks[at + _U(1) : at + size] = walks[at + _U(1) : at + size][::-1].copy()
+    low, high = at + _U(1), at + size - _U(1)
+    if found and _name(names, walks[low]) > _name(names, walks[high]):
+        while low < high:
+            walks[low], walks[high] = walks[high], walks[low]
+            low, high = low + _U(1), high - _U(1)
     return found
 
 
