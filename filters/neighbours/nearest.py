@@ -137,17 +137,22 @@ def _exact_places(index_at: Ints, positions: Ints, squared: Floats, r: int, plac
         places[i] = place
 
 
-def search_leaves(tree: KdTree, first: int, last: int, k: int) -> tuple[Ints, Floats]:
-    """The k < n nearest other points of every point in the leaves from `first` to before `last`.
+def search_leaves(tree: KdTree, first: int, last: int, positions: Ints) -> tuple[slice, Floats]:
+    """Writes the k nearest other points of every point in the leaves from `first` to before `last` to its row of `positions`.
+
+    Args:
+        tree: of n points.
+        first: the first leaf.
+        last: the leaf after the last.
+        positions: (n, k), k < n; the rows in the order of the tree, each in no particular but a fixed order.
 
     Returns:
-        (rows, k) positions and (rows, k) squared distances in the tree's scale, each row in no particular but a fixed order.
+        The rows that were written, and their (rows, k) squared distances in the tree's scale.
     """
-    rows = min(last * LEAF, tree.size) - first * LEAF
-    positions: Ints = np.empty((rows, k), np.int32)
-    squared: Floats = np.empty((rows, k))
-    _search(tree, first, positions, squared)
-    return positions, squared
+    rows = slice(first * LEAF, min(last * LEAF, tree.size))
+    squared: Floats = np.empty((rows.stop - rows.start, positions.shape[1]))
+    _search(tree, first, positions[rows], squared)
+    return rows, squared
 
 
 @compiled(nogil=True)

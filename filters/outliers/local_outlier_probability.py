@@ -74,9 +74,7 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
     factors: Floats = np.empty(tree.size)
 
     def find(first: int, last: int) -> None:
-        nearest, squared = search_leaves(tree, first, last, k)
-        rows = slice(first * LEAF, first * LEAF + len(nearest))
-        positions[rows] = nearest
+        rows, squared = search_leaves(tree, first, last, positions)
         distances[rows] = standard_distances(squared)
 
     def judge(first: int, last: int) -> None:

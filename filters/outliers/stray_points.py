@@ -10,7 +10,7 @@ from ..checks import check_finite, check_whole_number
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, over_range, part_of
 from ..mesh import Bools, Floats, Ints, Longs
-from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leaves
+from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
@@ -103,10 +103,8 @@ def stray_points(
     reaches, spacing = np.empty(n), np.empty(n)
 
     def find(first: int, last: int) -> None:
-        nearest, squared = search_leaves(tree, first, last, k)
-        rows = slice(first * LEAF, first * LEAF + len(nearest))
+        rows, squared = search_leaves(tree, first, last, links)
         reaches[rows], spacing[rows] = squared.max(axis=1), standard_distances(squared)
-        links[rows] = nearest
 
     in_parallel(find, leaf_ranges(tree, k), part_of(progress, 0.2, 0.9))
     numbers = index.astype(np.int64)

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from ..filters.execution import ignore_progress, in_parallel
 from ..filters.neighbours import (
-    LEAF,
     Nearest,
     build_tree,
     cells_within,
@@ -82,9 +81,8 @@ def search_tile(cells: Cells, k: int, most: int, first: int, last: int, inside: 
     bounds = np.full(count, np.inf)
 
     def search(start: int, stop: int) -> None:
-        found, squared = search_leaves(tree, start, stop, k)
-        rows = slice(start * LEAF, start * LEAF + len(found))
-        nearest[rows], bounds[rows] = found, squared.max(axis=1)
+        rows, squared = search_leaves(tree, start, stop, nearest)
+        bounds[rows] = squared.max(axis=1)
         inside(rows, squared)
 
     if count <= k:  # then the points of the tile are looked at like all others
