@@ -57,11 +57,11 @@ def compare(n_vertices: int, modes: int, rounds: int, rational: bool) -> bool:
         start = time.perf_counter()
         lowest_eigenpairs(problem, modes)
         slow.append(time.perf_counter() - start)
-    print(f"  low pass          {statistics.median(quick):8.2f} s  {filtered.route}")
+    print(f"  low pass          {statistics.median(quick):8.2f} s  {filtered.route} of degree {filtered.degree}")
     print(f"  {modes} modes         {statistics.median(slow):8.2f} s")
     if rational:
         taken, filtered = without("rational")
-        print(f"  low pass          {taken:8.2f} s  {filtered.route}")
+        print(f"  low pass          {taken:8.2f} s  {filtered.route} of degree {filtered.degree}")
     ratio = statistics.median(slow) / statistics.median(quick)
     print(f"  {ratio:.1f} times as fast; at least {FASTER:g} wanted")
     return ratio >= FASTER
@@ -77,7 +77,8 @@ def large(n_vertices: int, modes: int) -> bool:
     taken = time.perf_counter() - start
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9
     print(
-        f"{len(vertices):,} vertices: {taken:.1f} s, {peak:.2f} GB at most ({before:.2f} for making the mesh); {filtered.route}"
+        f"{len(vertices):,} vertices: {taken:.1f} s, {peak:.2f} GB at most ({before:.2f} for making the mesh); "
+        f"{filtered.route} of degree {filtered.degree}"
     )
     return taken < SECONDS and peak < GIGABYTES
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pymeshfair import MeshSet
 from pymeshfair.filters.fairing import ENERGIES, blend_parts, fair_region
 from pymeshfair.filters.holes import close_holes
-from pymeshfair.filters.spectral import low_pass, manifold_harmonics
+from pymeshfair.filters.spectral import low_pass, lowest_eigenpairs, spectral_problem
 from pymeshfair.looking.panels import Panel, draw_panels, save_picture
 from pymeshfair.looking.picture import Appearance
 
@@ -62,9 +62,10 @@ def before_and_after(after: Path) -> None:
 def rebuilt_from_modes(mesh: Path, counts: tuple[int, ...]) -> None:
     """One shape as the sum of its 5, 20, 100 ... lowest modes, and as it is."""
     vertices, faces = read(mesh)
-    harmonics = manifold_harmonics(vertices, faces, count=max(counts))
-    coefficients = harmonics.transform(vertices)
-    shown = [Panel(f"{count} modes", harmonics.inverse(coefficients[:count]), faces) for count in counts]
+    problem = spectral_problem(vertices, faces)
+    _, modes = lowest_eigenpairs(problem, max(counts))
+    coefficients = modes.T @ (problem.mass[:, None] * vertices[problem.vertices])
+    shown = [Panel(f"{n} modes", problem.on_mesh(modes[:, :n] @ coefficients[:n]), faces) for n in counts]
     save_picture(
         PICTURES / "modes.png", draw_panels([*shown, Panel(f"all {len(vertices):,}", vertices, faces)], square(240, columns=5))
     )

@@ -2,7 +2,7 @@
 
 from .detail_enhancement import EnhancedDetails, enhance_details
 from .eigenpairs import lowest_eigenpairs
-from .harmonics import ManifoldHarmonics, OneHarmonic, manifold_harmonics, one_harmonic
+from .harmonics import OneHarmonic, one_harmonic
 from .problem import SPECTRAL_OPERATORS, SpectralOperator, SpectralProblem, spectral_problem
 from .responses import DEFAULT_ORDER, ORDERS, RESPONSE_NAMES, Response, ResponseName, band_pass, enhance, low_pass
 from .spectral_filter import SPECTRAL_METHODS, SpectralMethod, SpectralResult, spectral_filter
@@ -15,7 +15,6 @@ __all__ = [
     "SPECTRAL_METHODS",
     "SPECTRAL_OPERATORS",
     "EnhancedDetails",
-    "ManifoldHarmonics",
     "OneHarmonic",
     "Response",
     "ResponseName",
@@ -29,7 +28,6 @@ __all__ = [
     "enhance_details",
     "low_pass",
     "lowest_eigenpairs",
-    "manifold_harmonics",
     "one_harmonic",
     "spectral_filter",
     "spectral_problem",

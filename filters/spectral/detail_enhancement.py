@@ -1,7 +1,6 @@
 """Detail enhancement: relief of a band of wavelengths amplified along the normals of a shape that stays."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -82,8 +81,8 @@ def enhance_details(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles; at least one unless there are no vertices.
         gain: how many times as high the relief becomes, from 0. Below 1 it is flattened.
-        detail_size: the shortest wave of the relief, in mesh units; None for the one that `relief_band` measures. Choose it above
-            the size of the noise.
+        detail_size: the shortest wave of the relief, in mesh units; None for the one that `shortest_relief` measures. Choose it
+            above the size of the noise.
         largest_size: the longest wave, above `detail_size`; None for four times as long.
         most: the largest displacement as a share of the thickness, above 0. Larger lets thin parts change more; at 1/2 two sides
             may meet.
@@ -112,8 +111,8 @@ def enhance_details(
     problem = spectral_problem(mesh.points, mesh.cells, operator=operator)
     if len(problem.mass) == 0:
         return EnhancedDetails(points.copy())
-    band = _band(mesh, detail_size, largest_size)
-    short, long = low_pass(band.shortest), low_pass(band.longest)
+    shortest, longest = _band(mesh, detail_size, largest_size)
+    short, long = low_pass(shortest), low_pass(longest)
     here = mesh.points[problem.vertices]
 
     def passed(values: Floats, low: Response, start: float, stop: float) -> Floats:
@@ -126,33 +125,33 @@ def enhance_details(
     normals = vertex_normals_by_area(everywhere, mesh.cells)[problem.vertices]
     heights = ((fine - shape) * normals).sum(axis=1)
     heights -= passed(heights, long, 0.4, 0.6)
-    wanted = factor * heights * _away_from_borders(mesh, band.longest)[problem.vertices]
+    wanted = factor * heights * _away_from_borders(mesh, longest)[problem.vertices]
     reach = float(np.abs(wanted).max())
     if mesh.movable is not None:
         wanted[~mesh.movable[problem.vertices]] = 0.0
     displacement = wanted
     if reach > 0.0:
-        largest = np.maximum(_FREE / (2.0 * most) * np.maximum(np.abs(wanted), _NONE * reach), 0.5 * band.longest)
+        largest = np.maximum(_FREE / (2.0 * most) * np.maximum(np.abs(wanted), _NONE * reach), 0.5 * longest)
         inside = touching_balls(shape, normals, largest=largest, progress=part_of(progress, 0.6, 0.8))
         outside = touching_balls(shape, -normals, largest=largest, progress=part_of(progress, 0.8, 1.0))
         bound = most * 2.0 * np.minimum(inside, outside)
-        displacement = bound * np.tanh(_eased(2.0 * inside / band.longest) * wanted / bound)
+        displacement = bound * np.tanh(_eased(2.0 * inside / longest) * wanted / bound)
     after = mesh.points.copy()
     after[problem.vertices] += displacement[:, None] * normals
     progress(1.0)
     return EnhancedDetails(
         mesh.restored(after),
-        band.shortest / mesh.scale,
-        band.longest / mesh.scale,
+        shortest / mesh.scale,
+        longest / mesh.scale,
         float(np.sqrt((heights**2).mean())) / mesh.scale,
         float(np.abs(displacement).max()) / mesh.scale,
     )
 
 
-def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float | None) -> "ReliefBand":
-    """The band, measured where no size is set, in the unit of the points."""
+def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float | None) -> tuple[float, float]:
+    """The wavelengths between which relief lies, measured where no size is set, in the unit of the points."""
     if detail_size is None:
-        shortest = relief_band(mesh.points, mesh.cells, mean_edge_length(mesh.points, mesh.cells)).shortest
+        shortest = shortest_relief(mesh.points, mesh.cells, mean_edge_length(mesh.points, mesh.cells))
     else:
         shortest = detail_size * mesh.scale
     longest = OCTAVES * shortest if largest_size is None else largest_size * mesh.scale
@@ -160,7 +159,7 @@ def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float |
         raise FilterInputError(
             f"largest_size {largest_size} is not above detail_size {shortest / mesh.scale:.6g}: no wave is in between"
         )
-    return ReliefBand(shortest, longest)
+    return shortest, longest
 
 
 def _away_from_borders(mesh: NormalisedMesh, width: float) -> Floats:
@@ -181,20 +180,13 @@ def _eased(x: Floats) -> Floats:
     return np.asarray(share**2 * (3.0 - 2.0 * share))
 
 
-class ReliefBand(NamedTuple):
-    """Two wavelengths, in mesh units: those of the shortest and of the longest waves of the relief."""
-
-    shortest: float
-    longest: float
-
-
-def relief_band(vertices: Floats, faces: Ints, mean_edge: float) -> ReliefBand:
-    """Finds the band of the relief in the spectrum of a surface.
+def shortest_relief(vertices: Floats, faces: Ints, mean_edge: float) -> float:
+    """The shortest waves of the relief in the spectrum of a surface, in mesh units.
 
     Noise that is independent at each vertex has the same energy in every mode, so that its energy in a band of a third of an
     octave grows with the square of the frequency. Its level is taken from waves of 2.5 to 4 mean edges, which show little else.
     The relief begins a third of an octave above the shortest band that has `SIGNAL` times as much energy as such noise would, at
-    `SHORTEST` edges at least, and ends two octaves above.
+    `SHORTEST` edges at least.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -209,7 +201,6 @@ def relief_band(vertices: Floats, faces: Ints, mean_edge: float) -> ReliefBand:
     noisy = (wavelengths > _NOISE_FROM) & (wavelengths < _NOISE_TO)
     level = energies[noisy].sum() / max(squares[noisy].sum(), 1e-300)
     signal = (wavelengths > _NOISE_FROM) & (energies > 0.0) & (energies >= SIGNAL * level * squares)
-    shortest = SHORTEST
     if noisy.any() and signal.any():
-        shortest = max(SHORTEST, 2.0 ** (1.0 / 3.0) * float(wavelengths[signal].min()))
-    return ReliefBand(shortest * mean_edge, OCTAVES * shortest * mean_edge)
+        return max(SHORTEST, 2.0 ** (1.0 / 3.0) * float(wavelengths[signal].min())) * mean_edge
+    return SHORTEST * mean_edge

@@ -2,7 +2,6 @@
 
 import math
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
@@ -14,7 +13,6 @@ from ..linear_solvers import FINEST_TOLERANCE, Cholesky, SpdSolver
 from ..mesh import Floats
 from .polynomial import (
     LARGEST_DEGREE,
-    Applied,
     ChebyshevSeries,
     chebyshev_series,
     gershgorin_bound,
@@ -40,9 +38,12 @@ class Filtered(NamedTuple):
     """The result of `filter_without_eigenvectors`."""
 
     values: Floats  # of the shape of what was filtered
-    # of the error's root mean square over the surface, sqrt(|e|_M^2 / area), over all columns, in the unit of the values
-    error_bound: float
-    route: "Route"  # how it was computed
+    # of the error's root mean square over the surface, sqrt(|e|_M^2 / area), over all columns, in the unit of the values: a bound
+    # for the polynomial; for the rational function a bound plus an estimate of the error of the solves
+    error: float
+    share: float  # the error as a share of the root mean square of the values about the means of their components
+    route: RouteName
+    degree: int  # how many products with the matrix, or solves, it took for every three columns
 
 
 def filter_without_eigenvectors(
@@ -70,7 +71,7 @@ def filter_without_eigenvectors(
         progress: called after every product or some steps of a solve; may raise to stop.
 
     Returns:
-        The values with the error bound and the route; the same to the bit for any number of threads.
+        The values with the error and the route; the same to the bit for any number of threads.
 
     Raises:
         FilterInputError: values of another shape or not finite, a tolerance not above 0, an unknown route, or a polynomial of
@@ -79,19 +80,55 @@ def filter_without_eigenvectors(
     """
     check_choice("route", route, ("auto", *ROUTE_NAMES))
     check_positive("tolerance", tolerance)
-    columns = _columns(values, len(problem.mass))
+    mass, columns = problem.mass, _columns(values, len(problem.mass))
     deviations, means = _about_means(problem, columns)
-    size = m_norm(problem.mass, deviations)
-    area = float(problem.mass.sum())
-    planned = Plan(problem, response, max(tolerance, 1e-14), route)
-    if size == 0.0 or area == 0.0:
-        unneeded = Route(planned.route, 0, 0.0, 0.0, "all values are the means of their components")
-        return Filtered((response.constant * means).reshape(values.shape), 0.0, unneeded)
-    # Of unit norm, so that no square of a coordinate over- or underflows.
-    filtered, share, largest = planned.run(deviations / size, progress)
-    result = response.constant * means + size * filtered
-    done = Route(planned.route, planned.degree, share, size * largest, planned.reason)
-    return Filtered(result.reshape(values.shape), share * size / math.sqrt(area), done)
+    size, area = m_norm(mass, deviations), float(mass.sum())
+    if size == 0.0 or area == 0.0:  # all values are the means of their components
+        return Filtered((response.constant * means).reshape(values.shape), 0.0, 0.0, "polynomial", 0)
+    unit = deviations / size  # so that no square of a coordinate over- or underflows
+    tolerance = max(tolerance, 1e-14)
+    symmetric = symmetric_form(problem.dirichlet, mass)
+    proven = gershgorin_bound(symmetric, mass)
+    bound = min(lanczos_bound(symmetric), proven)
+    series, pole = _planned(response, bound, tolerance, route)
+    error = 0.0
+    if pole is not None:
+        filtered, error = rational_filter(problem.dirichlet, mass, unit, series, pole, tolerance=tolerance, progress=progress)
+    else:
+        attempt = polynomial_filter(symmetric, mass, unit, series, bound, progress=progress)
+        if attempt is None:
+            # The estimate of the largest eigenvalue was too low; the proven bound never is.
+            bound = proven * (1.0 + 1e-9)
+            series = polynomial_series(response, bound, tolerance=tolerance)
+            attempt = polynomial_filter(symmetric, mass, unit, series, bound, progress=progress)
+        if attempt is None:
+            raise ConvergenceError("the recurrence of the polynomial grows: the operator is not positive semidefinite")
+        filtered = attempt
+    share = series.error + error + _ROUNDING * (1 + series.degree)
+    result = (response.constant * means + size * filtered).reshape(values.shape)
+    return Filtered(result, share * size / math.sqrt(area), share, "polynomial" if pole is None else "rational", series.degree)
+
+
+def _planned(
+    response: Response, bound: float, tolerance: float, route: Literal["auto"] | RouteName
+) -> tuple[ChebyshevSeries, float | None]:
+    """A polynomial, or a rational function and its pole."""
+    if route != "rational":
+        most = MOST_PRODUCTS if route == "auto" else LARGEST_DEGREE
+        series = polynomial_series(response, bound, tolerance=tolerance, largest_degree=most)
+        if series.error <= 2.0 * tolerance:
+            return series, None
+        if route == "polynomial":
+            raise FilterInputError(
+                f"a polynomial of degree {LARGEST_DEGREE} has an error of {series.error:.3g} still: the mesh has too "
+                "thin triangles for the wavelength; take the rational route or the robust operator"
+            )
+    rational, pole = rational_series(response, tolerance=tolerance)
+    if route == "auto" and rational.error > 2.0 * tolerance:  # a band of a thousand lengths, whose ends one pole does not reach
+        series = polynomial_series(response, bound, tolerance=tolerance)
+        if series.error <= 2.0 * tolerance:
+            return series, None
+    return rational, pole
 
 
 def _columns(values: Floats, n: int) -> Floats:
@@ -112,96 +149,6 @@ def _about_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Flo
         mean += (np.bincount(labels, mass * (columns[:, c] - mean)) / weights)[labels]
         means[:, c] = mean
     return columns - means, means
-
-
-@dataclass(frozen=True)
-class Route:
-    """The route of a filter."""
-
-    name: RouteName  # "polynomial" or "rational"
-    degree: int  # how many products with the matrix, or solves, it took for every three columns
-    # of the error in |v|_M, v the values about the means of their components: a bound for the polynomial; for the rational
-    # function a bound plus an estimate of the error of the solves
-    share: float
-    largest_error: float  # an estimate of the largest error at a vertex, in the unit of the values
-    reason: str  # why this route was taken
-
-    def __str__(self) -> str:
-        if self.name == "polynomial":
-            how = f"a polynomial of degree {self.degree}"
-        else:
-            how = f"a rational function of degree {self.degree} with one pole"
-        return f"{how} with an error of at most {self.share:.1g} of the root mean square, since {self.reason}"
-
-
-class Plan:
-    """A polynomial; a rational function where the degree would pass `MOST_PRODUCTS`.
-
-    Attributes:
-        route: the route that is taken.
-        reason: why.
-    """
-
-    def __init__(
-        self, problem: SpectralProblem, response: Response, tolerance: float, route: Literal["auto"] | RouteName
-    ) -> None:
-        """Plans a filter; arguments and errors as of `filter_without_eigenvectors`."""
-        self._problem, self._response, self._tolerance = problem, response, tolerance
-        self._symmetric = symmetric_form(problem.dirichlet, problem.mass)
-        self._proven = gershgorin_bound(self._symmetric, problem.mass)
-        self._bound = min(lanczos_bound(self._symmetric), self._proven) if len(problem.mass) else 0.0
-        self.route: RouteName = "rational" if route == "rational" else "polynomial"
-        self.reason = "it was asked for" if route != "auto" else f"at most {MOST_PRODUCTS:,} products are enough"
-        if route == "rational":
-            self._series, self._pole = rational_series(response, tolerance=tolerance)
-            return
-        self._series = self._polynomial(LARGEST_DEGREE if route == "polynomial" else MOST_PRODUCTS)
-        if self._is_exact:
-            return
-        if route == "polynomial":
-            raise FilterInputError(
-                f"a polynomial of degree {LARGEST_DEGREE} has an error of {self._series.error:.3g} still: the mesh has too "
-                "thin triangles for the wavelength; take the rational route or the robust operator"
-            )
-        self.route, self.reason = "rational", f"a polynomial would take more than {MOST_PRODUCTS:,} products"
-        self._series, self._pole = rational_series(response, tolerance=tolerance)
-        if not self._is_exact:  # a band of a thousand lengths, whose ends one pole does not reach
-            rational, self._series = self._series, self._polynomial(LARGEST_DEGREE)
-            if self._is_exact:
-                self.route, self.reason = "polynomial", "no rational function with one pole meets the tolerance"
-            else:
-                self._series = rational
-
-    @property
-    def degree(self) -> int:
-        """The degree of the polynomial or the rational function."""
-        return self._series.degree
-
-    def run(self, values: Floats, progress: Progress) -> tuple[Floats, float, float]:
-        """The filtered values of unit norm, a bound of the error in the M-norm, an estimate of the largest error at a vertex."""
-        problem, tolerance = self._problem, self._tolerance
-        rounding = _ROUNDING * (1 + self.degree)
-        if self.route == "rational":
-            applied, error = rational_filter(
-                problem.dirichlet, problem.mass, values, self._series, self._pole, tolerance=tolerance, progress=progress
-            )
-            return applied.values, self._series.error + error + rounding, applied.largest_error
-        done = polynomial_filter(self._symmetric, problem.mass, values, self._series, self._bound, progress=progress)
-        if done is None:
-            # The estimate of the largest eigenvalue was too low; the proven bound never is.
-            self._bound = self._proven * (1.0 + 1e-9)
-            self._series = self._polynomial(LARGEST_DEGREE)
-            done = polynomial_filter(self._symmetric, problem.mass, values, self._series, self._bound, progress=progress)
-        if done is None:
-            raise ConvergenceError("the recurrence of the polynomial grows: the operator is not positive semidefinite")
-        return done.values, self._series.error + rounding, done.largest_error
-
-    @property
-    def _is_exact(self) -> bool:
-        return self._series.error <= 2.0 * self._tolerance
-
-    def _polynomial(self, largest_degree: int) -> ChebyshevSeries:
-        return polynomial_series(self._response, self._bound, tolerance=self._tolerance, largest_degree=largest_degree)
 
 
 #: The poles that are tried go from the lowest squared cutoff times the first factor to the highest times the second.
@@ -229,7 +176,7 @@ def rational_filter(
     *,
     tolerance: float,
     progress: Progress = ignore_progress,
-) -> tuple[Applied, float]:
+) -> tuple[Floats, float]:
     """The series of `rational_series` applied to (n, k) values.
 
     An error e_k of the k-th solve enters all later terms, multiplied by at most 4 sum_{j>k} |c_j| (j - k). These factors fall
@@ -271,9 +218,7 @@ def rational_filter(
         now, before = (following if k == 0 else 2.0 * following - before), now
         total += c[k + 1] * now
         progress((k + 1) / degree)
-    squares = np.maximum(now * now, before * before) if degree > 0 else now * now
-    largest = series.error * math.sqrt(float(squares.sum(axis=1).max(initial=0.0)))
-    return Applied(total if order is None else put_back(total, order), largest), error
+    return total if order is None else put_back(total, order), error
 
 
 class _System:

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -41,10 +40,6 @@ class ChebyshevSeries:
     def degree(self) -> int:
         """The degree of the polynomial."""
         return len(self.coefficients) - 1
-
-    def __call__(self, t: Floats) -> Floats:
-        """p(t)."""
-        return np.asarray(np.polynomial.chebyshev.chebval(t, self.coefficients), dtype=np.float64)
 
 
 def chebyshev_series(
@@ -98,13 +93,6 @@ _NEAR = 8192
 _PRODUCTS_AN_ORDER_COSTS = 300
 
 
-class Applied(NamedTuple):
-    """A filter's result: the (n, k) values and an estimate of the largest error at a vertex, in the unit of the values."""
-
-    values: Floats
-    largest_error: float
-
-
 def polynomial_series(
     response: Response, bound: float, *, tolerance: float, largest_degree: int = LARGEST_DEGREE
 ) -> ChebyshevSeries:
@@ -126,7 +114,7 @@ def polynomial_filter(
     bound: float,
     *,
     progress: Progress = ignore_progress,
-) -> Applied | None:
+) -> Floats | None:
     """p(M^-1 S) v for the series of `polynomial_series`.
 
     Args:
@@ -147,26 +135,19 @@ def polynomial_filter(
     if order is not None:
         doubled = sparse.csr_matrix(doubled[order][:, order])
     groups: list[Floats] = []
-    largest = np.zeros(n)
     for first in range(0, columns, 3):
         start = np.zeros((n, 3))
         start[:, : min(3, columns - first)] = values[:, first : first + 3] * root[:, None]
         partial = part_of(progress, first / columns, min(1.0, (first + 3) / columns))
-        sums = _sum_series(doubled, start if order is None else start[order], series.coefficients, partial)
-        if sums is None:
+        summed = _sum_series(doubled, start if order is None else start[order], series.coefficients, partial)
+        if summed is None:
             return None
-        summed, last = sums if order is None else (put_back(sums[0], order), put_back(sums[1], order))
-        groups.append(summed / root[:, None])
-        largest += (last / mass[:, None]).sum(axis=1)
-    # The omitted terms are about as large as the last computed ones, and their coefficients sum to the error of the series.
-    result = np.hstack(groups)[:, :columns] if groups else np.empty((n, 0))
-    return Applied(result, series.error * math.sqrt(float(largest.max(initial=0.0))))
+        groups.append((summed if order is None else put_back(summed, order)) / root[:, None])
+    return np.hstack(groups)[:, :columns] if groups else np.empty((n, 0))
 
 
-def _sum_series(
-    doubled: sparse.csr_matrix, start: Floats, coefficients: Floats, progress: Progress
-) -> tuple[Floats, Floats] | None:
-    """Sums c_k T_k(A) x, given 2 A; also returns the larger squares of the last two T_k(A) x."""
+def _sum_series(doubled: sparse.csr_matrix, start: Floats, coefficients: Floats, progress: Progress) -> Floats | None:
+    """The sum of c_k T_k(A) x, given 2 A; None if it grows."""
     now, before = start.copy(), np.empty_like(start)
     total = coefficients[0] * now
     allowed = _GROWTH * float((start * start).sum())
@@ -182,7 +163,7 @@ def _sum_series(
             if (k % _CHECKED_EVERY == 0 or k == degree) and not float((now * now).sum()) <= allowed:
                 return None
             progress(k / degree)
-    return total, (np.maximum(now * now, before * before) if degree > 0 else now * now)
+    return total
 
 
 def _doubled_shifted(symmetric: sparse.csr_matrix, bound: float) -> sparse.csr_matrix:

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,21 +33,21 @@ class SpectralResult:
     Attributes:
         vertices: (n, 3) the new coordinates.
         route: what ran: "eigenvectors", "polynomial", "rational", or "none" where there was nothing to filter.
-        explanation: a sentence about the route and why it was taken.
         error: a bound of the root mean square distance, over the surface, to the result of an exact computation, in mesh
             units. The error of the modes themselves, about 1e-9 of the size, is not included.
         detail_size: the wavelength at which the response cuts off, in mesh units; infinity where no mode has one.
         modes: how many modes were computed, 0 for none; those that are constant on a component are not counted.
         degree: of the polynomial or rational function, 0 for modes.
+        explanation: why nothing was filtered; empty if something was.
     """
 
     vertices: Floats
     route: str
-    explanation: str
     error: float
     detail_size: float
     modes: int = 0
     degree: int = 0
+    explanation: str = ""
 
 
 def spectral_filter(
@@ -124,39 +124,29 @@ def spectral_filter(
     if len(problem.mass) == 0:
         return _untouched(points, "no triangle has an area")
     scale = mesh.scale
+    largest = None if largest_size is None else largest_size * scale
 
     def transfer(size: float) -> Response:
-        return _response(response, size, None if largest_size is None else largest_size * scale, gain, order)
+        return _response(response, size, largest, gain, order)
 
-    size = None if detail_size is None else detail_size * scale
+    size = math.inf if detail_size is None else detail_size * scale
     centred, centroids = about_centroids(mesh.points[problem.vertices], problem)
-    if method == "eigenvectors" or (method == "auto" and modes is not None and basis_fits(problem, modes)):
+    if method == "eigenvectors" or (method == "auto" and modes is not None and _basis_fits(problem, modes)):
         if modes is not None:
-            by_modes = brick_wall(problem, centred, int(modes), None if response == "low_pass" else transfer, progress=progress)
-            size = 2.0 * math.pi / by_modes.last_frequency if by_modes.last_frequency > 0.0 else math.inf
-            how = f"a brick wall after {by_modes.modes} modes, the last of wavelength {size / scale:.4g}, by eigenvectors"
+            done = _brick_wall(problem, centred, int(modes), None if response == "low_pass" else transfer, progress)
         else:
-            assert size is not None
-            by_modes = filter_by_modes(problem, centred, transfer(size), tolerance=tolerance, progress=progress)
-            how = f"a smooth response that cuts off at waves of {detail_size:.4g}, by the {by_modes.modes} modes that it reaches"
-        filtered, error, route, computed, degree = by_modes.values, by_modes.error, "eigenvectors", by_modes.modes, 0
+            done = _by_modes(problem, centred, size, transfer(size), tolerance, progress)
     else:
-        law = ""
-        if modes is not None:
+        if modes is not None:  # Weyl's law: a surface of area A has A omega^2 / 4 pi modes up to omega
             size = math.sqrt(math.pi * float(problem.mass.sum()) / (modes + 1))
-            law = f"; {modes} modes reach this wavelength by Weyl's law"
-        assert size is not None
         free = filter_without_eigenvectors(problem, centred, transfer(size), tolerance=tolerance, progress=progress)
-        how = f"a smooth response that cuts off at waves of {size / scale:.4g}, without eigenvectors: {free.route}{law}"
-        if free.route.share > 2.0 * tolerance:
-            how += f"; the error may exceed the tolerance, {tolerance:.1g} of the root mean square"
-        filtered, error, route, computed, degree = free.values, free.error_bound, free.route.name, 0, free.route.degree
+        done = SpectralResult(free.values, free.route, free.error, size, degree=free.degree)
     after = mesh.points.copy()
-    after[problem.vertices] = filtered + centroids
+    after[problem.vertices] = done.vertices + centroids
     if mesh.movable is not None:
         after[~mesh.movable] = mesh.points[~mesh.movable]
     progress(1.0)
-    return SpectralResult(mesh.restored(after), route, how, error / scale, size / scale, computed, degree)
+    return replace(done, vertices=mesh.restored(after), error=done.error / scale, detail_size=done.detail_size / scale)
 
 
 def _response(name: ResponseName, detail_size: float, largest_size: float | None, gain: float | None, order: int) -> Response:
@@ -167,49 +157,29 @@ def _response(name: ResponseName, detail_size: float, largest_size: float | None
 
 
 def _untouched(points: Floats, why: str) -> SpectralResult:
-    return SpectralResult(points.copy(), "none", f"nothing was filtered: {why}", 0.0, math.inf)
+    return SpectralResult(points.copy(), "none", 0.0, math.inf, explanation=f"nothing was filtered: {why}")
 
 
-class FilteredByModes(NamedTuple):
-    """The result of a filter by modes."""
-
-    values: Floats  # (n, 3)
-    error: float  # bound of the root mean square error over the surface, in the unit of the values
-    modes: int  # how many were computed, without those that are constant on a component
-    last_frequency: float  # the frequency of the last one, 0 if there is none
-
-
-def basis_fits(problem: SpectralProblem, count: int) -> bool:
-    """Whether `count` modes fit into 0.8 GB."""
-    return min(count, most_modes(problem)) * len(problem.mass) <= LARGEST_BASIS
-
-
-def most_modes(problem: SpectralProblem) -> int:
+def _most_modes(problem: SpectralProblem) -> int:
     """The number of modes, without those that are constant on a component."""
     return len(problem.mass) - problem.n_components
 
 
-def filter_by_modes(
-    problem: SpectralProblem, values: Floats, response: Response, *, tolerance: float, progress: Progress = ignore_progress
-) -> FilteredByModes:
-    """F(infinity) v + V (F - F(infinity)) V^T M v, with the modes V below the last frequency of F.
+def _basis_fits(problem: SpectralProblem, count: int) -> bool:
+    """Whether `count` modes fit into 0.8 GB."""
+    return min(count, _most_modes(problem)) * len(problem.mass) <= LARGEST_BASIS
 
-    Args:
-        problem: of n rows.
-        values: v, (n, 3), of mean 0 on every component.
-        response: F.
-        tolerance: bound of |F - F(infinity)| at the modes that are left out. Smaller takes more modes.
-        progress: called with the share that is done; may raise to stop.
 
-    Raises:
-        FilterInputError: the modes do not fit into memory.
-        ConvergenceError: they cannot be computed.
+def _by_modes(
+    problem: SpectralProblem, values: Floats, size: float, response: Response, tolerance: float, progress: Progress
+) -> SpectralResult:
+    """F(infinity) v + V (F - F(infinity)) V^T M v for (n, 3) values of mean 0 on every component, V the modes that F reaches.
+
+    The modes that are left out have |F - F(infinity)| below the tolerance.
     """
     last = response.last_frequency(tolerance)
-    # Weyl's law: a surface of area A has A omega^2 / 4 pi modes up to omega.
-    estimate = math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + 10
-    most = most_modes(problem)
-    count = min(estimate, most)
+    most = _most_modes(problem)
+    count = min(math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + 10, most)  # by Weyl's law
     never_falling = rising(progress)
     while True:
         omega, shapes = _modes(problem, count, never_falling)
@@ -217,40 +187,32 @@ def filter_by_modes(
             break
         count = min(count + count // 3 + 10, most)
     after, rest = _combined(problem, values, shapes, response(omega), response.infinity)
-    error = 0.0 if count == most else tolerance * rest
-    return FilteredByModes(after, error, count, float(omega[-1]) if count else 0.0)
+    return SpectralResult(after, "eigenvectors", 0.0 if count == most else tolerance * rest, size, count)
 
 
-def brick_wall(
-    problem: SpectralProblem,
-    values: Floats,
-    count: int,
-    response: Callable[[float], Response] | None,
-    *,
-    progress: Progress = ignore_progress,
-) -> FilteredByModes:
-    """The `count` lowest modes of the values, or a band that ends with the last of them.
+def _brick_wall(
+    problem: SpectralProblem, values: Floats, count: int, band_of: Callable[[float], Response] | None, progress: Progress
+) -> SpectralResult:
+    """The `count` lowest modes of the values, of mean 0 on every component; or a band that ends with the last of them.
 
-    `count` is from 1, without the modes that are constant on a component; if there are fewer, all are taken. A `response` of
-    None keeps these modes and drops the rest. Otherwise it gives the band pass or enhancement for the wavelength of the last
-    mode: modes from the longest wave of the band on get its gain, all others the limit of the response. Other arguments, and
-    errors, as of `filter_by_modes`.
+    `band_of` gives the band pass or enhancement for a shortest wave: modes from its longest wave on get its gain, all others its
+    limit. None drops all others.
     """
-    count = min(count, most_modes(problem))
-    omega, shapes = _modes(problem, count, progress)
+    omega, shapes = _modes(problem, min(count, _most_modes(problem)), progress)
+    size = 2.0 * math.pi / float(omega[-1]) if omega.any() else math.inf
     factors, rest = np.ones_like(omega), 0.0
-    if response is not None and count and omega[-1] > 0.0:
-        band = response(2.0 * math.pi / float(omega[-1]))
+    if band_of is not None and size < math.inf:
+        band = band_of(size)
         rest = band.infinity
         # The band adds the weight of the profile at its short end to the limit.
         factors = np.where(omega >= band.cutoffs[0], rest + band.weights[-1], rest)
     after, _ = _combined(problem, values, shapes, factors, rest)
-    return FilteredByModes(after, 0.0, count, float(omega[-1]) if count else 0.0)
+    return SpectralResult(after, "eigenvectors", 0.0, size, len(omega))
 
 
 def _modes(problem: SpectralProblem, count: int, progress: Progress) -> tuple[Floats, Floats]:
     """The frequencies and modes, without the modes that are constant on a component: values of mean 0 have no share in them."""
-    if not basis_fits(problem, count):
+    if not _basis_fits(problem, count):
         raise FilterInputError(
             f"{count} modes of {len(problem.mass)} vertices take {8e-9 * count * len(problem.mass):.1f} GB: take the method "
             "'polynomial', a larger detail_size or fewer modes"

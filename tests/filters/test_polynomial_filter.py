@@ -85,9 +85,8 @@ def against_modes(mesh: str, response: str, tolerance: float, route: RouteName) 
 def test_the_error_is_within_its_bound(mesh: str, response: str, tolerance: float) -> None:
     """The distance to the filter by all eigenvectors is at most the bound, and the bound at most the tolerance."""
     difference, found = against_modes(mesh, response, tolerance, "polynomial")
-    assert root_mean_square(posed(mesh)[0], difference) <= found.error_bound + 1e-12
-    assert found.route.share <= 1.01 * tolerance + 1e-11
-    assert np.linalg.norm(difference, axis=1).max() <= 5.0 * found.route.largest_error + 1e-12
+    assert root_mean_square(posed(mesh)[0], difference) <= found.error + 1e-12
+    assert found.share <= 1.01 * tolerance + 1e-11
 
 
 def test_series_error_is_a_bound() -> None:
@@ -99,7 +98,7 @@ def test_series_error_is_a_bound() -> None:
 
     for tolerance in (1e-2, 1e-5, 1e-9):
         series = chebyshev_series(peak, tolerance=tolerance, width=0.05, largest_degree=2000)
-        error = np.abs(series(t) - peak(t)).max()
+        error = np.abs(chebval(t, series.coefficients) - peak(t)).max()
         assert error <= series.error <= tolerance
         assert abs(series.coefficients[-1]) > 0.0
 
@@ -146,7 +145,7 @@ def test_recurrence_is_the_series() -> None:
     done = polynomial_filter(dense, problem.mass, vectors / np.sqrt(problem.mass)[:, None], series, bound)
     assert done is not None
     expected = vectors * chebval(1.0 - 2.0 * kappa / bound, series.coefficients) / np.sqrt(problem.mass)[:, None]
-    np.testing.assert_allclose(done.values, expected, atol=1e-13)
+    np.testing.assert_allclose(done, expected, atol=1e-13)
 
 
 def test_a_wave_of_the_cutoff_comes_out_halved() -> None:
@@ -155,7 +154,7 @@ def test_a_wave_of_the_cutoff_comes_out_halved() -> None:
     detail_size = 0.25
     wave = np.cos(2.0 * math.pi * vertices[:, 0] / detail_size)
     problem = spectral_problem(vertices, faces)
-    values, _, _ = filter_without_eigenvectors(problem, wave, low_pass(detail_size))
+    values = filter_without_eigenvectors(problem, wave, low_pass(detail_size)).values
     ratio = float((problem.mass * values) @ wave) / float((problem.mass * wave) @ wave)
     # kappa is low by (omega h)^2 / 12, and F' = -2 ln 2 F per relative change of kappa.
     slack = 2.0 * math.log(2.0) * 0.5 * (2.0 * math.pi / detail_size / 96.0) ** 2 / 12.0
@@ -173,12 +172,12 @@ def test_centroids_stay(response: str) -> None:
     """Each component keeps its centroid, weighted by area, and constants come out as they went in."""
     vertices, faces = two_spheres()
     problem = spectral_problem(vertices, faces)
-    values, _, _ = filter_without_eigenvectors(problem, vertices, RESPONSES[response])
+    values = filter_without_eigenvectors(problem, vertices, RESPONSES[response]).values
     for label in range(2):
         part = problem.components == label
         weights = problem.mass[part] / problem.mass[part].sum()
         np.testing.assert_allclose(weights @ values[part], weights @ vertices[part], atol=1e-9)
-    constant, bound, _ = filter_without_eigenvectors(problem, np.full(len(vertices), 7.0), RESPONSES[response])
+    constant, bound, *_ = filter_without_eigenvectors(problem, np.full(len(vertices), 7.0), RESPONSES[response])
     np.testing.assert_allclose(constant, 7.0, atol=1e-13)
     assert bound <= 1e-13
 
@@ -188,12 +187,12 @@ def test_place_and_columns_do_not_matter() -> None:
     mesh = torus()
     problem = spectral_problem(*mesh)
     response = low_pass(1.5)
-    together, _, _ = filter_without_eigenvectors(problem, mesh[0], response)
-    away, _, _ = filter_without_eigenvectors(problem, moved(mesh, 100.0), response)
+    together = filter_without_eigenvectors(problem, mesh[0], response).values
+    away = filter_without_eigenvectors(problem, moved(mesh, 100.0), response).values
     np.testing.assert_allclose(away - 100.0, together, atol=1e-11)
     four = np.column_stack([mesh[0], mesh[0][:, 0]])
-    wide, _, _ = filter_without_eigenvectors(problem, four, response, tolerance=1e-9)
-    alone, _, _ = filter_without_eigenvectors(problem, mesh[0][:, 0], response, tolerance=1e-9)
+    wide = filter_without_eigenvectors(problem, four, response, tolerance=1e-9).values
+    alone = filter_without_eigenvectors(problem, mesh[0][:, 0], response, tolerance=1e-9).values
     assert alone.shape == (len(four),)
     np.testing.assert_allclose(wide[:, 3], alone, atol=1e-8)
     np.testing.assert_array_equal(wide[:, 3], wide[:, 0])
@@ -261,17 +260,16 @@ def test_eigenvectors_and_polynomial_agree_on_a_scan() -> None:
     response = low_pass(detail_size)
     points = vertices[problem.vertices]
     by_modes = filtered_by_modes(problem, omega, modes, points, response)
-    values, bound, route = filter_without_eigenvectors(problem, points, response, route="polynomial")
+    values, bound, *_ = filter_without_eigenvectors(problem, points, response, route="polynomial")
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     assert np.linalg.norm(values - by_modes, axis=1).max() <= 1e-4 * diagonal
-    assert max(bound, route.largest_error) <= 1e-4 * diagonal
+    assert bound <= 1e-4 * diagonal
     assert np.linalg.norm(values - points, axis=1).max() >= 1e-2 * diagonal
 
 
 def test_nothing_to_filter() -> None:
     """No vertices, or none that differ, give back what came in without an error."""
     nothing = spectral_problem(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
-    values, bound, route = filter_without_eigenvectors(nothing, np.empty((0, 3)), low_pass(1.0))
-    assert values.shape == (0, 3)
-    assert bound == 0.0
-    assert route.degree == 0
+    filtered = filter_without_eigenvectors(nothing, np.empty((0, 3)), low_pass(1.0))
+    assert filtered.values.shape == (0, 3)
+    assert (filtered.error, filtered.degree) == (0.0, 0)
