@@ -59,8 +59,7 @@ def bilaplacian_smoothing(
     vertices: ArrayLike,
     faces: ArrayLike,
     *,
-    detail_size: float | None = None,
-    weight: float | None = None,
+    detail_size: float,
     feature_weights: ArrayLike | None = None,
     border: BorderPolicy = "along",
     movable: ArrayLike | None = None,
@@ -78,8 +77,6 @@ def bilaplacian_smoothing(
         faces: (m, 3) triangles.
         detail_size: l, in mesh units, the wavelength that comes out with half its amplitude: w = (2 pi / l)^4. Larger is
             smoother.
-        weight: w, above 0, in one over the fourth power of mesh units, instead of `detail_size`. Larger stays closer to the
-            input, which infinity returns.
         feature_weights: (n,) W, from 0, usually at most 1. Smaller smooths less: where W is 0 the surface may bend at no cost,
             and along a line of such vertices it keeps a ridge. See `feature_weights`. None is 1 everywhere.
         border: "fixed": border vertices stay. "along": the border is smoothed as a curve by the same energy first, then the
@@ -94,12 +91,11 @@ def bilaplacian_smoothing(
         (n, 3) float64. Vertices that do not move keep every bit. The others are solved for to about 1e-10 of the diagonal.
 
     Raises:
-        FilterInputError: not a mesh, not exactly one of `detail_size` and `weight`, or a parameter out of range; or a vertex that
-            would be moved by more than twice the diagonal.
+        FilterInputError: not a mesh, a parameter out of range, or a vertex that would be moved by more than twice the diagonal.
         ConvergenceError: the equations cannot be solved.
     """
     points, triangles = check_mesh(vertices, faces)
-    _check_weight(detail_size, weight)
+    size = check_positive("detail_size", detail_size)
     features = _checked_features(feature_weights, len(points))
     check_choice("border", border, BORDER_POLICIES)
     mesh = normalised_mesh(points, triangles, movable)
@@ -110,7 +106,7 @@ def bilaplacian_smoothing(
         progress(1.0)
         return points.copy()
     start, triangles, features = mesh.points, mesh.cells, features[mesh.used]
-    w = _scaled_weight(detail_size, weight, mesh.scale)
+    w = min(max(2.0 * math.pi / max(size * mesh.scale, 1.0 / _LARGEST_ROOT), _SMALLEST_ROOT), _LARGEST_ROOT) ** 4
     low, high = bounding_box(start)  # not of those that move, which may be one
     diagonal = float(np.linalg.norm(high - low))
     if diagonal == 0.0:
@@ -149,25 +145,6 @@ def bilaplacian_smoothing(
             on_irregular(int(even.sum()))
     progress(1.0)
     return mesh.restored(start + displacement)
-
-
-def _check_weight(detail_size: float | None, weight: float | None) -> None:
-    if (detail_size is None) == (weight is None):
-        raise FilterInputError(f"give either detail_size or weight, got detail_size={detail_size} and weight={weight}")
-    if detail_size is not None:
-        check_positive("detail_size", detail_size)
-    if weight is not None and weight != math.inf:
-        check_positive("weight", weight, note=": without it nothing keeps the surface where it is")
-
-
-def _scaled_weight(detail_size: float | None, weight: float | None, scale: float) -> float:
-    """The weight on a mesh that is `scale` times as large, between two numbers that neither overflow nor vanish."""
-    if detail_size is not None:
-        scaled = max(float(detail_size) * float(scale), 1.0 / _LARGEST_ROOT)
-        root = min(max(2.0 * math.pi / scaled, _SMALLEST_ROOT), _LARGEST_ROOT)
-        return root**4
-    assert weight is not None
-    return min(max(math.sqrt(math.sqrt(weight)) / scale, _SMALLEST_ROOT), _LARGEST_ROOT) ** 4
 
 
 def _checked_features(feature_weights: ArrayLike | None, n: int) -> Floats:

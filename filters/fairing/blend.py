@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, check_whole_number
+from ..checks import FilterInputError
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress, part_of
 from ..geometry import area_vector, side_lengths
@@ -69,7 +69,7 @@ def blend_parts(
 
 
 def facing_rims(
-    vertices: ArrayLike, faces: ArrayLike, *, among: ArrayLike | None = None, progress: Progress = ignore_progress
+    points: Floats, triangles: Ints, *, among: ArrayLike | None = None, progress: Progress = ignore_progress
 ) -> tuple[Ints, Ints]:
     """The two rims that are nearest to each other, each in the direction of the faces that would close it.
 
@@ -77,8 +77,8 @@ def facing_rims(
     both, of the distance to the nearest vertex of the other; each rim has the same weight.
 
     Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
+        points: (n, 3) coordinates.
+        triangles: (m, 3) of both parts.
         among: (n,) bool: only rims all of whose vertices are true, which may be of one component. None: all rims, but the two are
             of different components.
         progress: called with the share that is done; may raise to stop.
@@ -86,7 +86,6 @@ def facing_rims(
     Raises:
         FilterInputError: there are no two such rims.
     """
-    points, triangles = check_mesh(vertices, faces)
     rims = [
         loop.vertices for loop in boundary_loops(points, triangles).loops if len(np.unique(loop.vertices)) == len(loop.vertices)
     ]
@@ -185,46 +184,30 @@ class Blend:
     doubtful: bool = False
 
 
-def bridge_rims(
-    vertices: ArrayLike,
-    faces: ArrayLike,
-    first: ArrayLike,
-    second: ArrayLike,
-    *,
-    rows: int | None = None,
-    progress: Progress = ignore_progress,
-) -> "Blend":
+def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: Progress = ignore_progress) -> "Blend":
     """A band of triangles between two rims, as dense as the rims.
 
     The spans are the edges from one rim to the other in the triangulation without new vertices that contains the shortest span
     and has the least sum of squared spans; the search is that of [fuchs1977]. Rows of new vertices divide the spans evenly, and
-    neighbouring rows are joined in the same way.
+    neighbouring rows are joined in the same way. There are as many rows of triangles as make these equilateral on average, at
+    least one: the mean span over sqrt(3) / 2 of the mean edge of the rims, rounded.
 
     Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        first: (a,) the vertices of one rim, in the direction of the faces that would close it, as `facing_rims` gives them.
-        second: (b,) those of the other, which shares none with the first.
-        rows: the number of rows of triangles. More are finer across the band, not along it. A single row between strongly tilted
-            rims may use a span twice, as an edge of four triangles. None: the mean span over sqrt(3) / 2 of the mean edge of the
-            rims, rounded, at least 1, which makes triangles equilateral on average.
+        points: (n, 3) coordinates.
+        triangles: (m, 3) of both parts.
+        a: (k,) the vertices of one rim, in the direction of the faces that would close it, as `facing_rims` gives them.
+        b: (l,) those of the other.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
         The band; its vertices lie on straight lines between the rims.
 
     Raises:
-        FilterInputError: a rim is not one of border edges, the rims meet, the product of their numbers of edges is above 400
-            million, they are too far apart for their edges, or they belong to two components of which one is clearly inside out:
-            see `rim_directions`.
+        FilterInputError: the rims meet, the product of their numbers of edges is above 400 million, they are too far apart for
+            their edges, or they belong to two components of which one is clearly inside out: see `rim_directions`.
     """
-    points, triangles = check_mesh(vertices, faces)
-    border = {edge for loop in boundary_loops(points, triangles).loops for edge in _edges(loop.vertices)}
-    a, b = (_checked_rim(rim, border, name) for rim, name in ((first, "first"), (second, "second")))
     if len(np.intersect1d(a, b)):
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
-    if rows is not None:
-        check_whole_number("rows", rows, least=1, note=", or None")
     if len(a) * len(b) > MOST_SPANS:
         raise FilterInputError(
             f"the rims have {len(a):,} and {len(b):,} edges: a band is searched among the spans between them, which may be up to "
@@ -241,7 +224,7 @@ def bridge_rims(
     rims = a, b
     a = a[::-1]  # now both have the same direction
     lower, upper = shortest_spans(points[a], points[b], part_of(progress, 0.0, 0.3))
-    count = rows or _rows_between(points, a, b, a[lower], b[upper])
+    count = _rows_between(points, a, b, a[lower], b[upper])
     loops, added = [a], [np.empty((0, 3))]
     total = len(points)
     for row in range(1, count):
@@ -272,7 +255,7 @@ def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) ->
     if count * (len(a) + len(b)) > MOST_ADDED:
         raise FilterInputError(
             f"the rims are {span:.3g} apart and their edges {edge:.3g} long: a band of {count:,} rows would be more than "
-            f"{MOST_ADDED:,} vertices; bring the parts closer together, or give the number of rows"
+            f"{MOST_ADDED:,} vertices; bring the parts closer together"
         )
     return max(1, count)
 
@@ -293,23 +276,6 @@ def _resampled(loop: Floats, count: int, shift: float) -> Floats:
     places = (np.arange(count) + shift) / count * lengths[-1]
     closed = np.concatenate([loop, loop[:1]])
     return np.column_stack([np.interp(places, lengths, closed[:, k]) for k in range(3)])
-
-
-def _edges(rim: Ints) -> list[tuple[int, int]]:
-    return list(zip(rim.tolist(), np.roll(rim, -1).tolist(), strict=True))
-
-
-def _checked_rim(rim: ArrayLike, border: set[tuple[int, int]], name: str) -> Ints:
-    loop = np.asarray(rim)
-    if loop.ndim != 1 or len(loop) < 3 or not np.issubdtype(loop.dtype, np.integer) or len(np.unique(loop)) < len(loop):
-        raise FilterInputError(f"the {name} rim must be at least 3 different vertices in order, got {loop.tolist()!r:.80}")
-    for u, v in _edges(loop):
-        if (u, v) not in border:
-            raise FilterInputError(
-                f"the {name} rim goes from vertex {u} to {v}, where the mesh has no border edge that a face could close in this "
-                "direction: give the vertices against the direction of the faces along the rim"
-            )
-    return loop.astype(np.int32)
 
 
 def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[Ints, Ints]:

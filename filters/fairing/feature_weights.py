@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, check_finite, check_positive
+from ..checks import FilterInputError, check_positive
 from ..denoising.normal_filtering import filter_face_normals
 from ..execution import Progress, ignore_progress
 from ..geometry import angles_between
@@ -15,6 +15,8 @@ from ..topology import face_adjacency
 # This range kernel keeps ridges of 45 degrees sharp and removes noise of a tenth of an edge. Twice as wide, it would remove noise
 # of a fifth, and blur such ridges.
 _RANGE, _ITERATIONS = 0.25, 10
+# Of a weight, so that sharp ridges do not keep all their noise.
+_LEAST = 1e-4
 
 
 def feature_weights(
@@ -22,10 +24,9 @@ def feature_weights(
     faces: ArrayLike,
     *,
     feature_angle: float = 20.0,
-    least: float = 1e-4,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """W_i = max(least, 1 / (1 + (a_i / a)^8)), a_i the largest angle between filtered normals across the edges at vertex i.
+    """W_i = max(1e-4, 1 / (1 + (a_i / a)^8)), a_i the largest angle between filtered normals across the edges at vertex i.
 
     The weights for `bilaplacian_smoothing`: small where the surface bends sharply across an edge. The curvature of a noisy
     surface is mostly noise, so the angles are those between bilaterally filtered face normals [zheng2011]. The filter removes
@@ -36,11 +37,10 @@ def feature_weights(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         feature_angle: a, in degrees, between 0 and 180. Smaller also keeps gentler ridges, and noise.
-        least: the least weight, from 0 to 1. Larger smooths ridges more; with 0 sharp ridges keep their noise.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        (n,) from `least` to 1; 1 at vertices without two adjacent faces.
+        (n,) from 1e-4 to 1; 1 at vertices without two adjacent faces.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -48,7 +48,6 @@ def feature_weights(
     points, triangles = check_mesh(vertices, faces)
     if not 0.0 < feature_angle < 180.0:
         raise FilterInputError(f"feature_angle {feature_angle} is not between 0 and 180 degrees")
-    check_finite("least", least, least=0.0, most=1.0)
     if not len(triangles):
         return np.ones(len(points))
     normals = filter_face_normals(points, triangles, range_sigma=_RANGE, normal_iterations=_ITERATIONS, progress=progress)
@@ -57,16 +56,15 @@ def feature_weights(
     sharpest = np.zeros(len(points))
     for end in (0, 1):
         np.maximum.at(sharpest, shared[:, end], angles)
-    return _weights(sharpest / math.radians(feature_angle), 8, least)
+    return _weights(sharpest / math.radians(feature_angle), 8)
 
 
-def scalar_feature_weights(values: ArrayLike, *, half: float, least: float = 1e-4) -> Floats:
-    """W_i = max(least, 1 / (1 + (v_i / half)^2)) for values such as curvatures or scalars that a user has painted.
+def scalar_feature_weights(values: ArrayLike, *, half: float) -> Floats:
+    """W_i = max(1e-4, 1 / (1 + (v_i / half)^2)) for values such as curvatures or scalars that a user has painted.
 
     Args:
         values: (n,) finite values; their signs do not matter.
         half: the size of a value whose weight is 1/2, above 0. Smaller keeps more from being smoothed.
-        least: the least weight, from 0 to 1.
 
     Raises:
         FilterInputError: values that are not finite, or a parameter out of range.
@@ -75,10 +73,9 @@ def scalar_feature_weights(values: ArrayLike, *, half: float, least: float = 1e-
     if sizes.ndim != 1 or not np.isfinite(sizes).all():
         raise FilterInputError(f"values must be finite, one a vertex, got shape {sizes.shape}")
     check_positive("half", half)
-    check_finite("least", least, least=0.0, most=1.0)
-    return _weights(sizes / half, 2, least)
+    return _weights(sizes / half, 2)
 
 
-def _weights(sizes: Floats, power: int, least: float) -> Floats:
+def _weights(sizes: Floats, power: int) -> Floats:
     with np.errstate(over="ignore"):
-        return np.maximum(least, 1.0 / (1.0 + np.abs(sizes) ** power))
+        return np.maximum(_LEAST, 1.0 / (1.0 + np.abs(sizes) ** power))

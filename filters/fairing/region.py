@@ -20,7 +20,6 @@ from ..mesh import (
     Bools,
     Floats,
     Ints,
-    Longs,
     bounding_box,
     check_healthy,
     check_mesh,
@@ -119,7 +118,7 @@ def fair_region(
     mesh = normalised_mesh(part.points, part.faces)
     operator = surface_operator(mesh.points, part.faces, masses=order > 1)
     system = _system(operator, part._replace(points=mesh.points), order, dense)
-    _check_anchored(system, part._replace(points=system.points))
+    _check_held(system, part._replace(points=system.points))
     low, high = bounding_box(system.points)
     extent = float(np.linalg.norm(high - low))
     thrown, irregular = np.ones(len(mesh.points), dtype=np.bool_), 0
@@ -229,53 +228,39 @@ def _areas(before: Floats, after: Floats, free: Bools, faces: Ints) -> tuple[flo
     return sums[0], sums[1]
 
 
-def _check_anchored(system: _System, part: Submesh) -> None:
-    """Refuses free vertices that are connected with no fixed one, or with less than a triangle of them."""
-    dirichlet, free = system.dirichlet, part.free
-    starts, columns, data = _principal(dirichlet.indptr, dirichlet.indices, dirichlet.data, free)
+def _check_held(system: _System, part: Submesh) -> None:
+    """Refuses parts of the free vertices around which no three fixed vertices span a triangle.
+
+    A part that lies in one line with those around it loses nothing, as in a slit.
+    """
+    dirichlet, points, places = system.dirichlet, part.points, np.flatnonzero(part.free)
+    starts, columns, data = _principal(dirichlet.indptr, dirichlet.indices, dirichlet.data, part.free)
     count, labels = sparse.csgraph.connected_components(sparse.csr_matrix((data, columns, starts)), directed=False)
-    anchored = mask_of(labels[(abs(dirichlet) @ ~free)[free] != 0.0], count)
-    if anchored.all():
-        _check_spanned(dirichlet, part, system.order, labels, count)
-        return
-    loose = int(np.flatnonzero(~anchored)[0])
-    members: Ints = part.vertices[free][labels == loose]
-    raise FilterInputError(
-        f"the {len(members)} free vertices connected with vertex {members[0]} touch no fixed vertex "
-        f"({int((~anchored).sum())} such parts), so that their place is undetermined: select less than a whole component"
-    )
-
-
-def _check_spanned(dirichlet: sparse.csr_matrix, part: Submesh, rings: int, labels: Ints, count: int) -> None:
-    """Refuses parts within whose rings lie no three fixed vertices that span a triangle, unless all is in one line with them."""
-    places = np.flatnonzero(part.free)
-    for label, holding in enumerate(_holding(dirichlet, part.free, rings, labels, count)):
-        if len(holding) >= 3 and not _in_line(part.points[holding]):
-            continue
-        own = places[labels == label]
-        if len(holding) >= 3 and _in_line(part.points[np.concatenate([holding, own])]):
-            continue  # which loses nothing, as in a slit
-        members: Ints = part.vertices[own]
-        how = ("fixed vertex alone", "fixed vertices alone", "fixed vertices in one line")[min(len(holding), 3) - 1]
-        raise FilterInputError(
-            f"the {len(members)} free vertices connected with vertex {members[0]} are held by {len(holding)} {how}, such as "
-            f"{part.vertices[holding[0]]}, and would shrink to that: at least three around each part, not in a line, "
-            "must stay; select less"
-        )
-
-
-def _holding(dirichlet: sparse.csr_matrix, free: Bools, rings: int, labels: Ints, count: int) -> list[Longs]:
-    """The fixed vertices within the rings of each of `count` parts of the free ones."""
-    pattern = sparse.csr_matrix((np.ones(dirichlet.nnz), dirichlet.indices, dirichlet.indptr), shape=dirichlet.shape)
-    places = np.flatnonzero(free)
-    reached = sparse.csr_matrix((np.ones(len(places)), (labels, places)), shape=(count, len(free)))
-    fixed = sparse.diags_array((~free).astype(np.float64))
-    around = sparse.csr_matrix(reached @ pattern @ fixed)
-    for _ in range(rings - 1):
-        around = sparse.csr_matrix(around + around @ pattern @ fixed)
+    # The fixed vertices within the rings of each part.
+    around = sparse.csr_matrix((np.ones(len(places)), (labels, places)), shape=(count, len(points)))
+    outwards = sparse.csr_matrix(dirichlet != 0.0).astype(np.float64) @ sparse.diags_array((~part.free).astype(np.float64))
+    around = sparse.csr_matrix(around @ outwards)
+    for _ in range(system.order - 1):
+        around = sparse.csr_matrix(around + around @ outwards)
         around.data[:] = 1.0
     around.sort_indices()
-    return [around.indices[start:end] for start, end in pairwise(around.indptr)]
+    for label, (start, end) in enumerate(pairwise(around.indptr)):
+        holding = around.indices[start:end]
+        if len(holding) >= 3 and not _in_line(points[holding]):
+            continue
+        own = places[labels == label]
+        if len(holding) >= 3 and _in_line(points[np.concatenate([holding, own])]):
+            continue
+        who = f"the {len(own)} free vertices connected with vertex {part.vertices[own[0]]}"
+        if len(holding) == 0:
+            raise FilterInputError(
+                f"{who} touch no fixed vertex, so that their place is undetermined: select less than a whole component"
+            )
+        how = ("fixed vertex alone", "fixed vertices alone", "fixed vertices in one line")[min(len(holding), 3) - 1]
+        raise FilterInputError(
+            f"{who} are held by {len(holding)} {how}, such as {part.vertices[holding[0]]}, and would shrink to that: at least "
+            "three around each part, not in a line, must stay; select less"
+        )
 
 
 def _in_line(points: Floats) -> bool:

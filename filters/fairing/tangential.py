@@ -83,7 +83,7 @@ def improve_triangles(
 
     Where the triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help
     and flipping edges does. Smoothing then moves the vertices to the centroids of their new neighbours. Both keep the input
-    surface, its border, and the orientation and topology of its triangles; see `tangential_smoothing` and `flip_edges`.
+    surface, its border, and the orientation and topology of its triangles; see `tangential_smoothing` and `flip_towards_quality`.
 
     Args:
         vertices: (n, 3) coordinates.

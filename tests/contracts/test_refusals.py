@@ -77,7 +77,6 @@ WORDS: dict[type[Parameter], tuple[tuple[Any, ...], str]] = {
 #: What must be given besides the mesh so that a function looks at a parameter, by function and parameter or function alone.
 ALONG: dict[tuple[str, str | None], dict[str, Any]] = {
     ("bilaplacian_smoothing", None): {"detail_size": 0.5},
-    ("bilaplacian_smoothing", "weight"): {},
     ("curve_smoothing", "mu"): {"method": "taubin"},
     ("curve_smoothing", "pass_band"): {"method": "taubin"},
     ("curve_smoothing", "time_step"): {"method": "implicit"},
@@ -88,9 +87,6 @@ ALONG: dict[tuple[str, str | None], dict[str, Any]] = {
     ("spectral_filter", "gain"): {"detail_size": 0.5, "response": "enhance"},
     ("spectral_filter", "modes"): {},
 }
-
-#: Limits that have a meaning: an infinite weight returns the input.
-INFINITE = {("bilaplacian_smoothing", "weight")}
 
 
 def names_in(code: CodeType) -> Iterator[str]:
@@ -157,8 +153,6 @@ def test_a_function_refuses_in_the_same_words(
     given = arguments(function, declared, parameter.name)
     assert given is not None
     for value in WORDS[kind][0]:
-        if value == INFINITY and (function.__name__, parameter.name) in INFINITE:
-            continue
         words = re.escape(WORDS[kind][1].format(name=parameter.name, value=repr(value)))
         with pytest.raises(FilterInputError, match=f"^{words}"):
             function(**{**given, parameter.name: value})

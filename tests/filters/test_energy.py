@@ -40,11 +40,11 @@ def test_detail_size_halves_a_plane_wave(border: BorderPolicy) -> None:
 def test_dense_solution(edges: float) -> None:
     """The same as LAPACK's solution of the normal equations, with feature weights and without."""
     vertices, faces = noisy(icosphere(3), 0.03)
-    weight = (0.15 * edges) ** -4.0
+    weight, size = (0.15 * edges) ** -4.0, 2 * np.pi * 0.15 * edges
     for features in (np.ones(len(vertices)), 0.3 + 0.7 * np.random.default_rng(0).random(len(vertices))):
         matrix, right_side = normal_equations(vertices, faces, weight, features)
         exact = vertices + np.linalg.solve(matrix, right_side - matrix @ vertices)
-        result = bilaplacian_smoothing(vertices, faces, weight=weight, feature_weights=features)
+        result = bilaplacian_smoothing(vertices, faces, detail_size=size, feature_weights=features)
         # LAPACK loses what the condition number says: 1e-16 (8 edges^2)^2.
         assert np.abs(result - exact).max() < max(1e-10, 1e-14 * edges**4)
 
@@ -55,18 +55,19 @@ def test_the_normal_equations_hold_to_rounding(edges: float) -> None:
     vertices, faces = noisy(icosphere(3), 0.03)
     weight = (0.15 * edges) ** -4.0
     matrix, right_side = normal_equations(vertices, faces, weight, np.ones(len(vertices)))
-    result = bilaplacian_smoothing(vertices, faces, weight=weight)
+    result = bilaplacian_smoothing(vertices, faces, detail_size=2 * np.pi * 0.15 * edges)
     residual = np.linalg.norm(right_side - matrix @ result)
     assert residual <= 1e-13 * (np.linalg.norm(matrix, 2) * np.linalg.norm(result) + np.linalg.norm(right_side))
 
 
 @pytest.mark.parametrize("border", BORDER_POLICIES)
 def test_a_heavy_weight_returns_the_input(border: BorderPolicy) -> None:
-    """As w goes to infinity nothing moves; at infinity to the last bit."""
+    """As w goes to infinity nothing moves, in the end to the last bit."""
     vertices, faces = noisy(irregular_grid(10, 12), 0.05)
-    moves = [np.abs(bilaplacian_smoothing(vertices, faces, weight=w, border=border) - vertices).max() for w in (1e4, 1e6, 1e8)]
+    sizes = [2 * np.pi * w**-0.25 for w in (1e4, 1e6, 1e8, 1e300)]
+    moves = [np.abs(bilaplacian_smoothing(vertices, faces, detail_size=size, border=border) - vertices).max() for size in sizes]
     assert moves[2] < 1.1e-2 * moves[1] < 1.3e-4 * moves[0]
-    assert np.array_equal(bilaplacian_smoothing(vertices, faces, weight=math.inf, border=border), vertices)
+    assert moves[3] == 0.0
 
 
 def test_as_the_weight_vanishes_a_closed_component_keeps_its_centroid() -> None:
@@ -185,12 +186,10 @@ def test_awkward_meshes_end_finite(name: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({}, "give either detail_size or weight"),
-        ({"detail_size": 1.0, "weight": 1.0}, "give either detail_size or weight"),
-        ({"weight": 0.0}, "weight 0.0 is not finite and above 0"),
+        ({"detail_size": 0.0}, "detail_size 0.0 is not finite and above 0"),
         ({"detail_size": -1.0}, "detail_size -1.0"),
-        ({"weight": 1.0, "border": "loose"}, "border 'loose'"),
-        ({"weight": 1.0, "feature_weights": np.full(25, -1.0)}, "feature_weights must be 25 finite values"),
+        ({"detail_size": 1.0, "border": "loose"}, "border 'loose'"),
+        ({"detail_size": 1.0, "feature_weights": np.full(25, -1.0)}, "feature_weights must be 25 finite values"),
     ],
 )
 def test_wrong_arguments_are_named(arguments: dict[str, object], message: str) -> None:

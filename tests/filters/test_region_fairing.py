@@ -167,7 +167,7 @@ def test_a_part_without_fixed_vertex_is_refused_by_name() -> None:
     """All of one of two spheres is free: the message names a vertex of that sphere."""
     vertices, faces = two_spheres()
     free = np.arange(len(vertices)) >= len(vertices) // 2
-    with pytest.raises(FilterInputError, match=rf"vertex {len(vertices) // 2} touch no fixed vertex \(1 such parts\)"):
+    with pytest.raises(FilterInputError, match=rf"vertex {len(vertices) // 2} touch no fixed vertex"):
         fair_region(vertices, faces, free)
 
 

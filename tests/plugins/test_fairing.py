@@ -157,16 +157,13 @@ def test_energy_smoothing_is_that_of_the_function() -> None:
     for values, expected in (
         ({}, {"detail_size": 6 * edge}),
         ({"detail_size": pymeshlab.PureValue(0.7), "border": "free"}, {"detail_size": 0.7, "border": "free"}),
-        ({"weight": 0.02}, {"weight": 0.02 / edge**4}),
+        ({"weight": 0.02}, {"detail_size": 2 * np.pi * edge / 0.02**0.25}),
     ):
         meshes = mesh_set(mesh)
         told = meshes.apply_filter(ENERGY, **values)
         wanted = bilaplacian_smoothing(*mesh, **expected)
         np.testing.assert_allclose(vertices_of(meshes), wanted, rtol=0, atol=1e-8)
-        if "detail_size" in expected:
-            assert told["weight"] == pytest.approx((2 * np.pi / expected["detail_size"]) ** 4, rel=1e-5)  # type: ignore[operator]
-        else:
-            assert told["weight"] == pytest.approx(expected["weight"], rel=1e-5)
+        assert told["weight"] == pytest.approx((2 * np.pi / expected["detail_size"]) ** 4, rel=1e-5)  # type: ignore[operator]
         assert told["moved"] == len(mesh[0])
         assert told["largest_displacement"] == pytest.approx(np.linalg.norm(wanted - mesh[0], axis=1).max(), rel=1e-5)
 
