@@ -1,5 +1,6 @@
 """Hole filling in the three steps of [liepa2003]: rims triangulated, patches refined to the density of the rim, then faired."""
 
+from itertools import pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -305,9 +306,10 @@ def fair_patches(
 ) -> list[Placement]:
     """Fairs and refines the patches in turn, and moves their new vertices; the last placement of each patch.
 
-    All patches of one energy are solved for together. If their equations cannot be solved, the set is halved until each patch
-    that causes it stands alone. Such a patch gets the next lower energy, in this round and all later ones, and so does one that
-    leaves the box of its rim by more than `FURTHEST`. The last energy, "none", leaves vertices among those around.
+    All patches of one energy are solved for together, the highest energy first. If their equations cannot be solved, the set is
+    halved until each patch that causes it stands alone. Such a patch gets the next lower energy, in this round and all later
+    ones, and so does one that leaves the box of its rim by more than `FURTHEST`. The last energy, "none", leaves vertices among
+    those around.
 
     Args:
         patches: the patches, refined once.
@@ -322,12 +324,11 @@ def fair_patches(
         partial = part_of(progress, done / rounds, (done + 1) / rounds)
         if done > 0:
             patches.refine_again(energy != "membrane", partial)
-        # Grouped before any patch falls to a lower energy: `_lower` places those that do.
-        groups = [[k for k in range(patches.count) if placements[k].energy == level] for level in HOLE_ENERGIES[:0:-1]]
-        for level, group in zip(HOLE_ENERGIES[:0:-1], groups, strict=True):
+        for lower, level in reversed(list(pairwise(HOLE_ENERGIES))):
+            group = [k for k in range(patches.count) if placements[k].energy == level]
             for part in _parts(patches, group):
                 for k, thrown_out in _place(patches, points, faces, part, level, partial).items():
-                    placements[k] = _lower(patches, points, faces, k, Placement(level, thrown_out), partial)
+                    placements[k] = Placement(lower, placements[k].thrown_out or thrown_out)
     return placements
 
 
@@ -345,24 +346,13 @@ def _parts(patches: Patches, group: list[int]) -> list[list[int]]:
     return parts
 
 
-def _lower(patches: Patches, points: Floats, faces: Ints, k: int, failed: Placement, progress: Progress) -> Placement:
-    """Places one patch by the highest energy below the failed one that can be solved for and stays near the rim."""
-    thrown_out = failed.thrown_out
-    for level in HOLE_ENERGIES[HOLE_ENERGIES.index(failed.energy) - 1 : 0 : -1]:
-        again = _place(patches, points, faces, [k], level, progress)
-        if not again:
-            return Placement(level, thrown_out)
-        thrown_out |= again[k]
-    return Placement("none", thrown_out)
-
-
 def _place(
     patches: Patches, points: Floats, faces: Ints, group: list[int], energy: HoleEnergy, progress: Progress
 ) -> dict[int, bool]:
     """Places the new vertices of these patches; returns those that failed, and whether they were thrown out."""
     new_vertices, new_faces, patch_of_vertex, _ = patches.gathered()
     free = np.concatenate([np.zeros(len(points), dtype=np.bool_), np.isin(patch_of_vertex, group)])
-    if energy == "none" or not free.any():
+    if not free.any():
         return {}
     everything, closed = np.concatenate([points, new_vertices]), np.concatenate([faces, new_faces])
     try:

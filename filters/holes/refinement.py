@@ -10,7 +10,7 @@ from ..geometry import angle_at, cross_product, cross_products, squared_length
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 from ..topology import diamond, faces_across, fan_size, flip, relink
-from .vertex_pairs import ForbiddenEdges, is_pair, nothing_forbidden
+from .vertex_pairs import ForbiddenEdges, is_pair
 
 #: A triangle is split if its centroid, times this, is farther from each corner than the edges there are long [liepa2003].
 DENSITY = np.sqrt(2.0)
@@ -48,14 +48,13 @@ class Patch(NamedTuple):
 def refined_patch(
     patch: Patch,
     *,
-    forbidden: ForbiddenEdges | None = None,
-    density: float = DENSITY,
+    forbidden: ForbiddenEdges,
     uniform: float = np.inf,
     progress: Progress = ignore_progress,
 ) -> Patch:
     """Splits triangles at their centroids until they are as small as the edges of the rim, and flips edges, in turn [liepa2003].
 
-    A triangle is split if, for each of its corners, `density` times the distance to the centroid exceeds both the size of the
+    A triangle is split if, for each of its corners, `DENSITY` times the distance to the centroid exceeds both the size of the
     corner and the size of the centroid, which is the mean of the three. After each round edges are flipped until at none the two
     opposite angles sum to more than pi: the local Delaunay criterion of the two triangles unfolded into a plane. A flip is not
     made if it would fold the surface over, double an edge or not lessen the sum. In the end the edges that still join two
@@ -66,21 +65,19 @@ def refined_patch(
         patch: a patch with points on the rim alone, or a refined patch whose points have moved.
         forbidden: which pairs of vertices of the rim must not be joined because they are joined outside the patch. An edge
             of the patch between such a pair is split. `alone` are the vertices that the rim meets twice.
-        density: larger gives smaller triangles, their size in proportion to 1 / density.
         uniform: the distance from the rim, in edges, beyond which triangles may be larger; see `Growth`.
         progress: called with the share that is done after each round; may raise to stop.
     """
     n_rim = patch.n_rim
-    limits = forbidden or nothing_forbidden(n_rim)
     points, sizes = patch.points, patch.sizes
     growth = Growth(points[:n_rim], uniform)
     targets = sizes * growth.at(points, sizes)
     triangles = np.ascontiguousarray(patch.triangles, dtype=np.int32).copy()
     across = faces_across(triangles)
-    flip_towards_delaunay(points, triangles, across, limits)
+    flip_towards_delaunay(points, triangles, across, forbidden)
     for done in range(_MOST_ROUNDS):
         progress(done / (done + _HALF))
-        split = np.flatnonzero(_too_large(points, targets, triangles, density)).astype(np.int32)
+        split = np.flatnonzero(_too_large(points, targets, triangles)).astype(np.int32)
         if len(split) == 0 or len(points) + len(split) > _MOST_POINTS:
             break
         centres = points[triangles[split]].mean(axis=1)
@@ -88,9 +85,10 @@ def refined_patch(
         targets = np.concatenate([targets, means * growth.at(centres, means)])
         triangles, across = _split(len(points), triangles, across, split)
         points = np.concatenate([points, centres])
-        flip_towards_delaunay(points, triangles, across, limits)
-    points, sizes, triangles = _split_diagonals(points, sizes, triangles, n_rim, limits)
-    flip_towards_delaunay(points, triangles, faces_across(triangles), limits._replace(apart=np.ones(n_rim, dtype=np.bool_)))
+        flip_towards_delaunay(points, triangles, across, forbidden)
+    points, sizes, triangles = _split_diagonals(points, sizes, triangles, n_rim, forbidden)
+    forbidden = forbidden._replace(apart=np.ones(n_rim, dtype=np.bool_))
+    flip_towards_delaunay(points, triangles, faces_across(triangles), forbidden)
     return Patch(points, sizes, triangles, n_rim)
 
 
@@ -137,9 +135,9 @@ def _height(triangle: Floats) -> float:
     return float(np.linalg.norm(np.cross(b - a, c - a))) / longest if longest > 0.0 else 0.0
 
 
-def _too_large(points: Floats, sizes: Floats, triangles: Ints, density: float) -> Bools:
+def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
     centroids, size = points[triangles].mean(axis=1), sizes[triangles].mean(axis=1)
-    reach = density * np.linalg.norm(points[triangles] - centroids[:, None], axis=2)
+    reach = DENSITY * np.linalg.norm(points[triangles] - centroids[:, None], axis=2)
     large: Bools = ((reach > size[:, None]) & (reach > sizes[triangles])).all(axis=1)
     return large
 

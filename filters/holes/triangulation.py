@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress, part_of
-from ..geometry import cross_products, side_lengths
+from ..geometry import cross_product, cross_products, side_lengths, squared_length
 from ..libraries import sparse, spatial
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import BoundaryLoop, OneRings
@@ -141,21 +141,20 @@ def joined_corners(corners: Ints, rings: OneRings, place: Ints, more: dict[int, 
 
 
 def triangulate_rim(
-    points: Floats, opposite: Floats, forbidden: VertexPairs, *, progress: Progress = ignore_progress, whole: int = LARGEST_WHOLE
+    points: Floats, opposite: Floats, forbidden: VertexPairs, *, progress: Progress = ignore_progress
 ) -> Ints | None:
     """The triangulation of a rim that minimises (largest dihedral angle, area), compared in this order [liepa2003].
 
-    A rim of up to `whole` vertices is triangulated by `minimal_triangulation`. A longer one is cut in two by the chord that is
-    shortest relative to the rim between its ends, again and again; the parts are triangulated one after the other, each with the
-    triangles of those before it as neighbours. Then what lies around each chord is triangulated again, so that it need not stay
-    an edge: the result is at least as good as that of the parts.
+    A rim of up to `LARGEST_WHOLE` vertices is triangulated by `minimal_triangulation`. A longer one is cut in two by the chord
+    that is shortest relative to the rim between its ends, again and again; the parts are triangulated one after the other, each
+    with the triangles of those before it as neighbours. Then what lies around each chord is triangulated again, so that it need
+    not stay an edge: the result is at least as good as that of the parts.
 
     Args:
         points: (k, 3) the vertices of the rim in order, in the direction of the new faces.
         opposite: (k, 3) the third vertex of the face of the mesh at the edge from i to i + 1; NaN if there is none.
         forbidden: which diagonals must not be used: those that are edges of the mesh.
         progress: called with the share that is done; may raise to stop.
-        whole: the largest part that is triangulated at once, from 4.
 
     Returns:
         (k - 2, 3) indices from 0 to k - 1, in the rim's orientation; None if there is no triangulation without degenerate
@@ -173,7 +172,7 @@ def triangulate_rim(
     chords: list[tuple[int, int]] = []
     while parts:
         part, across = parts.pop()
-        if len(part) > whole:
+        if len(part) > LARGEST_WHOLE:
             i, j = _chord(p[part], part, forbidden)
             if i >= 0:
                 chords.append((int(part[i]), int(part[j])))
@@ -255,8 +254,7 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, pr
     best = _BestParts(np.full((n, n), np.inf), np.full((n, n), np.inf), np.full((n, n), -1, dtype=np.int32), np.zeros((n, n, 3)))
     for i in range(n - 1):
         best.angle[i, i + 1] = best.area[i, i + 1] = 0.0
-    side_normals = np.zeros((n, 3))
-    _find_side_normals(points, opposite, side_normals)
+    side_normals = _side_normals(np.concatenate([points, opposite]))
     span = 2
     while span < n:
         until = span
@@ -273,29 +271,27 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, pr
 
 
 @compiled
-def _find_side_normals(p: Floats, q: Floats, normals: Floats) -> None:
-    """Write the unit normals of the faces of the mesh at the sides, 0 where there is no face or it is degenerate."""
-    n = p.shape[0]
+def _side_normals(points: Floats) -> Floats:
+    """The unit normals of the faces of the mesh at the sides, 0 where there is no face or it is degenerate.
+
+    `points` are the corners of the polygon, then the third vertices of these faces.
+    """
+    n = points.shape[0] // 2
+    normals = np.empty((n, 3))
     for i in range(n):
-        j = (i + 1) % n
-        x, y, z = _unit_normal(p[j, 0], p[j, 1], p[j, 2], p[i, 0], p[i, 1], p[i, 2], q[i, 0], q[i, 1], q[i, 2])[:3]
+        x, y, z, _ = _unit_normal(points, (i + 1) % n, i, n + i)
         normals[i, 0], normals[i, 1], normals[i, 2] = x, y, z
+    return normals
 
 
 @compiled
-def _unit_normal(
-    ax: float, ay: float, az: float, bx: float, by: float, bz: float, cx: float, cy: float, cz: float
-) -> tuple[float, float, float, float]:
+def _unit_normal(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float, float]:
     """The unit normal of the triangle and its doubled area; zeros if it is degenerate."""
-    ux, uy, uz = bx - ax, by - ay, bz - az
-    vx, vy, vz = cx - ax, cy - ay, cz - az
-    wx, wy, wz = cx - bx, cy - by, cz - bz
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    area = np.sqrt(nx * nx + ny * ny + nz * nz)
-    sum_of_squares = ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz
-    if not area > _THINNEST * sum_of_squares:
+    x, y, z = cross_product(points, a, b, c)
+    doubled = np.sqrt(x * x + y * y + z * z)
+    if not doubled > _THINNEST * (squared_length(points, a, b) + squared_length(points, a, c) + squared_length(points, b, c)):
         return 0.0, 0.0, 0.0, 0.0
-    return nx / area, ny / area, nz / area, area
+    return x / doubled, y / doubled, z / doubled, doubled
 
 
 @compiled
@@ -323,7 +319,7 @@ def _solve(p: Floats, side_normals: Floats, forbidden: Bools, span_from: int, sp
                 worst = max(angle[i, m], angle[m, j])
                 if worst > best_angle + _SAME or worst == np.inf:
                     continue
-                x, y, z, doubled = _unit_normal(p[i, 0], p[i, 1], p[i, 2], p[m, 0], p[m, 1], p[m, 2], p[j, 0], p[j, 1], p[j, 2])
+                x, y, z, doubled = _unit_normal(p, i, m, j)
                 if doubled == 0.0:
                     continue
                 worst = max(worst, _bend(x, y, z, side_normals[i] if m == i + 1 else normals[i, m]))

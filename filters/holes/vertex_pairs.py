@@ -63,8 +63,3 @@ class ForbiddenEdges(NamedTuple):
     def has(self, i: int, j: int) -> bool:
         """Whether the vertices i and j of the rim must not be joined."""
         return bool(self.apart[i] and self.apart[j]) or self.pairs.has(i, j)
-
-
-def nothing_forbidden(count: int) -> ForbiddenEdges:
-    """For a rim of `count` vertices, any two of which may be joined."""
-    return ForbiddenEdges(vertex_pairs(count), np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_))

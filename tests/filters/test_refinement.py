@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from pymeshfair.filters.execution import ignore_progress
 from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.holes import refinement
 from pymeshfair.filters.holes.closing import Patches
-from pymeshfair.filters.holes.refinement import MOST_VERTICES, SLOPE, Growth, Patch, refined_patch, uniform_width
+from pymeshfair.filters.holes.refinement import MOST_VERTICES, SLOPE, Growth, Patch, uniform_width
 from pymeshfair.filters.holes.triangulation import triangulate_rim
-from pymeshfair.filters.holes.vertex_pairs import nothing_forbidden, vertex_pairs
+from pymeshfair.filters.holes.vertex_pairs import ForbiddenEdges, VertexPairs, vertex_pairs
 from pymeshfair.filters.topology import border_edges, boundary_loops, edges, face_adjacency, non_manifold_edges
 from tests.meshes import area, icosphere, rotation
 
@@ -27,6 +28,13 @@ def disc(corners: int, wave: float = 0.0) -> Patch:
     triangles = triangulate_rim(points, points * 1.1, vertex_pairs(corners))
     assert triangles is not None
     return Patch(points, (lengths + np.roll(lengths, -1)) / 2, triangles, corners)
+
+
+def refined_patch(patch: Patch, pairs: VertexPairs | None = None, uniform: float = np.inf) -> Patch:
+    """The patch refined, with some pairs of vertices of its rim joined outside of it already."""
+    none = np.zeros(patch.n_rim, dtype=np.bool_)
+    forbidden = ForbiddenEdges(pairs or vertex_pairs(patch.n_rim), none, none)
+    return refinement.refined_patch(patch, forbidden=forbidden, uniform=uniform)
 
 
 def opposite_angles(patch: Patch) -> Floats:
@@ -78,8 +86,9 @@ def test_a_large_patch_is_as_dense_as_its_rim(wave: float) -> None:
 
 
 def test_density_is_that_of_lengths() -> None:
-    """With twice the density there are about four times as many triangles."""
-    counts = [len(refined_patch(disc(80), density=density).triangles) for density in (1.4, 2.8)]
+    """With half the lengths there are about four times as many triangles."""
+    patch = disc(80)
+    counts = [len(refined_patch(patch._replace(sizes=share * patch.sizes)).triangles) for share in (1.0, 0.5)]
     assert 3.0 < counts[1] / counts[0] < 5.0
 
 
@@ -105,10 +114,9 @@ def test_forbidden_pairs_are_not_joined_even_if_they_were() -> None:
     """A diagonal, even in a crack, between vertices that the mesh joins already is split."""
     patch = disc(4)
     i, j = (int(v) for v in edges(patch.triangles)[np.ptp(edges(patch.triangles), axis=1) == 2][0])
-    forbidden = nothing_forbidden(4)._replace(pairs=vertex_pairs(4, [i], [j]))
     narrow = patch._replace(sizes=np.full(4, 100.0))
     assert (i, j) in set(map(tuple, edges(refined_patch(narrow).triangles).tolist()))
-    assert (i, j) not in set(map(tuple, edges(refined_patch(narrow, forbidden=forbidden).triangles).tolist()))
+    assert (i, j) not in set(map(tuple, edges(refined_patch(narrow, vertex_pairs(4, [i], [j])).triangles).tolist()))
 
 
 def test_triangles_do_not_depend_on_place_and_size() -> None:

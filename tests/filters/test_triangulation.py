@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from pymeshfair.filters.holes import triangulation
 from pymeshfair.filters.holes.triangulation import retriangulated, triangulate_rim
 from pymeshfair.filters.holes.vertex_pairs import VertexPairs, vertex_pairs
 from tests.meshes import area, rotation
@@ -149,10 +150,11 @@ def test_triangles_do_not_depend_on_place_and_size() -> None:
     assert as_set(triangulate_rim(moved[0], moved[1], nothing(40))) == expected
 
 
-def test_a_long_rim_is_divided_and_still_covered_once() -> None:
+def test_a_long_rim_is_divided_and_still_covered_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """A rim cut into parts by chords keeps its area, and the parts fit: every diagonal has two triangles."""
     points, opposite = star(90, 0.2)
-    triangles = triangulate_rim(points, opposite, nothing(90), whole=12)
+    monkeypatch.setattr(triangulation, "LARGEST_WHOLE", 12)
+    triangles = triangulate_rim(points, opposite, nothing(90))
     assert triangles is not None
     assert len(triangles) == 88
     assert area(points, triangles) == pytest.approx(polygon_area(points), rel=1e-12)
@@ -194,11 +196,12 @@ def test_parts_triangulated_anew_bend_no_more(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_long_rim_in_parts_is_nearly_as_good_as_at_once(seed: int) -> None:
+def test_a_long_rim_in_parts_is_nearly_as_good_as_at_once(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """In parts of 30 a bent rim of 90 has at most a tenth more area, and all diagonals have two triangles."""
     points, opposite = bent(90, seed)
     whole = triangulate_rim(points, opposite, nothing(90))
-    parts = triangulate_rim(points, opposite, nothing(90), whole=30)
+    monkeypatch.setattr(triangulation, "LARGEST_WHOLE", 30)
+    parts = triangulate_rim(points, opposite, nothing(90))
     assert whole is not None
     assert parts is not None
     assert area(points, parts) < 1.1 * area(points, whole)
