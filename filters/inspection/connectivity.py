@@ -7,7 +7,7 @@ import numpy as np
 from ..compilation import compiled
 from ..libraries import sparse
 from ..mesh import Bools, Ints
-from ..topology import connected_components, corner_at, edge_faces, proper_faces, referenced_vertices, root_of
+from ..topology import connected_components, corner_at, faces_by_edge, listed_edges, proper_faces, referenced_vertices, root_of
 from .face_measures import faces_agree
 
 
@@ -78,7 +78,12 @@ def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
     """
     all_proper = proper_faces(faces)
     proper = faces if all_proper.all() else faces[all_proper]
-    pairs, face_counts, neighbours, shared = edge_faces(proper)
+    by_edge = faces_by_edge(proper)
+    pairs, face_counts = listed_edges(*by_edge)
+    shared, neighbours = listed_edges(*by_edge, 2, 2, columns=2)
+    if len(shared) == len(pairs):
+        pairs = shared  # kept once
+    face_counts = face_counts.ravel()
     used = referenced_vertices(proper, n_vertices)
     components = connected_components(proper, n_vertices)[1]
     pinched = fan_counts(proper, neighbours, shared, n_vertices) > 1

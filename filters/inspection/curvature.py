@@ -9,38 +9,9 @@ from numpy.typing import ArrayLike
 from ..checks import check_choice
 from ..compilation import compiled
 from ..geometry import angle_at, corner_angles, cross_product
-from ..mesh import Bools, Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
+from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..operators import laplace_beltrami, mixed_voronoi_areas
 from ..topology import border_vertices, edges, proper_faces
-
-
-def angle_deficits(vertices: ArrayLike, faces: ArrayLike) -> Floats:
-    """(n,) the angle deficit of every vertex, in radians [meyer2003].
-
-    2 pi - sum theta over the corners at an inner vertex: the integral of the Gaussian curvature over its surroundings. pi - sum
-    theta at a vertex of the border: how far the border turns there. So the deficits of every mesh without non-manifold vertices
-    add up to 2 pi chi, chi the Euler characteristic (Gauss-Bonnet), whether it is closed or not. 0 at vertices without a face.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles; one that names a vertex twice is none.
-
-    Raises:
-        FilterInputError: not a mesh.
-    """
-    return gaussian_curvature(vertices, faces, measure="deficit")
-
-
-def deficits_of(points: Floats, faces: Ints, on_border: Bools) -> Floats:
-    """(k,) the angle deficits of `angle_deficits`, of (k, 3) points of ordinary size that all have a face.
-
-    None of the (m, 3) triangles names a vertex twice; `on_border` are (k,) truth values.
-    """
-    angles = corner_angles(points, faces)
-    # So that they add up to pi in each face: where corners coincide an angle is missing, elsewhere it is rounding.
-    angles = angles + (math.pi - angles.sum(axis=1, keepdims=True)) / 3.0
-    full = np.where(on_border, math.pi, 2.0 * math.pi)
-    return np.asarray(full - np.bincount(faces.ravel(), angles.ravel(), minlength=len(points)))
 
 
 def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
@@ -125,11 +96,15 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
 
 
 def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: GaussianMeasure = "per_area") -> Floats:
-    """(n,) the Gaussian curvature of every vertex [meyer2003].
+    """(n,) the Gaussian curvature of every vertex [meyer2003]; 0 at vertices without a face.
 
-    deficit: `angle_deficits`, in radians, border included. per_area: the deficit over the mixed Voronoi area, in 1 / squared mesh
-    unit: 1 / r^2 on a sphere of radius r, 0 on what can be unrolled, negative on saddles; 0 on borders. It converges on meshes
-    that are regular near the vertex; noise and irregular triangles change it more than the mean curvature.
+    deficit: in radians, 2 pi - sum theta over the corners at an inner vertex, the integral of the curvature over its
+    surroundings; pi - sum theta at a vertex of the border, how far the border turns there. So the deficits of every mesh without
+    non-manifold vertices add up to 2 pi chi, chi the Euler characteristic (Gauss-Bonnet), whether it is closed or not.
+
+    per_area: the deficit over the mixed Voronoi area, in 1 / squared mesh unit: 1 / r^2 on a sphere of radius r, 0 on what can be
+    unrolled, negative on saddles; 0 on borders. It converges on meshes that are regular near the vertex; noise and irregular
+    triangles change it more than the mean curvature.
 
     Raises:
         FilterInputError: not a mesh, or an unknown measure.
@@ -139,7 +114,11 @@ def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: Gaussi
     if not len(mesh.cells):
         return np.zeros(len(mesh.vertices))
     on_border = border_vertices(mesh.cells, len(mesh))
-    deficits = deficits_of(mesh.points, mesh.cells, on_border)
+    angles = corner_angles(mesh.points, mesh.cells)
+    # So that they add up to pi in each face: where corners coincide an angle is missing, elsewhere it is rounding.
+    angles = angles + (math.pi - angles.sum(axis=1, keepdims=True)) / 3.0
+    full = np.where(on_border, math.pi, 2.0 * math.pi)
+    deficits = full - np.bincount(mesh.cells.ravel(), angles.ravel(), minlength=len(mesh))
     if measure == "deficit":
         return _at_vertices(mesh, deficits)
     areas = mixed_voronoi_areas(mesh.points, mesh.cells)

@@ -4,7 +4,7 @@ A face that names a vertex twice is not proper: it has no edges and references n
 collapsed triangle share an edge. An edge with exactly one face is a border edge, one with more than two is non-manifold.
 """
 
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -127,30 +127,6 @@ def face_adjacency(faces: Ints) -> tuple[Ints, Ints]:
     """
     shared, pairs = listed_edges(*faces_by_edge(faces), 2, 2, columns=2)
     return pairs, shared
-
-
-class EdgeFaces(NamedTuple):
-    """Every edge of a triangle list, and the faces at those with two.
-
-    Attributes:
-        pairs: (e, 2) every edge once, lower vertex first, rows ascending.
-        counts: (e,) the number of faces at each.
-        neighbours: (k, 2) the faces of the edges with exactly two, lower face first.
-        shared: (k, 2) these edges.
-    """
-
-    pairs: Ints
-    counts: Ints
-    neighbours: Ints
-    shared: Ints
-
-
-def edge_faces(faces: Ints) -> EdgeFaces:
-    """The results of `edge_face_counts` and `face_adjacency`, in one pass."""
-    by_edge = faces_by_edge(faces)
-    pairs, counts = listed_edges(*by_edge)
-    shared, neighbours = listed_edges(*by_edge, 2, 2, columns=2)
-    return EdgeFaces(pairs, counts.ravel(), neighbours, pairs if len(shared) == len(pairs) else shared)  # the same, kept once
 
 
 def faces_across(faces: Ints) -> Ints:
