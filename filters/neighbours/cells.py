@@ -8,7 +8,6 @@ corner smaller, because rounding is monotonic; so no cell that matters is left o
 The boxes stand in a binary tree: node 1 is the root, the children of node i are 2 i and 2 i + 1, the last level are the cells.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -18,17 +17,12 @@ from ..mesh import Bools, Floats, Ints, Longs
 from .kd_tree import STACK
 
 
-@dataclass(frozen=True, eq=False)
-class CellTree:
-    """The boxes of all cells of a cloud.
+class CellTree(NamedTuple):
+    """The boxes of all cells of a cloud."""
 
-    Attributes:
-        boxes: (2 w, 2, 3) the lowest and the highest coordinates of each node's points, infinite the wrong way round of none.
-        counts: (2 w,) the points in each node.
-    """
-
+    # (2 w, 2, 3) the lowest and the highest coordinates of each node's points, infinite the wrong way round of none
     boxes: Floats
-    counts: Longs
+    counts: Longs  # (2 w,) the points in each node
 
     @classmethod
     def over(cls, boxes: Floats, counts: Longs) -> "CellTree":
@@ -75,9 +69,9 @@ def reaching_out(points: Floats, bounds: Floats, cells: CellTree, first: int, la
         first: cell of the tile.
         last: the cell after its last.
     """
-    reach: Bools = np.empty(len(points), np.bool_)
-    mark_reaching(points, bounds, cells.boxes, first, last, reach)
-    return reach
+    counts: Longs = np.zeros(len(points), np.int64)
+    list_cells(points, bounds, cells, first, last, counts, np.zeros(0, np.int64), np.empty(0, np.int32))
+    return np.asarray(counts > 0)
 
 
 def cells_within(
@@ -101,39 +95,16 @@ def cells_within(
         (a + 1,) offsets into the (c,) cells, of the a points whose cells are listed.
     """
     counts: Longs = np.zeros(len(points) + 1, np.int64)
-    shrink_bounds(points, bounds, cells.boxes, cells.counts, k)
-    list_cells(points, bounds, cells.boxes, first, last, counts[1:], np.zeros(0, np.int64), np.empty(0, np.int32))
+    shrink_bounds(points, bounds, cells, k)
+    list_cells(points, bounds, cells, first, last, counts[1:], np.zeros(0, np.int64), np.empty(0, np.int32))
     offsets: Longs = np.cumsum(counts)
     if most is not None:
         fit = max(1, int(np.searchsorted(offsets, most, "right")) - 1)
         offsets = offsets[: fit + 1]
     listed = len(offsets) - 1
     numbers: Ints = np.empty(int(offsets[-1]), np.int32)
-    list_cells(points[:listed], bounds[:listed], cells.boxes, first, last, counts[1:], offsets, numbers)
+    list_cells(points[:listed], bounds[:listed], cells, first, last, counts[1:], offsets, numbers)
     return offsets, numbers
-
-
-def offer_cells(
-    points: Floats,
-    numbers: Longs,
-    nearest: Nearest,
-    asked: tuple[Longs, Ints],
-    cells: CellTree,
-    rows: Longs,
-    offered: tuple[Floats, Longs, Longs],
-) -> None:
-    """Put the points of some cells among the nearest, in place.
-
-    Args:
-        points: (a, 3) coordinates.
-        numbers: (a,) their own numbers; no point is a neighbour of itself.
-        nearest: of them.
-        asked: of `cells_within`.
-        cells: of the whole cloud.
-        rows: (c, 2) for every cell where its points begin and end in what is offered; both 0 if it is not.
-        offered: (r, 3) coordinates, (r,) numbers and (r,) slots.
-    """
-    _offer(points, numbers, nearest, asked, cells.boxes, rows, offered)
 
 
 @compiled(nogil=True)
@@ -166,29 +137,9 @@ def _covered(node: int, width: int, first: int, last: int) -> bool:
 
 
 @compiled(nogil=True)
-def mark_reaching(points: Floats, bounds: Floats, boxes: Floats, first: int, last: int, reach: Bools) -> None:
-    """Marks the points within whose bound a box outside of the tile lies."""
-    width = boxes.shape[0] // 2
-    stack = np.empty(STACK, np.int64)
-    for p in range(points.shape[0]):
-        x, y, z = points[p, 0], points[p, 1], points[p, 2]
-        reach[p] = False
-        stack[0], top = 1, 1
-        while top > 0:
-            top -= 1
-            node = stack[top]
-            if _gap_to(boxes[node], x, y, z) > bounds[p] or _covered(node, width, first, last):
-                continue
-            if node >= width:
-                reach[p] = True
-                break
-            stack[top], stack[top + 1] = 2 * node, 2 * node + 1
-            top += 2
-
-
-@compiled(nogil=True)
-def shrink_bounds(points: Floats, bounds: Floats, boxes: Floats, counts: Longs, k: int) -> None:
+def shrink_bounds(points: Floats, bounds: Floats, cells: CellTree, k: int) -> None:
     """Lowers bounds to what boxes with more than k points guarantee."""
+    boxes, counts = cells
     width = boxes.shape[0] // 2
     stack = np.empty(STACK, np.int64)
     for p in range(points.shape[0]):
@@ -210,9 +161,10 @@ def shrink_bounds(points: Floats, bounds: Floats, boxes: Floats, counts: Longs, 
 
 @compiled(nogil=True)
 def list_cells(
-    points: Floats, bounds: Floats, boxes: Floats, first: int, last: int, counts: Longs, offsets: Longs, numbers: Ints
+    points: Floats, bounds: Floats, cells: CellTree, first: int, last: int, counts: Longs, offsets: Longs, numbers: Ints
 ) -> None:
     """Counts the cells of each point; with `offsets` writes their numbers."""
+    boxes, _ = cells
     width = boxes.shape[0] // 2
     stack = np.empty(STACK, np.int64)
     for p in range(points.shape[0]):
@@ -235,26 +187,36 @@ def list_cells(
 
 
 @compiled(nogil=True)
-def _offer(
+def offer_cells(
     points: Floats,
     own: Longs,
     nearest: Nearest,
     asked: tuple[Longs, Ints],
-    boxes: Floats,
+    cells: CellTree,
     rows: Longs,
     offered: tuple[Floats, Longs, Longs],
 ) -> None:
-    """Inserts the points of cells among the nearest of the points for which the cells are listed."""
+    """Put the points of some cells among the nearest, in place.
+
+    Args:
+        points: (a, 3) coordinates.
+        own: (a,) their own numbers; no point is a neighbour of itself.
+        nearest: of them.
+        asked: of `cells_within`.
+        cells: of the whole cloud.
+        rows: (c, 2) for every cell where its points begin and end in what is offered; both 0 if it is not.
+        offered: (r, 3) coordinates, (r,) numbers and (r,) slots.
+    """
     squared, numbers, slots = nearest
-    offsets, cells = asked
+    offsets, listed = asked
     coordinates, their_numbers, their_slots = offered
-    width = boxes.shape[0] // 2
+    width = cells.boxes.shape[0] // 2
     k = squared.shape[1]
     for p in range(points.shape[0]):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         for a in range(offsets[p], offsets[p + 1]):
-            cell = cells[a]
-            if _gap_to(boxes[width + cell], x, y, z) > squared[p, k - 1]:
+            cell = listed[a]
+            if _gap_to(cells.boxes[width + cell], x, y, z) > squared[p, k - 1]:
                 continue
             for r in range(rows[cell, 0], rows[cell, 1]):
                 dx, dy, dz = coordinates[r, 0] - x, coordinates[r, 1] - y, coordinates[r, 2] - z
