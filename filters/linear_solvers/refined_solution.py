@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,21 +24,13 @@ _UNREFINED = 1e-6
 _SPLITTER = 134217729.0
 
 
-@dataclass(frozen=True, eq=False)
-class RefinedSolution:
-    """The solution of an ill-conditioned system.
+class RefinedSolution(NamedTuple):
+    """The solution of an ill-conditioned system."""
 
-    Attributes:
-        values: x, (n, k).
-        backward_error: |r| / (|A| |x| + |b|), measured as if A had a unit diagonal.
-        last_correction: the largest entry of the last correction, in the unit of x: larger than the remaining error.
-        refinements: the corrections after the first solution.
-    """
-
-    values: Floats
-    backward_error: float
-    last_correction: float
-    refinements: int
+    values: Floats  # x, (n, k)
+    backward_error: float  # |r| / (|A| |x| + |b|), measured as if A had a unit diagonal
+    last_correction: float  # the largest entry of the last correction, in the unit of x: larger than the remaining error
+    refinements: int  # the corrections after the first solution
 
 
 def refined_solution(

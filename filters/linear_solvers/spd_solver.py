@@ -7,7 +7,6 @@ ones: its cost depends neither on the time step nor, per row, on the size. Facto
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -94,7 +93,7 @@ class SpdSolver:
         self._many = solves >= _MANY_SOLVES and matrix.shape[0] <= _FACTORS_FOR_MORE
         self._quick = matrix.shape[0] <= (_FACTORS_FOR_MORE if solves > 1 else _FACTORS_FOR_ONE)
         self._solved = False
-        self._factors: Factorisation | None = None
+        self._factors: Cholesky | None = None
         self._multigrid: SmoothedAggregation | None = None
 
     def solve(
@@ -141,10 +140,8 @@ class SpdSolver:
     def _solve_three(
         self, b: Floats, x: Floats | None, tolerance: float, reference: float | None, progress: Progress
     ) -> Solution:
-        if self._factors is not None:
-            return self._factors.solve(b)
-        if self._solved and self._many:
-            return self._by_factors(b, progress)
+        if self._factors is not None or (self._solved and self._many):
+            return self.by_factors(b, progress)
         before = 0
         # The error of the smoothest vector is larger than its residual by one over the least eigenvalue.
         spread = float(np.sqrt(self._system.smoothness))
@@ -157,7 +154,7 @@ class SpdSolver:
         if self._quick and self._system.smoothness >= _SINGULAR:
             self._quick = False  # if factors fail multigrid is next
             with suppress(ConvergenceError):
-                return self._by_factors(b, progress)
+                return self.by_factors(b, progress)
         if self._multigrid is None:
             self._multigrid = SmoothedAggregation(self._system.matrix, progress=lambda _: progress(0.0))
         attempt = self._descend(b, x, tolerance, reference, self._multigrid, 1.0, _MULTIGRID_STEPS, progress)
@@ -171,16 +168,31 @@ class SpdSolver:
             raise ConvergenceError(f"{stalled}: the matrix is not positive definite to rounding")
         progress(0.0)
         try:
-            return self._by_factors(b, progress)
+            return self.by_factors(b, progress)
         except ConvergenceError as error:
             raise ConvergenceError(f"{stalled}, and {error}") from error
 
-    def _by_factors(self, b: Floats, progress: Progress) -> Solution:
-        """The solution by factors, which are kept if they solve the system."""
-        factors = Factorisation(self._system, progress)
-        solution = factors.solve(b)
+    def by_factors(self, b: Floats, progress: Progress = ignore_progress) -> Solution:
+        """The solution for (n, k) right-hand sides by factors and one step of refinement; the factors are kept if they solve it.
+
+        Args:
+            b: (n, k).
+            progress: called about ten times a second with 0 while factors are made; may raise to stop.
+
+        Raises:
+            ConvergenceError: not positive definite to rounding, too large, or so near to singular that factors are worth nothing.
+        """
+        matrix = self._system.matrix
+        if len(b) > _LARGEST_FACTORS:
+            raise ConvergenceError(f"{len(b)} rows are more than the {_LARGEST_FACTORS} that can be factorised")
+        factors = self._factors or Cholesky(matrix, progress=progress)
+        x = factors.solve(b)
+        x += factors.solve(b - matrix @ x)
+        backward = self._system.backward_error(x, b)
+        if not backward <= _DIRECT_ROUNDING:
+            raise ConvergenceError(f"Cholesky's factors solve {len(b)} equations with a backward error of {backward:.3g} only")
         self._factors = factors
-        return solution
+        return Solution(x, 0.0, backward, 2, "cholesky")
 
     def _descend(
         self,
@@ -230,19 +242,13 @@ def _padded(columns: Floats) -> Floats:
 
 
 class SpdSystem(NamedTuple):
-    """The left-hand side of A x = b.
+    """The left-hand side of A x = b."""
 
-    Attributes:
-        matrix: A, (n, n) CSR with sorted indices, finite, with a positive diagonal.
-        scale: (n,) 1 / sqrt(A_ii); D = diag(scale) makes D A D the matrix of unit diagonal.
-        norm: the largest row sum of |D A D|, a bound of its largest eigenvalue.
-        smoothness: the Rayleigh quotient 1^T A 1 / 1^T diag(A) 1, an upper bound of the smallest eigenvalue of D A D; near it for
-            a Laplace operator plus a mass, whose smoothest vector is the constant one.
-    """
-
-    matrix: sparse.csr_matrix
-    scale: Floats
-    norm: float
+    matrix: sparse.csr_matrix  # A, (n, n) with sorted indices, finite, with a positive diagonal
+    scale: Floats  # (n,) 1 / sqrt(A_ii); D = diag(scale) makes D A D the matrix of unit diagonal
+    norm: float  # the largest row sum of |D A D|, a bound of its largest eigenvalue
+    # the Rayleigh quotient 1^T A 1 / 1^T diag(A) 1, an upper bound of the smallest eigenvalue of D A D; near it for a Laplace
+    # operator plus a mass, whose smoothest vector is the constant one
     smoothness: float
 
     @classmethod
@@ -287,54 +293,13 @@ class SpdSystem(NamedTuple):
         return float(np.linalg.norm(scale * (b - self.matrix @ x)) / size) if size > 0.0 else 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """The solution of A x = b, its errors and its method.
+class Solution(NamedTuple):
+    """The solution of A x = b, its errors and its method."""
 
-    Attributes:
-        values: x, of the shape of b.
-        error: an estimate of the energy norm sqrt(e^T A e) of the error e, over all columns; not estimated, 0, by "cholesky".
-        backward_error: |r| / (|A| |x| + |b|) for r = b - A x, after scaling A to unit diagonal so that large rows hide nothing: x
-            solves exactly a system that differs by this share. The largest over the groups of columns solved for together.
-        iterations: products with the matrix.
-        method: what gave x.
-    """
-
-    values: Floats
-    error: float
+    values: Floats  # x, of the shape of b
+    error: float  # an estimate of the energy norm sqrt(e^T A e) of the error e, over all columns; not estimated, 0, by "cholesky"
+    # |r| / (|A| |x| + |b|) for r = b - A x, after scaling A to unit diagonal so that large rows hide nothing: x solves exactly a
+    # system that differs by this share. The largest over the groups of columns solved for together.
     backward_error: float
-    iterations: int
-    method: Method
-
-
-class Factorisation:
-    """Cholesky's factors and one step of refinement, for many right-hand sides or as the last resort."""
-
-    def __init__(self, system: SpdSystem, progress: Progress = ignore_progress) -> None:
-        """Factorises; see `Cholesky` for how long that takes.
-
-        Args:
-            system: of a symmetric positive definite matrix.
-            progress: called about ten times a second with 0; may raise to stop.
-
-        Raises:
-            ConvergenceError: not positive definite to rounding, or too large.
-        """
-        self._system, rows = system, len(system.scale)
-        if rows > _LARGEST_FACTORS:
-            raise ConvergenceError(f"{rows} rows are more than the {_LARGEST_FACTORS} that can be factorised")
-        self._factors = Cholesky(system.matrix, progress=progress)
-
-    def solve(self, right_side: Floats) -> Solution:
-        """Solves for (n,) or (n, k) right-hand sides.
-
-        Raises:
-            ConvergenceError: the matrix is so near to singular that the factors are worth nothing.
-        """
-        b = self._system.columns(right_side)
-        x = self._factors.solve(b)
-        x += self._factors.solve(b - self._system.matrix @ x)
-        backward = self._system.backward_error(x, b)
-        if not backward <= _DIRECT_ROUNDING:
-            raise ConvergenceError(f"Cholesky's factors solve {len(b)} equations with a backward error of {backward:.3g} only")
-        return Solution(x.reshape(right_side.shape), 0.0, backward, 2, "cholesky")
+    iterations: int  # products with the matrix
+    method: Method  # what gave x

@@ -17,7 +17,7 @@ from pymeshfair.filters.checks import ConvergenceError, FilterInputError
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.linear_solvers import SpdSolver, conjugate_gradients
 from pymeshfair.filters.linear_solvers.smoothed_aggregation import SmoothedAggregation
-from pymeshfair.filters.linear_solvers.spd_solver import Factorisation, Solution, SpdSystem
+from pymeshfair.filters.linear_solvers.spd_solver import Solution
 from pymeshfair.filters.operators import laplace_beltrami
 from tests.meshes import Floats, Mesh, icosphere, irregular_grid, noisy
 
@@ -71,7 +71,7 @@ def test_agrees_with_a_direct_solver(edges: float, method: str) -> None:
 def test_the_estimated_error_is_the_error(edges: float, tolerance: float) -> None:
     """The error that a solution reports is its true one in the energy norm, within a factor of five, and below the tolerance."""
     matrix, b = system(rough_sphere(), edges)
-    expected = Factorisation(SpdSystem.of(matrix)).solve(b).values
+    expected = SpdSolver(matrix).by_factors(b).values
     solution = solved(matrix, b, tolerance=tolerance, reference=energy(matrix, expected))
     true = energy(matrix, solution.values - expected)
     assert true / 5 <= solution.error <= 5 * true
@@ -81,7 +81,7 @@ def test_the_estimated_error_is_the_error(edges: float, tolerance: float) -> Non
 def test_factors_solve_to_rounding() -> None:
     """A factorisation reports, and has, the backward error of a backward stable method."""
     matrix, b = system(rough_sphere(), 30.0)
-    solution = Factorisation(SpdSystem.of(matrix)).solve(b)
+    solution = SpdSolver(matrix).by_factors(b)
     scale = 1 / np.sqrt(matrix.diagonal())[:, None]
     scaled = sparse.diags_array(scale.ravel()) @ matrix @ sparse.diags_array(scale.ravel())
     residual = scale * (b - matrix @ solution.values)
@@ -156,8 +156,8 @@ def test_nothing_to_solve() -> None:
     assert solution.iterations == 0
     assert (solution.values == 0).all()
     assert solved(sparse.csr_matrix((0, 0)), np.empty((0, 3))).values.shape == (0, 3)
-    assert Factorisation(SpdSystem.of(sparse.csr_matrix((0, 0)))).solve(np.empty((0, 3))).values.shape == (0, 3)
-    assert Factorisation(SpdSystem.of(matrix)).solve(b[:, :0]).values.shape == (len(b), 0)
+    assert SpdSolver(sparse.csr_matrix((0, 0))).by_factors(np.empty((0, 3))).values.shape == (0, 3)
+    assert SpdSolver(matrix).by_factors(b[:, :0]).values.shape == (len(b), 0)
 
 
 def test_a_good_guess_saves_the_work() -> None:
@@ -198,7 +198,7 @@ def test_callers_arrays_are_left_alone() -> None:
     view = sparse.csr_matrix(tuple(array[1:-1] for array in whole), shape=matrix.shape)
     b.flags.writeable = False
     expected = spsolve(matrix.tocsc(), b)
-    for solution in (solved(view, b), Factorisation(SpdSystem.of(view)).solve(b)):
+    for solution in (solved(view, b), SpdSolver(view).by_factors(b)):
         assert np.abs(solution.values - expected).max() < 1e-8 * np.abs(expected).max()
     assert all(np.array_equal(array, before) for array, before in zip(whole, kept, strict=True))
 
@@ -231,7 +231,7 @@ def test_an_indefinite_matrix_is_an_error() -> None:
     with pytest.raises(ConvergenceError, match=r"backward error of .* 642 equations.*not positive definite"):
         solved(indefinite, b)
     with pytest.raises(ConvergenceError, match="not positive definite"):
-        Factorisation(SpdSystem.of(indefinite))
+        SpdSolver(indefinite).by_factors(b)
 
 
 @pytest.mark.parametrize(
