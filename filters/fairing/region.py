@@ -158,10 +158,9 @@ class _System(NamedTuple):
 
     def matrix(self) -> sparse.csr_matrix:
         """The columns and rows of the free vertices, (f, f)."""
-        if self.order == 1:
-            starts, columns, data = _principal(self.dirichlet.indptr, self.dirichlet.indices, self.dirichlet.data, self.free)
-            return sparse.csr_matrix((data, columns, starts))
         columns = sparse.csr_matrix(self.dirichlet[:, self.free])
+        if self.order == 1:
+            return sparse.csr_matrix(columns[self.free])
         scaled = sparse.csr_matrix(sparse.diags_array(self.inverse_mass) @ columns)
         product = columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled)
         return sparse.csr_matrix(product)
@@ -200,22 +199,6 @@ def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
 
 
 @compiled
-def _principal(starts: Ints, columns: Ints, data: Floats, free: Bools) -> tuple[Ints, Ints, Floats]:
-    """The rows and columns of the free vertices, compressed."""
-    number = np.cumsum(free).astype(np.int32) - np.int32(1)
-    kept_starts = np.zeros(number[-1] + 2, dtype=np.int32)
-    kept_columns, kept_data = np.empty(data.shape[0] + 1, dtype=np.int32), np.empty(data.shape[0] + 1)
-    at = 0
-    for i in range(free.shape[0]):
-        if free[i]:
-            for k in range(starts[i], starts[i + 1]):
-                kept_columns[at], kept_data[at] = number[columns[k]], data[k]
-                at += free[columns[k]]
-            kept_starts[number[i] + 1] = at
-    return kept_starts, kept_columns[:at].copy(), kept_data[:at].copy()
-
-
-@compiled
 def _areas(before: Floats, after: Floats, free: Bools, faces: Ints) -> tuple[float, float]:
     """The area of the triangles with a free vertex by two places of the points."""
     sums = np.zeros(2)
@@ -234,8 +217,7 @@ def _check_held(system: _System, part: Submesh) -> None:
     A part that lies in one line with those around it loses nothing, as in a slit.
     """
     dirichlet, points, places = system.dirichlet, part.points, np.flatnonzero(part.free)
-    starts, columns, data = _principal(dirichlet.indptr, dirichlet.indices, dirichlet.data, part.free)
-    count, labels = sparse.csgraph.connected_components(sparse.csr_matrix((data, columns, starts)), directed=False)
+    count, labels = sparse.csgraph.connected_components(dirichlet[part.free][:, part.free], directed=False)
     # The fixed vertices within the rings of each part.
     around = sparse.csr_matrix((np.ones(len(places)), (labels, places)), shape=(count, len(points)))
     outwards = sparse.csr_matrix(dirichlet != 0.0).astype(np.float64) @ sparse.diags_array((~part.free).astype(np.float64))
