@@ -28,11 +28,7 @@ from .threads import call_parallel, start_threads
 ArgumentType: TypeAlias = "str | tuple[Any, ...]"
 Signature: TypeAlias = "tuple[ArgumentType, ...]"
 
-_NAMES = {
-    dtype: np.dtype(dtype).name
-    for dtype in ("?", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8")
-}  # fmt: skip
-_DTYPES = {np.dtype(code): name for code, name in _NAMES.items()}
+_DTYPES = {np.dtype(code): np.dtype(code).name for code in ("?", *["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"])}
 _PLAIN: dict[type, str] = {bool: "bool", int: "int64", float: "float64", type(None): "none"}
 _PLAIN |= {dtype.type: name for dtype, name in _DTYPES.items()}
 #: by dtype, number of axes and flags of an array
@@ -179,11 +175,6 @@ class Kernel:
 
     def __repr__(self) -> str:
         return f"<kernel {self.__module__}.{self.__qualname__}>"
-
-    def load(self, signature: Signature) -> None:
-        """Load or compile the machine code for these argument types."""
-        if signature not in self._code:
-            self._loaded(signature)
 
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
         if self._is_parallel:

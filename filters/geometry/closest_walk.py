@@ -15,19 +15,12 @@ _LONGEST_WALK = 64
 
 
 class WalkableSurface(NamedTuple):
-    """A triangle mesh with the faces at every vertex, so that a walk can go from a face to its neighbours.
+    """A triangle mesh with the faces at every vertex, so that a walk can go from a face to its neighbours."""
 
-    Attributes:
-        points: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        offsets: (n + 1,) int64.
-        around: int32, the faces at vertex i are ``around[offsets[i]:offsets[i + 1]]``, ascending.
-    """
-
-    points: Floats
-    faces: Ints
-    offsets: Longs
-    around: Ints
+    points: Floats  # (n, 3) coordinates
+    faces: Ints  # (m, 3) triangles
+    offsets: Longs  # (n + 1,)
+    around: Ints  # the faces at vertex i are ``around[offsets[i]:offsets[i + 1]]``, ascending
 
     @classmethod
     def of(cls, points: Floats, faces: Ints) -> "WalkableSurface":

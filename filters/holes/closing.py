@@ -1,6 +1,5 @@
 """Hole filling in the three steps of [liepa2003]: rims triangulated, patches refined to the density of the rim, then faired."""
 
-from itertools import pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -8,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import ConvergenceError, FilterInputError, check_choice, check_whole_number
 from ..execution import Progress, ignore_progress, part_of, rising
-from ..fairing.region import fair_region
+from ..fairing.region import ENERGIES, Energy, fair_region
 from ..geometry import angles_between, cross_products
 from ..mesh import Floats, Ints, check_mesh, check_vertex_mask, mask_of
 from ..topology import BoundaryLoop, OneRings, boundary_loops, face_adjacency, one_rings
@@ -100,9 +99,8 @@ def close_holes(
     left_open = [*map(broken_left_open, broken), *unwanted]
     patches = Patches(points, triangles, rims)
     closed, with_islands = [], []
-    for k, hole in enumerate(holes):
+    for k, (hole, group) in enumerate(zip(holes, inside, strict=True)):
         partial = part_of(forwards, _TRIANGULATION * k / len(holes), _TRIANGULATION * (k + 1) / len(holes))
-        group = inside[k]
         too_many = bool(group) and sum(len(rim.vertices) for rim in (hole, *group)) > max(MOST_JOINED, max_edges)
         if not too_many and patches.add(hole, group, refine, partial):
             closed.append(hole.vertices)
@@ -163,7 +161,6 @@ class Patches:
         """No patches yet, for a mesh of which these rims may be closed."""
         self._points = points
         self._rings: OneRings = one_rings(faces, len(points))
-        self._place = np.full(len(points), -1, dtype=np.int32)
         met = np.zeros(len(points), dtype=np.int32)
         for rim in rims:
             met[np.unique(rim.vertices)] += 1
@@ -181,7 +178,7 @@ class Patches:
         """Triangulate and refine a hole with the islands in it; False, and nothing is added, if there is no triangulation."""
         triangulating = part_of(progress, 0.0, _PATCH_TRIANGULATION if refine else 1.0)
         outline = polygon(rim, islands, self._points)
-        joined = joined_corners(outline.vertices, self._rings, self._place, self._links)
+        joined = joined_corners(outline.vertices, self._rings, self._links)
         is_a_face = len(outline.vertices) == 3 and outline.opposite[0] == outline.vertices[2]  # in the other orientation
         triangles = None if is_a_face else triangulate_polygon(outline, self._points, joined, triangulating)
         if triangles is None and refine and len(rim.vertices) > 3:
@@ -190,9 +187,7 @@ class Patches:
         if triangles is None:
             return False
         own, first = np.unique(outline.vertices, return_index=True)
-        self._place[own] = np.arange(len(own), dtype=np.int32)
-        patch = Patch(self._points[own], self._lengths(own), self._place[triangles], len(own))
-        self._place[own] = -1
+        patch = Patch(self._points[own], self._lengths(own), np.searchsorted(own, triangles).astype(np.int32), len(own))
         alone = np.zeros(len(own), dtype=np.bool_)
         for loop in (rim, *islands):
             distinct, visits = np.unique(loop.vertices, return_counts=True)
@@ -238,24 +233,22 @@ class Patches:
         `new_vertices` are coordinates of the new vertices, in the order of `gathered`.
         """
         distances = np.zeros(self.count)
-        at = 0
-        for k, (own, patch, *_) in enumerate(self._placed):
-            new = new_vertices[at : (at := at + len(patch.points) - len(own))]
-            low, high = patch.points[: len(own)].min(axis=0), patch.points[: len(own)].max(axis=0)
+        for k, (rim, new) in enumerate(self._rims_and(new_vertices)):
+            low, high = rim.min(axis=0), rim.max(axis=0)
             outside = np.linalg.norm(np.maximum(np.maximum(low - new, new - high), 0.0), axis=1)
-            diagonal = float(np.linalg.norm(high - low))
-            distances[k] = outside.max(initial=0.0) / (diagonal or 1.0)
+            distances[k] = outside.max(initial=0.0) / (float(np.linalg.norm(high - low)) or 1.0)
         return distances
 
     def move(self, new_vertices: Floats) -> None:
         """Set the coordinates of the new vertices, in the order of `gathered`."""
-        at = 0
-        for k, placed in enumerate(self._placed):
-            own, patch = placed.own, placed.patch
-            more = len(patch.points) - len(own)
-            moved = np.concatenate([patch.points[: len(own)], new_vertices[at : at + more]])
-            self._placed[k] = placed._replace(patch=patch._replace(points=moved))
-            at += more
+        for k, points in enumerate(self._rims_and(new_vertices)):
+            self._placed[k] = self._placed[k]._replace(patch=self._placed[k].patch._replace(points=np.concatenate(points)))
+
+    def _rims_and(self, new_vertices: Floats) -> list[tuple[Floats, Floats]]:
+        """The points of each patch: its rim, and its part of the new vertices."""
+        patches = [placed.patch for placed in self._placed]
+        parts = np.split(new_vertices, np.cumsum([len(patch.points) - patch.n_rim for patch in patches])[:-1])
+        return [(patch.points[: patch.n_rim], new) for patch, new in zip(patches, parts, strict=True)]
 
     def gathered(self) -> tuple[Floats, Ints, Ints, Ints]:
         """The new vertices, the new faces, and the index of the patch of each of these vertices and faces."""
@@ -324,7 +317,7 @@ def fair_patches(
         partial = part_of(progress, done / rounds, (done + 1) / rounds)
         if done > 0:
             patches.refine_again(energy != "membrane", partial)
-        for lower, level in reversed(list(pairwise(HOLE_ENERGIES))):
+        for lower, level in zip(HOLE_ENERGIES[-2::-1], ENERGIES[::-1], strict=True):
             group = [k for k in range(patches.count) if placements[k].energy == level]
             for part in _parts(patches, group):
                 for k, thrown_out in _place(patches, points, faces, part, level, partial).items():
@@ -347,7 +340,7 @@ def _parts(patches: Patches, group: list[int]) -> list[list[int]]:
 
 
 def _place(
-    patches: Patches, points: Floats, faces: Ints, group: list[int], energy: HoleEnergy, progress: Progress
+    patches: Patches, points: Floats, faces: Ints, group: list[int], energy: Energy, progress: Progress
 ) -> dict[int, bool]:
     """Places the new vertices of these patches; returns those that failed, and whether they were thrown out."""
     new_vertices, new_faces, patch_of_vertex, _ = patches.gathered()

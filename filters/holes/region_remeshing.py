@@ -1,7 +1,5 @@
 """Region remeshing: the triangles of a region replaced by a faired filling."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -17,13 +15,6 @@ from .filling import HoleFilling
 LARGEST_RIM = 10_000
 
 
-class RemadeRegion(NamedTuple):
-    """A region that was remade."""
-
-    region: Bools  # (n,) the vertices to delete with their faces: the region without the triangles at open borders
-    filling: HoleFilling  # the faces to add in their place, in the numbers of the whole mesh
-
-
 def remesh_region(
     vertices: ArrayLike,
     faces: ArrayLike,
@@ -32,7 +23,7 @@ def remesh_region(
     energy: Energy = "thin_plate",
     rounds: int = 3,
     progress: Progress = ignore_progress,
-) -> RemadeRegion:
+) -> tuple[Bools, HoleFilling]:
     """Deletes the vertices of a region with their triangles, and closes the holes by `close_holes`.
 
     `fair_region` keeps the triangles, so that over rough damage needles and folds remain, and pull at the solution. Here neither
@@ -45,6 +36,10 @@ def remesh_region(
         energy: as for `fair_region`.
         rounds: as for `close_holes`.
         progress: called with the share that is done; may raise to stop.
+
+    Returns:
+        (n,) the vertices to delete with their faces, which is the region without the triangles at open borders; and the faces to
+        add in their place, in the numbers of the whole mesh.
 
     Raises:
         FilterInputError: not a mesh; a region that is a whole component or all at borders, or whose rim cannot be closed.
@@ -73,4 +68,4 @@ def remesh_region(
     for left in filling.left_open:
         if left.reason != "selection" and rim[left.vertices].any():
             raise FilterInputError(f"the region cannot be remade: {left.message}; select a ring more or less")
-    return RemadeRegion(chosen, filling)
+    return chosen, filling

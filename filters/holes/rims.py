@@ -164,14 +164,6 @@ def _inside(points: Floats, loop: Floats) -> Bools:
     return inside
 
 
-class SortedRims(NamedTuple):
-    """The rims of a mesh."""
-
-    holes: list[BoundaryLoop]  # those to close
-    inside: dict[int, list[BoundaryLoop]]  # for each index in `holes` the rims of the islands in that hole
-    left: list[OpenRim]  # the others with the reason
-
-
 def sorted_rims(
     rims: list[BoundaryLoop],
     points: Floats,
@@ -179,8 +171,11 @@ def sorted_rims(
     max_edges: int,
     selected: Bools | None,
     islands: Literal["join", "leave"],
-) -> SortedRims:
-    """Separates holes from outer borders and islands first, then drops the holes that are too large, seams or not selected."""
+) -> tuple[list[BoundaryLoop], list[list[BoundaryLoop]], list[OpenRim]]:
+    """The holes to close, for each the rims of the islands in it, and the other rims with the reason.
+
+    Separates holes from outer borders and islands first, then drops the holes that are too large, seams or not selected.
+    """
     outer = outer_borders(rims, points, triangles)
     holes = [rim for rim, outside in zip(rims, outer, strict=True) if outside == "no"]
     borders = [(rim, outside) for rim, outside in zip(rims, outer, strict=True) if outside != "no"]
@@ -201,17 +196,17 @@ def sorted_rims(
             left.append(left_open_as(rim, "outer" if outside == "surely" else "probably_outer"))
     holes.sort(key=lambda rim: tuple(rim.vertices[:2].tolist()))
     closed: list[BoundaryLoop] = []
-    inside: dict[int, list[BoundaryLoop]] = {}
+    inside: list[list[BoundaryLoop]] = []
     for hole in holes:
         group = in_hole.get(id(hole), [])
         refused = _refused(hole, group, points, max_edges, selected)
         if refused is None:
-            inside[len(closed)] = group
             closed.append(hole)
+            inside.append(group)
         else:
             left.append(refused)
             left += [left_open_as(rim, "seam" if is_seam(rim, points) else "outer") for rim in group]
-    return SortedRims(closed, inside, left)
+    return closed, inside, left
 
 
 def _refused(

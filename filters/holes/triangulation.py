@@ -114,26 +114,21 @@ def _doubled_diagonals(corners: Ints, triangles: Ints) -> Longs:
     return np.asarray(np.delete(diagonals, first, axis=0), dtype=np.int64)
 
 
-def joined_corners(corners: Ints, rings: OneRings, place: Ints, more: dict[int, set[int]]) -> VertexPairs:
+def joined_corners(corners: Ints, rings: OneRings, more: dict[int, set[int]]) -> VertexPairs:
     """Which corners of a polygon are joined by an edge that is no side of it.
 
     Args:
         corners: (k,) the vertices of the polygon.
         rings: the neighbours of every vertex of the mesh.
-        place: (n,) of -1, working memory that is left as it was.
         more: further neighbours of vertices, by edges of the patches made before.
     """
     k = len(corners)
     own, index = np.unique(corners, return_inverse=True)
-    place[own] = np.arange(len(own), dtype=np.int32)
-    ends: tuple[list[int], list[int]] = ([], [])
-    for i, v in enumerate(own.tolist()):
-        others = place[rings.neighbours[rings.offsets[v] : rings.offsets[v + 1]]]
-        linked_to = others[others >= 0].tolist() + [int(place[w]) for w in more.get(v, ()) if place[w] >= 0]
-        ends[0].extend([i] * len(linked_to))
-        ends[1].extend(linked_to)
-    place[own] = -1
-    linked = sparse.csr_array((np.ones(len(ends[0])), ends), shape=(len(own), len(own)))
+    ends = [[*rings.neighbours[rings.offsets[v] : rings.offsets[v + 1]], *more.get(v, ())] for v in own.tolist()]
+    starts, others = np.repeat(np.arange(len(own)), [len(linked) for linked in ends]), np.concatenate(ends)
+    place = np.minimum(np.searchsorted(own, others), len(own) - 1)
+    within = own[place] == others
+    linked = sparse.csr_array((np.ones(int(within.sum())), (starts[within], place[within])), shape=(len(own), len(own)))
     at = sparse.csr_array((np.ones(k), (np.arange(k), index)), shape=(k, len(own)))
     first, second = (at @ linked @ at.T).nonzero()
     side = (np.abs(first - second) == 1) | (np.abs(first - second) == k - 1)

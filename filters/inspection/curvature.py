@@ -118,7 +118,7 @@ def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: Gaussi
     # So that they add up to pi in each face: where corners coincide an angle is missing, elsewhere it is rounding.
     angles = angles + (math.pi - angles.sum(axis=1, keepdims=True)) / 3.0
     full = np.where(on_border, math.pi, 2.0 * math.pi)
-    deficits = full - np.bincount(mesh.cells.ravel(), angles.ravel(), minlength=len(mesh))
+    deficits: Floats = full - np.bincount(mesh.cells.ravel(), angles.ravel(), minlength=len(mesh))
     if measure == "deficit":
         return _at_vertices(mesh, deficits)
     areas = mixed_voronoi_areas(mesh.points, mesh.cells)

@@ -23,14 +23,12 @@ class SharpEdges(NamedTuple):
         faces: (k, 2) their faces.
         middles: (k, 3) their middles.
         lengths: (k,) their lengths.
-        angles: (k,) degrees between the normals of their faces.
     """
 
     pairs: Ints
     faces: Ints
     middles: Floats
     lengths: Floats
-    angles: Floats
 
 
 def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
@@ -55,7 +53,7 @@ def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
     pairs = shared[sharp]
     ends = points[pairs]
     lengths = np.linalg.norm((ends[:, 1] - ends[:, 0]) * mesh.scale, axis=1) / mesh.scale
-    return SharpEdges(pairs, neighbours[sharp], ends[:, 0] * 0.5 + ends[:, 1] * 0.5, lengths, angles[sharp])
+    return SharpEdges(pairs, neighbours[sharp], ends[:, 0] * 0.5 + ends[:, 1] * 0.5, lengths)
 
 
 def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float | None:

@@ -42,17 +42,11 @@ class CellTree(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """The k nearest of the points compared so far, for each of a points, by squared distance, then by number.
+    """The k nearest of the points compared so far, for each of a points, by squared distance, then by number."""
 
-    Attributes:
-        squared: (a, k), infinite where there are fewer.
-        numbers: (a, k) which points they are.
-        slots: (a, k) their places in storage.
-    """
-
-    squared: Floats
-    numbers: Longs
-    slots: Longs
+    squared: Floats  # (a, k), infinite where there are fewer
+    numbers: Longs  # (a, k) which points they are
+    slots: Longs  # (a, k) their places in storage
 
     def of(self, rows: slice) -> "Nearest":
         """Those of some points, in the same memory."""

@@ -107,22 +107,21 @@ def _directed_border(border: Ints, near: Ints, n_vertices: int) -> tuple[Ints, I
 def _cycles(following: Ints) -> tuple[list[list[int]], list[int]]:
     """The cycles of the map from each edge to the next, and the edges that lie on none."""
     onwards = following.tolist()
-    # 0: not visited, 1: on a path that ends at a vertex without a next edge, 2: on a cycle
-    state = [0] * len(onwards)
-    for e in sorted(set(range(len(onwards))) - set(onwards)):
+    on_paths = set()
+    for e in set(range(len(onwards))) - set(onwards):
         while e >= 0:
-            state[e] = 1
+            on_paths.add(e)
             e = onwards[e]
-    cycles = []
-    for e, before in enumerate(state):
-        if before == 0 and state[e] == 0:
-            cycle = []
-            while state[e] == 0:
-                state[e] = 2
-                cycle.append(e)
-                e = onwards[e]
+    seen, cycles = on_paths.copy(), []
+    for e in range(len(onwards)):
+        cycle = []
+        while e not in seen:
+            seen.add(e)
+            cycle.append(e)
+            e = onwards[e]
+        if cycle:
             cycles.append(cycle)
-    return cycles, [e for e, reached in enumerate(state) if reached == 1]
+    return cycles, sorted(on_paths)
 
 
 def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[BrokenBorder]:

@@ -52,21 +52,13 @@ def _label_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
 
 
 class Submesh(NamedTuple):
-    """Free vertices with rings of fixed vertices around them.
+    """Free vertices with rings of fixed vertices around them."""
 
-    Attributes:
-        vertices: (n,) ascending, the vertices of the mesh in it.
-        faces: (m, 3) triangles of these vertices by their index here, in the order of the mesh.
-        points: (n, 3) coordinates.
-        free: (n,) which of them are free: no border vertex is.
-        border: (n,) which of them lie on the border of the mesh; false on the outermost ring.
-    """
-
-    vertices: Ints
-    faces: Ints
-    points: Floats
-    free: Bools
-    border: Bools
+    vertices: Ints  # (n,) ascending, the vertices of the mesh in it
+    faces: Ints  # (m, 3) triangles of these vertices by their index here, in the order of the mesh
+    points: Floats  # (n, 3) coordinates
+    free: Bools  # (n,) which of them are free: no border vertex is
+    border: Bools  # (n,) which of them lie on the border of the mesh; false on the outermost ring
 
 
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:

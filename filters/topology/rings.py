@@ -17,17 +17,11 @@ _SHORT = 48
 
 
 class OneRings(NamedTuple):
-    """The neighbours of every vertex: those of vertex i are ``neighbours[offsets[i]:offsets[i + 1]]``, ascending, each once.
+    """The neighbours of every vertex: those of vertex i are ``neighbours[offsets[i]:offsets[i + 1]]``, ascending, each once."""
 
-    Attributes:
-        offsets: (n + 1,) int64.
-        neighbours: (2 e,) int32 for e edges.
-        face_counts: (2 e,) int32, how many faces the edge to that neighbour has: 1 on a border, more than 2 if non-manifold.
-    """
-
-    offsets: Longs
-    neighbours: Ints
-    face_counts: Ints
+    offsets: Longs  # (n + 1,)
+    neighbours: Ints  # (2 e,) for e edges
+    face_counts: Ints  # (2 e,) how many faces the edge to that neighbour has: 1 on a border, more than 2 if non-manifold
 
     def along_border(self) -> "OneRings":
         """Neighbours along border edges; empty on a closed mesh."""
@@ -104,15 +98,10 @@ def _compress(offsets: Longs, ends: Ints, ring_offsets: Longs, neighbours: Ints,
 
 
 class VertexFaces(NamedTuple):
-    """The faces at every vertex i: ``rows[offsets[i]:offsets[i + 1]]``, in ascending order of the faces.
+    """The faces at every vertex i: ``rows[offsets[i]:offsets[i + 1]]``, in ascending order of the faces."""
 
-    Attributes:
-        offsets: (n + 1,) int64.
-        rows: (3 m, 3) int32. Face f with the vertices i, a, b in this cyclic order has the row (f, a, b) at vertex i.
-    """
-
-    offsets: Longs
-    rows: Ints
+    offsets: Longs  # (n + 1,)
+    rows: Ints  # (3 m, 3); face f with the vertices i, a, b in this cyclic order has the row (f, a, b) at vertex i
 
 
 def vertex_faces(faces: Ints, n_vertices: int) -> VertexFaces:

@@ -473,10 +473,10 @@ def test_a_remade_region_does_not_depend_on_place_size_numbers_and_stray_vertice
     moved = np.empty_like(everything_moved)
     moved[order] = everything_moved
     chosen = vertices[:, 2] > 0.6
-    expected = remesh_region(vertices, faces, chosen).filling.new_vertices
+    expected = remesh_region(vertices, faces, chosen)[1].new_vertices
     elsewhere = np.zeros(len(order), dtype=np.bool_)
     elsewhere[order[:-1]] = chosen
-    found = remesh_region(moved, order[faces], elsewhere).filling.new_vertices
+    found = remesh_region(moved, order[faces], elsewhere)[1].new_vertices
     back = (found - 2.0) / 3.7 @ turn
     apart = np.linalg.norm(back[:, None] - expected, axis=2)
     assert len(back) == len(expected)
