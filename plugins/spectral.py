@@ -2,12 +2,12 @@
 
 import math
 from dataclasses import fields
-from typing import Annotated
+from functools import partial
+from typing import Annotated, Any
 
 import numpy as np
 
 from pymeshfair.declaration import (
-    Bools,
     Edit,
     Enum,
     FilterClass,
@@ -22,13 +22,12 @@ from pymeshfair.declaration import (
 )
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
+from pymeshfair.filters.operators import SurfaceOperatorName
 from pymeshfair.filters.spectral import (
     DEFAULT_ORDER,
     ORDERS,
-    SPECTRAL_OPERATORS,
     ResponseName,
     SpectralMethod,
-    SpectralOperator,
     SpectralResult,
     enhance_details,
     one_harmonic,
@@ -47,7 +46,6 @@ from .moving_vertices import (
 
 OPERATOR = Enum(
     label="Operator",
-    choices=SPECTRAL_OPERATORS,
     advanced=True,
     help="'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and non-manifold meshes; "
     "'auto' takes the robust one where it is needed.",
@@ -71,7 +69,7 @@ def apply_coord_spectral_filter(
     gain: Annotated[float, Float(minimum=0, maximum=10)] = 2.0,
     order: Annotated[int, Int(minimum=min(ORDERS), maximum=max(ORDERS), advanced=True)] = DEFAULT_ORDER,
     method: Annotated[SpectralMethod, Enum()] = "auto",
-    operator: Annotated[SpectralOperator, OPERATOR] = "auto",
+    operator: Annotated[SurfaceOperatorName, OPERATOR] = "auto",
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
@@ -108,23 +106,20 @@ def apply_coord_spectral_filter(
             f"detail_size 'auto' is for the response 'low_pass', not {response!r}: give a size such as '6edge'"
         )
     filtered: SpectralResult | None = None
+    passed = partial(
+        spectral_filter,
+        response=response,
+        largest_size=largest_size or None,
+        modes=modes or None,
+        gain=gain if response == "enhance" else None,
+        order=order,
+        method=method,
+        operator=operator,
+    )
 
-    def smooth(points: Floats, faces: Ints, size: float, movable: Bools | None, tell: Progress) -> Floats:
+    def smooth(points: Floats, faces: Ints, size: float, **how: Any) -> Floats:
         nonlocal filtered
-        filtered = spectral_filter(
-            points,
-            faces,
-            response=response,
-            detail_size=None if modes else size,
-            largest_size=largest_size or None,
-            modes=modes or None,
-            gain=gain if response == "enhance" else None,
-            order=order,
-            method=method,
-            operator=operator,
-            movable=movable,
-            progress=tell,
-        )
+        filtered = passed(points, faces, detail_size=None if modes else size, **how)
         return filtered.vertices
 
     done = smoothed_by_size(layer, 0.0 if modes else detail_size, smooth, selected=selected, progress=progress)
@@ -156,7 +151,7 @@ def apply_coord_detail_enhancement(
     detail_size: Annotated[float, Percentage(automatic=0, default="auto")],
     largest_size: Annotated[float, Percentage(automatic=0, default="auto")],
     most: Annotated[float, Float(minimum=0.001, maximum=0.5)] = 0.05,
-    operator: Annotated[SpectralOperator, OPERATOR] = "auto",
+    operator: Annotated[SurfaceOperatorName, OPERATOR] = "auto",
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
@@ -210,7 +205,7 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
     layer: Layer,
     *,
     mode: Annotated[int, Int(minimum=0, maximum=1_000_000)] = 10,
-    operator: Annotated[SpectralOperator, OPERATOR] = "auto",
+    operator: Annotated[SurfaceOperatorName, OPERATOR] = "auto",
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Makes a mode of the surface, one of the waves that spectral filters keep or remove, the vertex scalar to look at.
@@ -249,7 +244,7 @@ def get_surface_spectrum(
     layer: Layer,
     *,
     modes: Annotated[int, Int(minimum=0, maximum=100_000)] = 50,
-    operator: Annotated[SpectralOperator, OPERATOR] = "auto",
+    operator: Annotated[SurfaceOperatorName, OPERATOR] = "auto",
     progress: Progress = ignore_progress,
 ) -> Edit:
     """How much of the shape lies at which frequency: where it ends and where noise begins.

@@ -3,7 +3,7 @@
 from .detail_enhancement import EnhancedDetails, enhance_details
 from .eigenpairs import lowest_eigenpairs
 from .harmonics import OneHarmonic, one_harmonic
-from .problem import SPECTRAL_OPERATORS, SpectralOperator, SpectralProblem, spectral_problem
+from .problem import SpectralProblem, spectral_problem
 from .responses import DEFAULT_ORDER, ORDERS, RESPONSE_NAMES, Response, ResponseName, band_pass, enhance, low_pass
 from .spectral_filter import SPECTRAL_METHODS, SpectralMethod, SpectralResult, spectral_filter
 from .spectrum import Spectrum, spectrum
@@ -13,13 +13,11 @@ __all__ = [
     "ORDERS",
     "RESPONSE_NAMES",
     "SPECTRAL_METHODS",
-    "SPECTRAL_OPERATORS",
     "EnhancedDetails",
     "OneHarmonic",
     "Response",
     "ResponseName",
     "SpectralMethod",
-    "SpectralOperator",
     "SpectralProblem",
     "SpectralResult",
     "Spectrum",

@@ -11,9 +11,10 @@ from ..geometry import mean_edge_length, vertex_normals_by_area
 from ..libraries import sparse
 from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..neighbours import touching_balls
+from ..operators import SurfaceOperatorName
 from ..topology import border_vertices, edges
 from .eigenvector_free import filter_without_eigenvectors
-from .problem import SpectralOperator, spectral_problem
+from .problem import spectral_problem
 from .responses import Response, cutoff_frequency, low_pass
 from .spectrum import spectrum
 
@@ -62,7 +63,7 @@ def enhance_details(
     detail_size: float | None = None,
     largest_size: float | None = None,
     most: float = 0.05,
-    operator: SpectralOperator = "auto",
+    operator: SurfaceOperatorName = "auto",
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> EnhancedDetails:
@@ -201,6 +202,7 @@ def shortest_relief(vertices: Floats, faces: Ints, mean_edge: float) -> float:
     noisy = (wavelengths > _NOISE_FROM) & (wavelengths < _NOISE_TO)
     level = energies[noisy].sum() / max(squares[noisy].sum(), 1e-300)
     signal = (wavelengths > _NOISE_FROM) & (energies > 0.0) & (energies >= SIGNAL * level * squares)
+    shortest = SHORTEST
     if noisy.any() and signal.any():
-        return max(SHORTEST, 2.0 ** (1.0 / 3.0) * float(wavelengths[signal].min())) * mean_edge
-    return SHORTEST * mean_edge
+        shortest = max(SHORTEST, 2.0 ** (1.0 / 3.0) * float(wavelengths[signal].min()))
+    return shortest * mean_edge

@@ -77,46 +77,34 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
     dirichlet = problem.dirichlet if parts == 1 else sparse.csr_matrix(problem.dirichlet[together][:, together])
     area = np.bincount(problem.components, problem.mass)
     asked = np.minimum(sizes, np.ceil(count * area / area.sum()).astype(np.int64) + (2 if parts > 1 else skipped))
-    solved: list[tuple[Floats, Floats] | None] = [None] * parts
+    solved = [(np.zeros(0), np.zeros((size, 0))) for size in sizes]
     while True:
         weight = asked * sizes
         shares = np.concatenate([[0.0], np.cumsum(weight)]) / weight.sum()
         for c in range(parts):
-            pair_of_c = solved[c]
-            if pair_of_c is None or len(pair_of_c[0]) < asked[c]:
+            if len(solved[c][0]) < asked[c]:
                 partial = part_of(progress, float(shares[c]), float(shares[c + 1]))
-                block = _block(dirichlet, int(ends[c] - sizes[c]), int(ends[c]))
+                own = slice(int(ends[c] - sizes[c]), int(ends[c]))
+                block = dirichlet if parts == 1 else sparse.csr_matrix(dirichlet[own, own])
                 with threads_for(10 * int(sizes[c])):
                     solved[c] = component_modes(block, problem.mass[rows[c]], int(asked[c]), tolerance, partial)
-        done = [pair for pair in solved if pair is not None]
-        kappa = np.concatenate([pair[0][skipped:] for pair in done])
-        owner = np.repeat(np.arange(parts), [len(pair[0]) - skipped for pair in done])
+        kappa = np.concatenate([pair[0][skipped:] for pair in solved])
+        owner = np.repeat(np.arange(parts), [len(pair[0]) - skipped for pair in solved])
         order = np.argsort(kappa, kind="stable")[:count]
         last = kappa[order[-1]] if len(order) else np.inf
         # A component whose highest mode is among the chosen may have more modes that belong to them.
         most = np.minimum(sizes, count + skipped)
-        short = np.array([len(pair[0]) < enough and pair[0][-1] <= last for pair, enough in zip(done, most, strict=True)])
-        if len(order) == count and (parts == 1 or not short.any()):
-            break
-        asked = np.where(short, np.minimum(most, 2 * asked + 4), asked)
+        short = np.array([len(pair[0]) < enough and pair[0][-1] <= last for pair, enough in zip(solved, most, strict=True)])
         if not short.any():
             break
+        asked = np.where(short, np.minimum(most, 2 * asked + 4), asked)
     modes = np.zeros((n, len(order)), order="F")
-    first = np.concatenate([[0], np.cumsum([len(pair[0]) - skipped for pair in done])])
+    first = np.concatenate([[0], np.cumsum([len(pair[0]) - skipped for pair in solved])])
     for column, place in enumerate(order):
         c = owner[place]
-        modes[rows[c], column] = done[c][1][:, skipped + place - first[c]]
+        modes[rows[c], column] = solved[c][1][:, skipped + place - first[c]]
     progress(1.0)
     return kappa[order], modes
-
-
-def _block(matrix: sparse.csr_matrix, start: int, end: int) -> sparse.csr_matrix:
-    """The rows and columns from `start` to `end`, whose entries all lie within."""
-    if end - start == matrix.shape[0]:
-        return matrix
-    entries = slice(matrix.indptr[start], matrix.indptr[end])
-    pointers = matrix.indptr[start : end + 1] - matrix.indptr[start]
-    return sparse.csr_matrix((matrix.data[entries], matrix.indices[entries] - start, pointers), shape=(end - start, end - start))
 
 
 def component_modes(

@@ -57,7 +57,7 @@ def filter_without_eigenvectors(
 ) -> Filtered:
     """F(sqrt(M^-1 S)) v: every mode in v times the response at its frequency.
 
-    The mean of each component is taken out first and put back multiplied by the response's `constant`, exactly.
+    The mean of each component is taken out first and put back, exactly.
 
     Args:
         problem: S, M and the components, n rows.
@@ -84,7 +84,7 @@ def filter_without_eigenvectors(
     deviations, means = _about_means(problem, columns)
     size, area = m_norm(mass, deviations), float(mass.sum())
     if size == 0.0 or area == 0.0:  # all values are the means of their components
-        return Filtered((response.constant * means).reshape(values.shape), 0.0, 0.0, "polynomial", 0)
+        return Filtered(means.reshape(values.shape), 0.0, 0.0, "polynomial", 0)
     unit = deviations / size  # so that no square of a coordinate over- or underflows
     tolerance = max(tolerance, 1e-14)
     symmetric = symmetric_form(problem.dirichlet, mass)
@@ -105,7 +105,7 @@ def filter_without_eigenvectors(
             raise ConvergenceError("the recurrence of the polynomial grows: the operator is not positive semidefinite")
         filtered = attempt
     share = series.error + error + _ROUNDING * (1 + series.degree)
-    result = (response.constant * means + size * filtered).reshape(values.shape)
+    result = (means + size * filtered).reshape(values.shape)
     return Filtered(result, share * size / math.sqrt(area), share, "polynomial" if pole is None else "rational", series.degree)
 
 

@@ -8,8 +8,9 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..mesh import Floats
+from ..operators import SurfaceOperatorName
 from .eigenpairs import lowest_eigenpairs
-from .problem import SpectralOperator, spectral_problem
+from .problem import spectral_problem
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,7 @@ def one_harmonic(
     faces: ArrayLike,
     mode: int,
     *,
-    operator: SpectralOperator = "auto",
+    operator: SurfaceOperatorName = "auto",
     progress: Progress = ignore_progress,
 ) -> OneHarmonic:
     """Mode 0 is constant on the whole surface, mode k the k-th wave by rising frequency over all components [vallet2008].

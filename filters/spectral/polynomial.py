@@ -149,7 +149,7 @@ def polynomial_filter(
 def _sum_series(doubled: sparse.csr_matrix, start: Floats, coefficients: Floats, progress: Progress) -> Floats | None:
     """The sum of c_k T_k(A) x, given 2 A; None if it grows."""
     now, before = start.copy(), np.empty_like(start)
-    total = coefficients[0] * now
+    total: Floats = coefficients[0] * now
     allowed = _GROWTH * float((start * start).sum())
     rows = CompressedRows(doubled.indptr, doubled.indices.view(f"u{doubled.indices.itemsize}"), doubled.data)
     degree = len(coefficients) - 1

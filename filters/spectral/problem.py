@@ -1,7 +1,7 @@
 """The generalised eigenproblem of the Laplace-Beltrami operator of a surface: S v = kappa M v."""
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,11 +9,8 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError
 from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, check_mesh, mask_of, normalised_mesh
-from ..operators import SURFACE_OPERATORS, ChosenLaplacian, Laplacian, SurfaceOperatorName, surface_laplacian
+from ..operators import ChosenLaplacian, Laplacian, SurfaceOperatorName, surface_laplacian
 from ..topology import connected_components
-
-SpectralOperator: TypeAlias = SurfaceOperatorName
-SPECTRAL_OPERATORS: tuple[SpectralOperator, ...] = SURFACE_OPERATORS
 
 _SMALLEST, _LARGEST = 1e-153, 1e153
 
@@ -55,7 +52,7 @@ class SpectralProblem:
         return spread
 
 
-def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: SpectralOperator = "auto") -> SpectralProblem:
+def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: SurfaceOperatorName = "auto") -> SpectralProblem:
     """The eigenproblem of a mesh.
 
     Raises:
@@ -81,7 +78,7 @@ def check_size(size: float) -> None:
         )
 
 
-def _usable(laplacian: Laplacian, components: Ints, operator: SpectralOperator) -> Bools:
+def _usable(laplacian: Laplacian, components: Ints, operator: SurfaceOperatorName) -> Bools:
     """(n,) which vertices have a row: those of components all of whose masses are above 0."""
     used = components >= 0
     massless = used & ~(laplacian.mass > 0.0)

@@ -36,8 +36,6 @@ class Response:
         order: n of the profile.
         weights: of the profiles at the cutoffs: F(omega) = infinity + sum_i weights_i exp(-ln 2 (omega / cutoffs_i)^(2 n)).
         infinity: the limit of F for short waves.
-        constant: the factor of the mean of a component; 1 keeps the surface in its place, even if F has another limit
-            for long waves.
     """
 
     name: ResponseName
@@ -45,12 +43,11 @@ class Response:
     order: int
     weights: tuple[float, ...]
     infinity: float = 0.0
-    constant: float = 1.0
 
     def __call__(self, frequencies: Floats) -> Floats:
-        """F at each frequency from 0; `constant` at exactly 0, the frequency of a component's mean."""
+        """F at each frequency from 0; 1 at exactly 0, the frequency of a component's mean: the surface keeps its place."""
         omega = np.asarray(frequencies, dtype=np.float64)
-        return np.where(omega == 0.0, self.constant, self.profile(omega))
+        return np.where(omega == 0.0, 1.0, self.profile(omega))
 
     def profile(self, frequencies: Floats) -> Floats:
         """F without the exception at 0; also at infinity."""

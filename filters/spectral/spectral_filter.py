@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, check_choice, check_positive, check_whole_number
 from ..execution import Progress, ignore_progress, rising
 from ..mesh import Floats, check_mesh, normalised_mesh
+from ..operators import SurfaceOperatorName
 from .eigenpairs import lowest_eigenpairs
 from .eigenvector_free import filter_without_eigenvectors
-from .problem import SpectralOperator, SpectralProblem, about_centroids, spectral_problem
+from .problem import SpectralProblem, about_centroids, spectral_problem
 from .responses import DEFAULT_ORDER, RESPONSE_NAMES, RESPONSES, Response, ResponseName, cutoff_frequency
 
 SpectralMethod: TypeAlias = Literal["auto", "eigenvectors", "polynomial"]
@@ -61,7 +62,7 @@ def spectral_filter(
     gain: float | None = None,
     order: int = DEFAULT_ORDER,
     method: SpectralMethod = "auto",
-    operator: SpectralOperator = "auto",
+    operator: SurfaceOperatorName = "auto",
     tolerance: float = 1e-5,
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,

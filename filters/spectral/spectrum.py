@@ -11,9 +11,10 @@ from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..linear_solvers import CompressedRows
 from ..mesh import Floats, check_mesh, normalised_mesh
+from ..operators import SurfaceOperatorName
 from .eigenpairs import lowest_eigenpairs
 from .polynomial import symmetric_form
-from .problem import SpectralOperator, SpectralProblem, about_centroids, check_size, spectral_problem
+from .problem import SpectralProblem, about_centroids, check_size, spectral_problem
 
 #: Bands in an octave.
 BANDS = 3
@@ -62,7 +63,7 @@ def spectrum(
     *,
     modes: int = 100,
     steps: int | None = None,
-    operator: SpectralOperator = "auto",
+    operator: SurfaceOperatorName = "auto",
     progress: Progress = ignore_progress,
 ) -> Spectrum:
     """The energy of a shape against frequency: mode by mode for the lowest, by a quadrature for all others.
