@@ -103,18 +103,10 @@ def apply_coord_bilaplacian_smoothing(
         raise FilterInputError("detail_size 'auto' knows no features: give a size such as '6edge', or features='none'")
     notes: set[str] = set()
 
-    def smooth(points: Floats, faces: Ints, size: float, movable: Bools | None, tell: Progress) -> Floats:
+    def smooth(points: Floats, faces: Ints, size: float, **how: Any) -> Floats:
         notes.clear()
-        return bilaplacian_smoothing(
-            points,
-            faces,
-            detail_size=size,
-            feature_weights=weights,
-            border=border,
-            movable=movable,
-            on_irregular=lambda count: notes.add(irregular_note(count)),
-            progress=tell,
-        )
+        how |= {"feature_weights": weights, "border": border, "on_irregular": lambda count: notes.add(irregular_note(count))}
+        return bilaplacian_smoothing(points, faces, detail_size=size, **how)
 
     done = smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=part_of(progress, before, 1.0))
     held = weight_of_detail_size(done.amount) if done.amount else math.inf

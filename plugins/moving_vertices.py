@@ -17,8 +17,8 @@ MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FA
 #: the note of a filter whose automatic amount is 0
 NOTHING_TO_REMOVE = "there is no noise to remove: the vertices stay where they are"
 Label = TypeVar("Label")
-#: a filter by how much it smooths: vertices, faces, amount, which vertices may move, progress
-Smooth: TypeAlias = Callable[[Floats, Ints, float, Bools | None, Progress], Floats]
+#: a filter by how much it smooths: vertices, faces, amount; which vertices are `movable` and the `progress` by name
+Smooth: TypeAlias = Callable[..., Floats]
 Selected: TypeAlias = Annotated[
     bool,
     Bool(
@@ -66,7 +66,7 @@ def smoothed_by_amount(
     Args:
         layer: the mesh.
         amount: how much.
-        smooth: the filter: vertices, faces, amount, which vertices may move, progress.
+        smooth: the filter, see `Smooth`.
         tried: amounts for a mesh whose mean edge is 1.
         unit: their factor for the layer.
         selected: whether the selected vertices alone move.
@@ -74,13 +74,13 @@ def smoothed_by_amount(
     """
     movable = movable_vertices(layer, selected)
     if amount >= 0.0:
-        return Smoothed(smooth(layer.vertices, layer.faces, amount, movable, progress), amount, {}, ())
+        return Smoothed(smooth(layer.vertices, layer.faces, amount, movable=movable, progress=progress), amount, {}, ())
     if not len(layer.faces):
         raise FilterInputError("an automatic amount needs faces, and there are none: say how much to smooth")
     choice = chosen_amount(
         layer.vertices,
         layer.faces,
-        lambda points, faces, much, moves: smooth(points, faces, much, moves, ignore_progress),
+        lambda points, faces, much, moves: smooth(points, faces, much, movable=moves, progress=ignore_progress),
         tried,
         movable=movable,
         progress=part_of(progress, 0.0, 0.8),
@@ -90,7 +90,8 @@ def smoothed_by_amount(
     if amount == 0.0:
         progress(1.0)
         return Smoothed(layer.vertices, amount, values, (NOTHING_TO_REMOVE,))
-    return Smoothed(smooth(layer.vertices, layer.faces, amount, movable, part_of(progress, 0.8, 1.0)), amount, values, ())
+    vertices = smooth(layer.vertices, layer.faces, amount, movable=movable, progress=part_of(progress, 0.8, 1.0))
+    return Smoothed(vertices, amount, values, ())
 
 
 def smoothed_by_size(layer: Layer, size: float, smooth: Smooth, *, selected: bool, progress: Progress) -> Smoothed:

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
 
 from pymeshfair.declaration import (
     Bool,
-    Bools,
     Edit,
     Enum,
     Equivalent,
@@ -102,28 +102,20 @@ def apply_coord_implicit_fairing(
         keep_dimensions: Give back along the normals what whole parts of the shape have lost: limbs keep their thickness and the
             shape its size, open or closed. Not for point clouds.
     """
-
-    def smooth(points: Floats, faces: Ints, time: float, movable: Bools | None, tell: Progress) -> Floats:
-        return implicit_fairing(
-            points,
-            faces,
-            operator=operator,
-            time_step=time,
-            iterations=iterations,
-            flow=flow,
-            preserve_volume=preserve_volume,
-            keep_dimensions=keep_dimensions,
-            border=border,
-            movable=movable,
-            progress=tell,
-        )
-
-    def time_of(size: float) -> float:
-        return time_step_of_detail_size(size, iterations, keep_dimensions=keep_dimensions)
-
+    faired = partial(
+        implicit_fairing,
+        operator=operator,
+        iterations=iterations,
+        flow=flow,
+        preserve_volume=preserve_volume,
+        keep_dimensions=keep_dimensions,
+        border=border,
+    )
+    time_of = partial(time_step_of_detail_size, iterations=iterations, keep_dimensions=keep_dimensions)
     if time_step:
         time = time_step if operator in ("uniform", "inverse_length") else time_step * squared_mean_edge(layer)
-        vertices = smooth(layer.vertices, layer.faces, time, movable_vertices(layer, selected), progress)
+        movable = movable_vertices(layer, selected)
+        vertices = faired(layer.vertices, layer.faces, time_step=time, movable=movable, progress=progress)
         return Edit(vertices=vertices, values={"time_step": time})
     if operator not in GEOMETRIC_OPERATORS:
         raise FilterInputError(f"operator {operator!r} sees the triangulation, not lengths: give a time_step, for example 1.0")
@@ -132,7 +124,7 @@ def apply_coord_implicit_fairing(
     done = smoothed_by_size(
         layer,
         detail_size,
-        lambda points, faces, size, movable, tell: smooth(points, faces, time_of(size), movable, tell),
+        lambda points, faces, size, **how: faired(points, faces, time_step=time_of(size), **how),
         selected=selected,
         progress=progress,
     )
@@ -259,20 +251,10 @@ def apply_coord_taubin_fairing(
         iterations: How many pairs of steps are taken. More are smoother and slower. 'auto' takes the number whose slopes are
             expected to be nearest to the true ones.
     """
+    faired = partial(taubin_fairing, operator=operator, step=step, mu=mu, pass_band=pass_band or None, border=border)
 
-    def smooth(points: Floats, faces: Ints, passes: float, movable: Bools | None, tell: Progress) -> Floats:
-        return taubin_fairing(
-            points,
-            faces,
-            operator=operator,
-            step=step,
-            mu=mu,
-            pass_band=pass_band or None,
-            iterations=int(passes),
-            border=border,
-            movable=movable,
-            progress=tell,
-        )
+    def smooth(points: Floats, faces: Ints, passes: float, **how: Any) -> Floats:
+        return faired(points, faces, iterations=int(passes), **how)
 
     done = smoothed_by_amount(layer, iterations, smooth, PASSES, selected=selected, progress=progress)
     return Edit(vertices=done.vertices, values=done.values, notes=done.notes)
