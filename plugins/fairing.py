@@ -261,11 +261,8 @@ def apply_coord_region_fairing(
     vertices = layer.vertices
     area_share = 1.0
     for i in range(iterations):
-
-        def part(done: float, before: int = i) -> None:
-            progress((before + done) / iterations)
-
-        faired = fair_region(vertices, layer.faces, chosen, energy=energy, progress=part)
+        partial = part_of(progress, i / iterations, (i + 1) / iterations)
+        faired = fair_region(vertices, layer.faces, chosen, energy=energy, progress=partial)
         vertices = faired.vertices
         area_share *= faired.area_share
     moved = int(faired.free.sum())

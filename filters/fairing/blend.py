@@ -295,20 +295,16 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
     first, second = (first - low) / extent, (second - low) / extent  # so that squares stay in range
     nearest, index = spatial.cKDTree(second).query(first)
     i, j = int(nearest.argmin()), int(index[nearest.argmin()])
-    path = _shortest(np.roll(first, -i, axis=0), np.roll(second, -j, axis=0), progress)
-    return (path[:, 0] + i) % len(first), (path[:, 1] + j) % len(second)
-
-
-def _shortest(first: Floats, second: Floats, progress: Progress) -> Ints:
-    """(a + b, 2) the path of least cost through the grid of spans, from (0, 0) to before (a, b), which is (0, 0) again."""
-    closed, other = (np.concatenate([loop, loop[:1]]) for loop in (first, second))
+    # The path of least cost through the grid of spans, from (i, j) all round both loops to (i, j) again.
+    closed, other = (np.take(loop, range(k, k + len(loop) + 1), axis=0, mode="wrap") for loop, k in ((first, i), (second, j)))
     from_first = np.empty((len(closed), len(other)), dtype=np.bool_)
     costs = np.empty(len(other))
     rows = max(1, _SPANS_AT_A_TIME // len(other))
     for start in range(0, len(closed), rows):
         progress(start / len(closed))
         _cheapest(closed, other, start, min(start + rows, len(closed)), costs, from_first)
-    return _way_back(from_first)
+    path = _way_back(from_first)
+    return (path[:, 0] + i) % len(first), (path[:, 1] + j) % len(second)
 
 
 @compiled

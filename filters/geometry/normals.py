@@ -49,17 +49,11 @@ def _measured(vertices: Floats, faces: Ints, columns: slice | int, values: Float
     return values
 
 
-def normal_differences(vertices: Floats, faces: Ints) -> Floats:
-    """(k,) |n_f - n_g| of the unit normals of adjacent faces f, g: 0 if they are coplanar, 2 for a fold."""
-    pairs, _ = face_adjacency(faces)
-    sides = face_normals(vertices, faces)[pairs]
-    return np.asarray(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1))
-
-
 def roughness(points: Floats, faces: Ints) -> float:
-    """The mean difference |n_f - n_g| of the unit normals of adjacent faces; 0 without any."""
-    differences = normal_differences(points, faces)
-    return float(differences.mean()) if len(differences) else 0.0
+    """The mean difference |n_f - n_g| of the unit normals of adjacent faces, from 0 in a plane to 2 at folds; 0 without any."""
+    pairs, _ = face_adjacency(faces)
+    sides = face_normals(points, faces)[pairs]
+    return float(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1).mean()) if len(pairs) else 0.0
 
 
 def cross_products(vertices: Floats, faces: Ints) -> Floats:
