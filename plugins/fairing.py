@@ -29,7 +29,6 @@ from pymeshfair.filters.fairing import (
     blend_parts,
     fair_region,
     feature_weights,
-    improve_triangles,
     scalar_feature_weights,
     tangential_smoothing,
     weight_of_detail_size,
@@ -164,12 +163,16 @@ def apply_coord_tangential_smoothing(
             range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes.
     """
     textured = flip_edges and layer.has_wedge_tex_coords
-    movable, faces = movable_vertices(layer, selected), layer.faces
-    how: dict[str, Any] = {"weight": weight, "iterations": iterations, "max_deviation": max_deviation, "movable": movable}
-    if flip_edges and not textured:
-        vertices, faces = improve_triangles(layer.vertices, layer.faces, **how, progress=progress)
-    else:
-        vertices = tangential_smoothing(layer.vertices, layer.faces, **how, progress=progress)
+    vertices, faces = tangential_smoothing(
+        layer.vertices,
+        layer.faces,
+        weight=weight,
+        iterations=iterations,
+        max_deviation=max_deviation,
+        flip_edges=flip_edges and not textured,
+        movable=movable_vertices(layer, selected),
+        progress=progress,
+    )
     replaced = (np.sort(faces, axis=1) != np.sort(layer.faces, axis=1)).any(axis=1)
     return Edit(
         vertices=vertices,

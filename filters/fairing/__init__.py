@@ -5,7 +5,7 @@ from .blend import Blend, blend_parts
 from .feature_weights import feature_weights, scalar_feature_weights
 from .harmonic import harmonic_values
 from .region import ENERGIES, Energy, FairedRegion, fair_region
-from .tangential import improve_triangles, tangential_smoothing
+from .tangential import tangential_smoothing
 
 __all__ = [
     "ENERGIES",
@@ -17,7 +17,6 @@ __all__ = [
     "fair_region",
     "feature_weights",
     "harmonic_values",
-    "improve_triangles",
     "scalar_feature_weights",
     "tangential_smoothing",
     "weight_of_detail_size",

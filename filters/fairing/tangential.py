@@ -38,9 +38,10 @@ def tangential_smoothing(
     weight: float = 0.1,
     iterations: int = 5,
     max_deviation: float | None = None,
+    flip_edges: bool = False,
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
-) -> Floats:
+) -> tuple[Floats, Ints]:
     """Moves vertices along the surface towards min sum_i A_i (|L_uniform p'_i - L_cotan p_i|^2 + w |p'_i - p_i|^2) [nealen2006].
 
     L_cotan p has no tangential part, so L_uniform p' has none at the minimum either: projected along the normal, every vertex is
@@ -49,6 +50,11 @@ def tangential_smoothing(
     input surface, found by a walk from where it was. A step that would fold a triangle over, or bring the middle of an edge or
     the centroid of a triangle further from the input than allowed, is halved up to four times, and then not made.
 
+    Where the triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help
+    and flipping edges before each step does [lawson1977, botsch2004remeshing]; see `flip_towards_quality`. Smoothing then moves
+    the vertices to the centroids of their new neighbours. The surface, its border, and the orientation and topology of its
+    triangles stay.
+
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
@@ -56,65 +62,18 @@ def tangential_smoothing(
         iterations: number of steps. More are better triangles, up to a point.
         max_deviation: how far the middles of triangles and edges may get from the input, in mesh units: larger allows better
             triangles on curved parts and across edges. None: 5 % of the mean edge. Vertices themselves stay on the input.
+        flip_edges: whether edges are flipped, too; only between four vertices that may move.
         movable: (n,) bool, which vertices may move, None for all; border vertices stay.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit.
+        (n, 3) float64, in which vertices that do not move keep every bit; and the (m, 3) triangles, of which one that no flip has
+        changed keeps its row.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
         ConvergenceError: the equations cannot be solved.
     """
-    return _improved(vertices, faces, weight, iterations, max_deviation, movable, False, progress)[0]
-
-
-def improve_triangles(
-    vertices: ArrayLike,
-    faces: ArrayLike,
-    *,
-    weight: float = 0.1,
-    iterations: int = 5,
-    movable: ArrayLike | None = None,
-    max_deviation: float | None = None,
-    progress: Progress = ignore_progress,
-) -> tuple[Floats, Ints]:
-    """Tangential smoothing with edge flips before each of its steps [nealen2006, lawson1977, botsch2004remeshing].
-
-    Where the triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help
-    and flipping edges does. Smoothing then moves the vertices to the centroids of their new neighbours. Both keep the input
-    surface, its border, and the orientation and topology of its triangles; see `tangential_smoothing` and `flip_towards_quality`.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        weight: w, as for `tangential_smoothing`.
-        iterations: how often edges are flipped and a step is made. More are better triangles, up to a point.
-        movable: (n,) bool, which vertices may move, None for all; border vertices stay. An edge is flipped only between four
-            vertices that may.
-        max_deviation: as for `tangential_smoothing`.
-        progress: called with the share that is done; may raise to stop.
-
-    Returns:
-        (n, 3) float64, and the (m, 3) triangles: one that no flip has changed keeps its row.
-
-    Raises:
-        FilterInputError: not a mesh, or a parameter out of range.
-        ConvergenceError: the equations cannot be solved.
-    """
-    return _improved(vertices, faces, weight, iterations, max_deviation, movable, True, progress)
-
-
-def _improved(
-    vertices: ArrayLike,
-    faces: ArrayLike,
-    weight: float,
-    iterations: int,
-    max_deviation: float | None,
-    movable: ArrayLike | None,
-    flips: bool,
-    progress: Progress,
-) -> tuple[Floats, Ints]:
     points, triangles = check_mesh(vertices, faces)
     check_positive("weight", weight)
     check_whole_number("iterations", iterations)
@@ -124,7 +83,7 @@ def _improved(
     may = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
     moves = may & ~border_vertices(mesh.cells, len(mesh))
     kept = mesh.cells[proper_faces(mesh.cells)]
-    if not len(kept) or not (may if flips else moves).any():
+    if not len(kept) or not (may if flip_edges else moves).any():
         return points.copy(), triangles.copy()
     now = mesh.points
     allowed = 0.05 * mean_edge_length(now, kept) if max_deviation is None else max_deviation * mesh.scale
@@ -132,7 +91,7 @@ def _improved(
     energy: TangentialEnergy | None = None
     for iteration in range(iterations):
         partial = part_of(progress, iteration / iterations, (iteration + 0.8) / iterations)
-        if flips:
+        if flip_edges:
             surface.faces, flipped = flip_towards_quality(now, surface.faces, may, surface.walkable, surface.at, allowed)
             if flipped:
                 energy = None
