@@ -28,7 +28,7 @@ class SurfaceOperator(NamedTuple):
 def surface_operator(points: Floats, faces: Ints, *, masses: bool = True) -> SurfaceOperator:
     """The operator of `surface_laplacian`, with a lower bound on the masses; without `masses`, which take time, these are 1."""
     if masses:
-        laplacian, _ = surface_laplacian(points, faces)
+        laplacian = surface_laplacian(points, faces)
         return SurfaceOperator(sparse.csr_matrix(-laplacian.stiffness), _floored(laplacian.mass, faces))
     return SurfaceOperator(sparse.csr_matrix(-surface_stiffness(points, faces)), np.ones(len(points)))
 

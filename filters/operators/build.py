@@ -1,7 +1,7 @@
 """Laplace operators by name, of meshes, clouds and polylines; the robust one, of the intrinsic Delaunay triangulation."""
 
 import math
-from typing import Any, Literal, NamedTuple, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -69,14 +69,7 @@ def _named(vertices: Floats, faces_or_edges: Ints, operator: OperatorName) -> La
     return builders[operator](vertices, faces_or_edges)
 
 
-class ChosenLaplacian(NamedTuple):
-    """A Laplace-Beltrami operator and its name."""
-
-    laplacian: Laplacian
-    operator: Literal["cotangent", "robust"]
-
-
-def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName = "auto") -> ChosenLaplacian:
+def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName = "auto") -> Laplacian:
     """The Laplace-Beltrami operator of a surface, in one over squared mesh units.
 
     Args:
@@ -91,8 +84,8 @@ def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName
     """
     check_choice("operator", operator, SURFACE_OPERATORS)
     if operator == "robust" or (operator == "auto" and _needs_robust(points, faces)):
-        return ChosenLaplacian(robust_mesh_laplacian(points, faces), "robust")
-    return ChosenLaplacian(laplace_beltrami(points, faces), "cotangent")
+        return robust_mesh_laplacian(points, faces)
+    return laplace_beltrami(points, faces)
 
 
 def surface_stiffness(points: Floats, faces: Ints) -> "sparse.csr_matrix":

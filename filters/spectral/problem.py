@@ -1,7 +1,6 @@
 """The generalised eigenproblem of the Laplace-Beltrami operator of a surface: S v = kappa M v."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,7 +8,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError
 from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, check_mesh, mask_of, normalised_mesh
-from ..operators import ChosenLaplacian, Laplacian, SurfaceOperatorName, surface_laplacian
+from ..operators import Laplacian, SurfaceOperatorName, surface_laplacian
 from ..topology import connected_components
 
 _SMALLEST, _LARGEST = 1e-153, 1e153
@@ -30,7 +29,6 @@ class SpectralProblem:
             component has no area, have no row.
         components: (n,) the connected component of each row, counted from 0 in order of its first row. No entry of S joins two.
         n_vertices: the number of vertices of the mesh.
-        operator: "cotangent" or "robust", the operator that S and M come from.
     """
 
     dirichlet: "sparse.csr_matrix"
@@ -38,7 +36,6 @@ class SpectralProblem:
     vertices: Ints
     components: Ints
     n_vertices: int
-    operator: Literal["cotangent", "robust"]
 
     @property
     def n_components(self) -> int:
@@ -62,8 +59,14 @@ def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: Surface
     points, triangles = check_mesh(vertices, faces)
     check_size(1.0 / normalised_mesh(points, triangles).scale)
     components, _ = connected_components(triangles, len(points))
-    chosen = surface_laplacian(points, triangles, operator)
-    return _restricted(chosen, components, _usable(chosen.laplacian, components, operator))
+    laplacian = surface_laplacian(points, triangles, operator)
+    rows = np.flatnonzero(_usable(laplacian, components, operator)).astype(np.int32)
+    dirichlet = sparse.csr_matrix(-laplacian.stiffness)
+    if len(rows) < len(points):
+        dirichlet = sparse.csr_matrix(dirichlet[rows][:, rows])
+    dirichlet.sort_indices()
+    _, numbers = np.unique(components[rows], return_inverse=True)  # in the order of their first vertex, as all components are
+    return SpectralProblem(dirichlet, laplacian.mass[rows], rows, numbers.astype(np.int32).ravel(), len(points))
 
 
 def check_size(size: float) -> None:
@@ -93,19 +96,6 @@ def _usable(laplacian: Laplacian, components: Ints, operator: SurfaceOperatorNam
             f"operator 'robust' instead of {operator!r}, or remove them"
         )
     return used & ~stricken[components]
-
-
-def _restricted(chosen: ChosenLaplacian, components: Ints, used: Bools) -> SpectralProblem:
-    laplacian, operator = chosen
-    rows = np.flatnonzero(used).astype(np.int32)
-    dirichlet = sparse.csr_matrix(-laplacian.stiffness)
-    if len(rows) < len(used):
-        dirichlet = sparse.csr_matrix(dirichlet[rows][:, rows])
-    dirichlet.sort_indices()
-    left, first, inverse = np.unique(components[rows], return_index=True, return_inverse=True)
-    # They are in the order of their first vertex already, since connected components are numbered so.
-    assert len(left) < 2 or (np.diff(first) > 0).all()
-    return SpectralProblem(dirichlet, laplacian.mass[rows], rows, inverse.astype(np.int32).ravel(), len(used), operator)
 
 
 def about_centroids(points: Floats, problem: SpectralProblem) -> tuple[Floats, Floats]:

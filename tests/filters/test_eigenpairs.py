@@ -80,7 +80,7 @@ def flat_torus(n: int) -> SpectralProblem:
     one = sparse.eye_array(n)
     stiffness = sparse.csr_matrix(sparse.kron(ring, one) + sparse.kron(one, ring))
     rows = np.arange(n * n, dtype=np.int32)
-    return SpectralProblem(stiffness, np.ones(n * n), rows, np.zeros(n * n, dtype=np.int32), n * n, "cotangent")
+    return SpectralProblem(stiffness, np.ones(n * n), rows, np.zeros(n * n, dtype=np.int32), n * n)
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 100, 333])
