@@ -226,9 +226,6 @@ class Door:
             textures = self._textures_of(mesh, textures)
         if len(faces) and textures and mesh.has_wedge_tex_coord():
             face["texture"] = self._texture_numbers(mesh, len(faces))
-        polygon = _polygons(sent, of_faces)
-        if polygon is not None:
-            face["polygon"] = polygon
         for element, attributes in (("vertex", vertex), ("face", face)):
             for name in saved_attributes(self._meshset, SAVED_AS[element]):
                 if not name.startswith("pymeshfair_") and (values := _attribute(mesh, element, name)) is not None:
@@ -338,26 +335,13 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 
 
 def _carried(attributes: Any, ids: NDArray[np.int64], inside: frozenset[str]) -> dict[str, Any]:
-    """The attributes that waited outside, by the numbers of the elements; 0 for new ones."""
-    continued: dict[str, Any] = {}
-    whole = len(ids) > 0 and bool((ids >= 0).all())
+    """The attributes that waited outside, by the numbers of the elements; 0 for new ones, which are parts of no polygon."""
+    carried: dict[str, Any] = {}
     for name, values in (attributes or {}).items():
-        if name in inside or name == "polygon":
-            continue
-        continued[name] = values[ids]
-        if not whole:
-            continued[name] = continued[name].copy()
-            continued[name][ids < 0] = 0
-    return continued
-
-
-def _polygons(sent: MeshData | None, ids: NDArray[np.int64]) -> NDArray[np.int32] | None:
-    """(m,) the polygons of the triangles that came back, of those whose triangles all did."""
-    before = None if sent is None else sent.face_attributes.get("polygon")
-    if before is None:
-        return None
-    polygon = np.where(ids >= 0, before[np.maximum(ids, 0)], -1)
-    return polygon.astype(np.int32) if (polygon >= 0).any() else None
+        if name not in inside:
+            carried[name] = values[ids]
+            carried[name][ids < 0] = -1 if name == "polygon" else 0
+    return carried
 
 
 def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int | None) -> NDArray[np.int64] | None:

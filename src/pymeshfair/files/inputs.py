@@ -1,15 +1,14 @@
 """Reads a mesh file, whatever its format, as a `MeshData`."""
 
-import importlib
 import os
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
 
 from .errors import ContentsError, InputError
-from .formats import READABLE, UNCHECKED, extension, listed
+from .formats import READABLE, UNCHECKED, extension, listed, load_function
 from .reading import Reading, completed, unchanged
 from .references import References, check_regular
 
@@ -19,37 +18,8 @@ MOST_TEXTURES = 1000
 #: not there, or needs a package that is missing; `InputError` if it names a file that must not be opened; `OSError` if it cannot
 #: be read.
 Reader: TypeAlias = Callable[[Path, References], Reading]
-#: the module and the function that reads a format
-_READERS: Mapping[str, tuple[str, str]] = {
-    "ply": ("ply", "read_ply"),
-    "obj": ("obj", "read_obj"),
-    "off": ("off", "read_off"),
-    "stl": ("stl", "read_stl"),
-    "ptx": ("ptx", "read_ptx"),
-    "e57": ("e57", "read_e57"),
-    **dict.fromkeys(("las", "laz"), ("las", "read_las")),
-    **dict.fromkeys(("xyz", "pts", "apts", "asc", "txt"), ("points", "read_points")),
-    **dict.fromkeys(("glb", "gltf"), ("gltf", "read_gltf")),
-    "3mf": ("three_mf", "read_3mf"),
-    "dae": ("collada", "read_collada"),
-    "x3d": ("x3d", "read_x3d"),
-    **dict.fromkeys(("wrl", "x3dv"), ("vrml", "read_vrml")),
-}
-#: the first bytes of files, and their name in messages
-_XML = (re.compile(rb"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff"), "'<'")
 #: the first bytes of a text in UTF-16, and the formats that may be in it
 _UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gltf", "dae", "x3d")
-_MAGIC = {
-    "ply": (re.compile(rb"ply\s"), "'ply'"),
-    "glb": (re.compile(rb"glTF"), "'glTF'"),
-    "3mf": (re.compile(rb"PK"), "'PK'"),
-    "wrl": (re.compile(rb"#VRML"), "'#VRML'"),
-    "e57": (re.compile(rb"ASTM-E57"), "'ASTM-E57'"),
-    "las": (re.compile(rb"LASF"), "'LASF'"),
-    "laz": (re.compile(rb"LASF"), "'LASF'"),
-    "dae": _XML,
-    "x3d": _XML,
-}
 
 
 def check_input(path: Path, formats: Collection[str] = (*READABLE, *UNCHECKED)) -> None:
@@ -90,8 +60,7 @@ def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[P
             if kind in UNCHECKED and unchecked is not None:
                 return completed(path, unchecked(path))
             check_magic(path)
-            module, function = _READERS[kind]
-            read: Reader = getattr(importlib.import_module(f".{module}", __package__), function)
+            read: Reader = load_function(READABLE[kind].reader)
             reading = read(path, References(path, allow_outside=allow_outside))
             source, textures = reading.mesh.source, reading.mesh.textures
             if len(textures) > MOST_TEXTURES:
@@ -110,6 +79,6 @@ def check_magic(path: Path) -> None:
         head = file.read(4096)
     if extension(path) not in _ANY_ENCODING and _UTF_16.match(head):
         raise ContentsError("it is a text in UTF-16; save it as UTF-8")
-    expected, what = _MAGIC.get(extension(path), (None, ""))
-    if expected is not None and not expected.match(head):
-        raise ContentsError(f"it does not begin with {what}")
+    begin = READABLE[extension(path)].begin
+    if begin is not None and not re.match(begin[0], head.decode("latin-1")):
+        raise ContentsError(f"it does not begin with {begin[1]}")

@@ -27,7 +27,6 @@ class Texture:
 
     name: str  # as the mesh file writes it
     image: Path | bytes | None  # the image file, or its bytes where it lies within the mesh file; None if it does not exist
-    painted: bool = False  # whether a step may have changed it since it was read
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,6 @@ import functools
 import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from html import escape
 from typing import TYPE_CHECKING, Any
 
 import pymeshlab
@@ -288,36 +287,18 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     # ------------------------------------------------------------------------------------------------------------ shown
 
-    def __str__(self) -> str:
-        rows = self._layer_rows()
-        return "\n".join([f"MeshSet of {_count(rows)}", *(f"  {number:<4} {name}: {size}" for number, name, size in rows)])
-
     def __repr__(self) -> str:
-        rows = self._layer_rows()
-        current = [f", current {number.rstrip('*')} {name!r}: {size}" for number, name, size in rows if number.endswith("*")]
-        return f"<{type(self).__name__} of {_count(rows)}{''.join(current)}>"
-
-    def _repr_html_(self) -> str:
-        """The layers as a table of HTML; the current one is bold."""
-        lines = ["<table>", "<tr><th>layer</th><th>name</th><th>size</th></tr>"]
-        for row in self._layer_rows():
-            cells = (f"<b>{escape(cell)}</b>" if row[0].endswith("*") else escape(cell) for cell in row)
-            lines.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
-        return "\n".join([*lines, "</table>"])
-
-    def _layer_rows(self) -> list[tuple[str, str, str]]:
-        """(number, name, size) of every layer; the number of the current layer ends with ``*``."""
+        """The layers, one a line with its number, name and size; the number of the current one ends with ``*``."""
         current = self.current_mesh_id() if self.mesh_number() else -1
-        rows = []
+        lines = []
         for mesh in self:
             counts = ((mesh.vertex_number(), "vertices"), (mesh.face_number(), "faces"), (mesh.edge_number(), "edges"))
             size = ", ".join(f"{count:,} {what}" for count, what in counts if count or what == "vertices")
-            rows.append((f"{mesh.id()}{'*' if mesh.id() == current else ''}", mesh.label(), size))
-        return rows
+            number = f"{mesh.id()}{'*' if mesh.id() == current else ''}"
+            lines.append(f"  {number:<4} {mesh.label()}: {size}")
+        return "\n".join([f"MeshSet of {len(lines)} {'layer' if len(lines) == 1 else 'layers'}", *lines])
 
-
-def _count(layers: list[tuple[str, str, str]]) -> str:
-    return f"{len(layers)} {'layer' if len(layers) == 1 else 'layers'}"
+    __str__ = __repr__  # pymeshlab's own gives None
 
 
 def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:

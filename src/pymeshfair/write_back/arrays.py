@@ -8,19 +8,6 @@ from numpy.typing import NDArray
 
 from ..mesh_data import as_levels
 
-#: What an `Edit` can change without adding or removing elements; a layer has attributes of the same names.
-EDITABLE = (
-    "vertices",
-    "vertex_selection",
-    "face_selection",
-    "vertex_scalars",
-    "face_scalars",
-    "vertex_colors",
-    "face_colors",
-    "vertex_normals",
-    "face_normals",
-)
-
 _READ: dict[str, tuple[str, type]] = {
     "vertices": ("vertex_matrix", np.float64),
     "faces": ("face_matrix", np.int32),
@@ -34,6 +21,8 @@ _READ: dict[str, tuple[str, type]] = {
     "vertex_normals": ("vertex_normal_matrix", np.float64),
     "face_normals": ("face_normal_matrix", np.float64),
 }
+#: What an `Edit` can change without adding or removing elements; a layer has attributes of the same names.
+EDITABLE = tuple(name for name in _READ if name not in ("faces", "edges"))
 
 
 def read_array(mesh: Any, name: str) -> NDArray[Any]:
