@@ -19,6 +19,7 @@ from .declaration import Filter, FilterClass
 from .files.errors import ContentsError
 from .files.ply_write import write_ply
 from .files.reading import Reading
+from .filters.geometry import unit_vectors
 from .filters.topology import proper_faces
 from .mesh_data import MeshData, Source, Texture
 from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
@@ -27,7 +28,7 @@ from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from .meshlab.unrepeatable import LEAVES_STATE
 from .processes.worker import use_up
 from .scripts.script import Step
-from .write_back.arrays import attributes_of
+from .write_back.arrays import attributes_of, read_array
 from .write_back.attributes import SAVED_AS, saved_attributes
 
 #: the custom attribute by which elements are known again, from 1; 0 is a new one
@@ -183,9 +184,7 @@ class Door:
     # ---------------------------------------------------------------------------------------------------------------- out
 
     def _read(self, mesh: Any, sent: MeshData | None) -> MeshData:
-        vertices = np.ascontiguousarray(mesh.vertex_matrix())
-        faces = np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
-        edges = np.ascontiguousarray(mesh.edge_matrix(), dtype=np.int32)
+        vertices, faces, edges = (read_array(mesh, name) for name in ("vertices", "faces", "edges"))
         of_vertices, of_faces = _numbers(mesh, "vertex"), _numbers(mesh, "face")
         if sent is None or of_vertices is None or of_vertices.max(initial=-1) >= len(sent.vertices):
             sent, of_vertices = None, np.full(len(vertices), -1)
@@ -201,7 +200,7 @@ class Door:
         # those of a new curve are sums over the faces that a section cuts
         of_points = not len(faces) and (not len(edges) or (sent is not None and "normals" in sent.vertex_attributes))
         if keeps_normals or of_points:
-            normals = np.ascontiguousarray(mesh.vertex_normal_matrix())
+            normals = read_array(mesh, "vertex_normals")
             if keeps_normals or normals.any():
                 vertex["normals"] = _unit(normals)
         vertex |= attributes_of(mesh, "vertex")
@@ -212,12 +211,8 @@ class Door:
             vertex["texture_coordinates"] = _as_sent(
                 places, sent and sent.vertex_attributes.get("texture_coordinates"), of_vertices
             )
-        if mesh.selected_vertex_number():
-            vertex["selection"] = np.ascontiguousarray(mesh.vertex_selection_array())
         if len(faces):
             face |= attributes_of(mesh, "face")
-            if mesh.selected_face_number():
-                face["selection"] = np.ascontiguousarray(mesh.face_selection_array())
             if mesh.has_wedge_tex_coord():
                 wedges = np.ascontiguousarray(mesh.wedge_tex_coord_matrix()).reshape(-1, 3, 2)
                 before = sent and sent.face_attributes.get("wedge_texture_coordinates")
@@ -356,7 +351,7 @@ def _unit(normals: NDArray[np.float64]) -> NDArray[np.float64]:
     lengths = np.linalg.norm(normals, axis=1)
     if np.abs(lengths[lengths > 0] - 1.0).max(initial=0.0) <= 1e-6:
         return normals
-    return np.asarray(normals / np.where(lengths > 0, lengths, 1.0)[:, None])
+    return unit_vectors(normals)
 
 
 # ------------------------------------------------------------------------------------------------------------- the PLY file

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filters.geometry import vertex_normals_by_angle
+from ..filters.geometry import unit_vectors, vertex_normals_by_angle
 from ..filters.topology import proper_faces
 from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError
@@ -202,9 +202,7 @@ def _placed(part: MeshData, matrix: NDArray[np.float64]) -> MeshData:
         side = np.sign(np.dot(a, np.cross(b, c)))
         if (normals := part.vertex_attributes.get("normals")) is not None:
             cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)]) * (side or 1.0)
-            normals = normals @ cofactors.T
-            lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-            placed = placed.with_attributes({"normals": normals / np.where(lengths > 0, lengths, 1.0)})
+            placed = placed.with_attributes({"normals": unit_vectors(normals @ cofactors.T)})
     return turned_over(placed) if side < 0 else placed
 
 

@@ -6,7 +6,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filters.geometry import vertex_normals_by_angle
+from ..filters.geometry import unit_vectors, vertex_normals_by_angle
 from ..mesh_data import MeshData
 from .equal_rows import are_equal, numbered
 from .obj import ObjDocument, lines_of
@@ -23,9 +23,7 @@ _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 
 def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
     """Write a mesh; the module says how."""
-    document = mesh.source.document if mesh.source is not None else None
-    if not isinstance(document, ObjDocument):
-        document = None
+    document = mesh.document(ObjDocument)
     normals, of_corners = _normals(mesh, document)
     if document is not None and document.materials.lines:
         writing.materials.append(document.materials.text(writing.textures))
@@ -66,8 +64,7 @@ def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[NDArray[np.f
 
 def _are_parallel(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
     """Whether normals have the same directions; normals in a file may have any length."""
-    one, other = (n / np.where((length := np.linalg.norm(n, axis=1, keepdims=True)) > 0.0, length, 1.0) for n in (a, b))
-    return np.allclose(one, other, rtol=0.0, atol=1e-7, equal_nan=True)
+    return np.allclose(unit_vectors(a), unit_vectors(b), rtol=0.0, atol=1e-7, equal_nan=True)
 
 
 # ----------------------------------------------------------------------------------------------------------- original text

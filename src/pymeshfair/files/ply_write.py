@@ -58,9 +58,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
     Without `writing` coordinates have the type that they have in that file.
     """
     resolution, textures = (None, None) if writing is None else (writing.resolution, writing.textures)
-    document = mesh.source.document if mesh.source is not None else None
-    if not isinstance(document, PlyDocument):
-        document = _plain_document(mesh)
+    document = mesh.document(PlyDocument) or _plain_document(mesh)
     notes: list[str] = []
     rows = [_vertex_rows(mesh, document, resolution, notes)]
     rows += _face_rows(mesh, document, notes)

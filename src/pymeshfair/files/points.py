@@ -166,11 +166,9 @@ def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[st
 
     From another file they get normals, in .pts their number, intensities and colours.
     """
-    document = PointsDocument((*_PLACE, *_NORMAL))
-    if writing.extension == "pts":
-        document = PointsDocument((*_PLACE, "intensity", *_COLOR), counted=True)
-    if mesh.source is not None and isinstance(mesh.source.document, PointsDocument):
-        document = mesh.source.document
+    counted = writing.extension == "pts"
+    plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
+    document = mesh.document(PointsDocument) or plain
     values: dict[str, NDArray[Any]] = dict(zip(_PLACE, mesh.vertices.T, strict=True))
     left = []
     for name, attribute in mesh.vertex_attributes.items():

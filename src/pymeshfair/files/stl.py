@@ -125,9 +125,7 @@ def _text_corners(tokens: Tokens) -> NDArray[np.float64]:
 
 def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
     """Write the faces of a mesh as a binary file, with the head of the STL file that it comes from."""
-    document = mesh.source.document if mesh.source is not None else None
-    if not isinstance(document, StlDocument):
-        document = StlDocument(_HEAD)
+    document = mesh.document(StlDocument) or StlDocument(_HEAD)
     head = document.head[:80] if document.head[:5].lower() != b"solid" or document.bits is not None else _HEAD
     m = len(mesh.faces)
     if not m:

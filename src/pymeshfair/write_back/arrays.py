@@ -41,12 +41,14 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
 
 
 def attributes_of(mesh: Any, element: str) -> dict[str, NDArray[Any]]:
-    """The colours and scalars of vertices or faces, as far as there are any, as `MeshData` has them."""
+    """The colours, scalars and selection of vertices or faces, as far as there are any, as `MeshData` has them."""
     found: dict[str, NDArray[Any]] = {}
     if getattr(mesh, f"has_{element}_color")():
         found["colors"] = as_levels(read_array(mesh, f"{element}_colors"))
     if getattr(mesh, f"has_{element}_scalar")():
         found["scalars"] = read_array(mesh, f"{element}_scalars")
+    if getattr(mesh, f"selected_{element}_number")():
+        found["selection"] = read_array(mesh, f"{element}_selection")
     return found
 
 
