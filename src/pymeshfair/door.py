@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from .declaration import Filter, FilterClass
 from .files.errors import ContentsError
+from .files.inputs import Reading
 from .files.ply_write import write_ply
-from .files.reading import Reading
 from .filters.geometry import unit_vectors
 from .filters.topology import proper_faces
 from .mesh_data import MeshData, Source, Texture

@@ -13,8 +13,8 @@ from ..filters.topology import proper_faces
 from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError
 from .indices import check_range
+from .inputs import Reading
 from .polygons import triangulated
-from .reading import Reading
 from .references import References
 
 #: placements, and vertices and faces of all of them together, of one file

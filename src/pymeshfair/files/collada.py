@@ -15,7 +15,7 @@ from ..mesh_data import MeshData
 from .assembly import Assembly, polygons, triangles_of, unit_of
 from .errors import ContentsError
 from .indices import check_range, indices, numbers
-from .reading import Reading
+from .inputs import Reading
 from .references import References, shown
 from .xml_document import read_tree
 

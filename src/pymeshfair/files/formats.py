@@ -77,7 +77,7 @@ FORMATS = (
     Format(("las", "laz"), "las.read_las", "las.write_las", _LAS, begin=("LASF", "'LASF'"), has_unit=True),
     Format(("xyz", "pts", "asc", "txt"), "points.read_points", "points.write_points", _POINTS),
     Format(("apts",), "points.read_points"),
-    Format(("ptx",), "ptx.read_ptx"),
+    Format(("ptx",), "points.read_ptx"),
     Format(("e57",), "e57.read_e57", begin=("ASTM-E57", "'ASTM-E57'"), has_unit=True),
     Format(("dxf",), writer="drawings.write_dxf", holds=_EDGES),
     Format(("svg",), writer="drawings.write_svg", holds=_EDGES),

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..mesh_data import MeshData
 from .assembly import Assembly, levels, polygons, triangles_of
 from .errors import ContentsError
-from .reading import Reading
+from .inputs import Reading
 from .references import References, check_image
 
 #: of how many parts a document may be: a million take a second to read

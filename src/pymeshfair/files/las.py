@@ -19,7 +19,7 @@ from ..mesh_data import MeshData, Source
 from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES
 from .errors import ContentsError
 from .formats import MISSING_LASPY
-from .reading import Reading
+from .inputs import Reading
 from .references import References
 from .saving import WORTH_A_WARNING, Writing
 

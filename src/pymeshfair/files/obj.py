@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError, InputError
+from .inputs import Reading, unended
 from .obj_materials import Materials, find_material_files
 from .polygons import triangulated
-from .reading import Reading, unended
 from .references import References, shown
 from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, at_line, joined, numbers_of, refuse, tokenise, word
 

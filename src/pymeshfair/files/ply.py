@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError
+from .inputs import Reading, unended
 from .ply_header import PlyHeader, read_header
 from .ply_tables import Array, Lists, Table, binary_tables, text_tables
 from .polygons import triangulated
-from .reading import Reading, unended
 from .references import References
 from .tokens import Tokens
 

@@ -18,7 +18,7 @@ from .assembly import Assembly, levels, polygons, triangles_of, turned_over
 from .collada import turn
 from .errors import ContentsError
 from .indices import check_range, indices, numbers, rows
-from .reading import Reading
+from .inputs import Reading
 from .references import References, shown
 
 #: nodes that load, run or define something else

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..mesh_data import MeshData, Source
 from .equal_rows import numbered
 from .errors import ContentsError
-from .reading import Reading, unended
+from .inputs import Reading, unended
 from .references import References
 from .saving import Writing
 from .tokens import INTEGER, REAL, Tokens, at_line, joined, refuse, tokenise, word

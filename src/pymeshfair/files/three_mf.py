@@ -22,7 +22,7 @@ from ..mesh_data import MeshData
 from .assembly import Assembly, levels, polygons
 from .errors import ContentsError
 from .indices import check_range, indices, numbers, rows
-from .reading import Reading
+from .inputs import Reading
 from .references import References, check_image, shown
 from .saving import Writing
 from .xml_document import parse_xml

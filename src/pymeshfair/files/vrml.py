@@ -10,7 +10,7 @@ import numpy as np
 from ..mesh_data import MeshData
 from .assembly import MOST_PLACED
 from .errors import ContentsError
-from .reading import Reading
+from .inputs import Reading
 from .references import References, shown
 from .saving import Writing
 from .scene import Node, check_type, read_nodes
