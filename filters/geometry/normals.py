@@ -129,7 +129,7 @@ def vertex_normals_by_area(points: Floats, faces: Ints) -> Floats:
 def mean_normals_at_vertices(of_faces: Floats, faces: Ints, n_vertices: int) -> Floats:
     """(n, 3) unit vectors, each along the sum of the (m, 3) vectors of the faces at a vertex; 0 for vertices without a face."""
     normals = np.stack([np.bincount(faces.ravel(), np.repeat(column, 3), n_vertices) for column in of_faces.T], axis=1)
-    return unit_vectors(normals)
+    return unit_vectors(np.asarray(normals, np.float64))
 
 
 def unit_vectors(vectors: Floats) -> Floats:

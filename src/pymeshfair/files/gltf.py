@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData
-from .assembly import Assembly, levels, polygons, triangles_of
+from .assembly import Assembly, levels, triangles_of
 from .errors import ContentsError
 from .inputs import Reading
 from .references import References, check_image
@@ -48,8 +48,7 @@ def read_gltf(path: Path, references: References) -> Reading:
         reader = _Reader(document, binary, references)
         with np.errstate(all="ignore"):
             reader.read_scene()
-        extras = (*_losses(document), *reader.assembly.lost)
-        reading = reader.assembly.reading(path, path.suffix[1:].lower(), extras, "m")
+        reading = reader.assembly.reading(path, path.suffix[1:].lower(), _losses(document), "m")
     except (KeyError, TypeError, AttributeError, ValueError, OverflowError, IndexError) as error:
         if isinstance(error, ContentsError):
             raise
@@ -173,17 +172,14 @@ class _Reader:
             uvs.append(np.full((corners.size, 2), np.nan) if uv is None else uv[corners.ravel()])
             colours.append(np.tile(colour, (len(corners), 1)))
             textures.append(np.full(len(corners), texture, np.int32))
-        corners, numbers, shades = np.concatenate(faces), np.concatenate(textures), np.concatenate(colours)
-        part, _ = polygons(
+        corners, shades = np.concatenate(faces), np.concatenate(colours)
+        part = self.assembly.polygons(
             points,
             corners.ravel(),
             np.full(len(corners), 3),
             f"the corners of its mesh {k}",
-            of_corners={"wedge_texture_coordinates": np.concatenate(uvs) if (numbers >= 0).any() else None},
-            of_polygons={
-                "texture": numbers if (numbers >= 0).any() else None,
-                "colors": levels(shades) if (shades != 1.0).any() else None,
-            },
+            {"wedge_texture_coordinates": np.concatenate(uvs)},
+            {"texture": np.concatenate(textures), "colors": levels(shades) if (shades != 1.0).any() else None},
         )
         part = replace(part, edges=np.concatenate(edges))
         normals = self._attribute(k, attributes, "NORMAL") if "NORMAL" in attributes else None
