@@ -97,7 +97,7 @@ class Door:
     def apply(self, step: Step) -> dict[str, Any]:
         """Apply a step of one of MeshLab's filters; what it reports."""
         assert self._filters is not None
-        for name in _words(step.values):
+        for name in {word for value in step.values.values() if isinstance(value, str) for word in _WORD.findall(value)}:
             self._bring_custom(name)
         self._painted |= FilterClass.TEXTURE in step.filter.classes
         self._with_normals |= FilterClass.NORMAL in step.filter.classes
@@ -268,10 +268,6 @@ class Door:
 def _with_ids(declared: Filter, values: Mapping[str, Any], ids: Mapping[int, int]) -> dict[str, Any]:
     """The values with the ids of layers changed; one that is not there stays, for MeshLab to refuse it."""
     return {**values, **{name: ids.get(number, number) for name, number in declared.layers(values).items()}}
-
-
-def _words(values: Mapping[str, Any]) -> set[str]:
-    return {word for value in values.values() if isinstance(value, str) for word in _WORD.findall(value)}
 
 
 def _custom(mesh: MeshData, element: str) -> dict[str, NDArray[np.float64]]:

@@ -93,17 +93,14 @@ class _Before:
                 lost.append("texture coordinates of vertices")
         # Normals come last: they change with the coordinates. Helper attributes may use up the selection on their way in.
         for name in (*(name for name in EDITABLE if not name.endswith("selection")), "vertex_selection", "face_selection"):
-            if name in self._values and not _same(mesh, name, self._values[name]):
-                changes: dict[str, Any] = {name: self._values[name]}
+            values = self._values.get(name)
+            if values is not None and not np.array_equal(read_array(mesh, name), values, equal_nan=values.dtype.kind == "f"):
+                changes: dict[str, Any] = {name: values}
                 try:
                     write_values(bench, mesh, replace(Edit(), **changes))
                 except _FAILURES:
                     lost.append(name.replace("_", " "))
         return lost
-
-
-def _same(mesh: Any, name: str, wanted: Any) -> bool:
-    return np.array_equal(read_array(mesh, name), wanted, equal_nan=wanted.dtype.kind == "f")
 
 
 def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
