@@ -28,8 +28,8 @@ from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from .meshlab.unrepeatable import LEAVES_STATE
 from .processes.worker import use_up
 from .scripts.script import Step
-from .write_back.arrays import attributes_of, read_array
 from .write_back.attributes import SAVED_AS, saved_attributes
+from .write_back.workbench import attributes_of, read_array
 
 #: the custom attribute by which elements are known again, from 1; 0 is a new one
 _ID = "pymeshfair_id"

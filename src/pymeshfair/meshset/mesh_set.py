@@ -17,14 +17,13 @@ from .filter_methods import FilterMethods, LateMethods
 if TYPE_CHECKING:
     from .. import recipe
     from ..scripts.script import Script, Step
-    from . import exchange, filter_runner, layers, listing, script_log
+    from . import exchange, filter_runner, listing, script_log
     from .pymeshlab_classes import _MeshSet as _Typed
 else:  # importing them takes longer than importing pymeshlab
     _Typed = BASE
     recipe = ImportedWhenUsed("pymeshfair.recipe")
-    exchange, filter_runner, layers, listing, script_log = (
-        ImportedWhenUsed(f"pymeshfair.meshset.{name}")
-        for name in ("exchange", "filter_runner", "layers", "listing", "script_log")
+    exchange, filter_runner, listing, script_log = (
+        ImportedWhenUsed(f"pymeshfair.meshset.{name}") for name in ("exchange", "filter_runner", "listing", "script_log")
     )
 
 
@@ -50,7 +49,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     def __init__(self, verbose: bool = False) -> None:
         BASE.__init__(self, verbose)
-        self._layers = layers.Layers(self, verbose=verbose)
+        self._layers = filter_runner.Layers(self, verbose=verbose)
         self._filters = filter_runner.FilterRunner(self._layers)
         self._script = script_log.ScriptLog()
 

@@ -16,9 +16,8 @@ import pymeshlab
 from ..declaration import Floats
 from ..errors import MeshError
 from ..meshlab.base import BASE
-from .arrays import read_array
 from .refill import PREFIX, SPARE, refill_faces, refill_vertices
-from .workbench import Workbench
+from .workbench import Workbench, read_array
 
 Element: TypeAlias = Literal["vertex", "face"]
 ELEMENTS: tuple[Element, Element] = ("vertex", "face")

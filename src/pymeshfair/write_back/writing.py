@@ -19,11 +19,10 @@ from ..errors import MeshError
 from ..mesh_data import MeshData, Texture, adds
 from ..mesh_data.apply_edit import check_deletable, faces_that_give, removes, with_additions
 from ..meshlab.base import BASE
-from .arrays import EDITABLE, attributes_of, read_array
 from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room
 from .growth import check_growable, grow, shrink
 from .refill import move_points
-from .workbench import Workbench
+from .workbench import EDITABLE, Workbench, attributes_of, read_array
 
 _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
 
