@@ -126,17 +126,10 @@ class Layers:
 
 
 class PluginFilters:
-    """Filters of plugins on the current layer of a mesh set.
-
-    Attributes:
-        on_progress: called with the share of the work that is done, from 0 to 1; it may raise to stop the filter.
-        on_note: called with each sentence that a filter wants to be read; None sends them to the logger ``pymeshfair``.
-    """
+    """Filters of plugins on the current layer of a mesh set, whose `on_progress` and `on_note` are called if it has them."""
 
     def __init__(self, layers: Layers) -> None:
         self._layers = layers
-        self.on_progress: Callable[[float], None] | None = None
-        self.on_note: Callable[[str], None] | None = None
 
     def check(self, declared: Filter, given: Mapping[str, Any]) -> dict[str, Any]:
         """The given values, checked as declared; the only check between a caller and the filter's function.
@@ -173,9 +166,10 @@ class PluginFilters:
 
     def tell(self, sentences: Iterable[str], level: int) -> None:
         """Pass on sentences of a filter."""
+        on_note = getattr(self._layers.meshset, "on_note", None)
         for text in sentences:
-            if self.on_note is not None:
-                self.on_note(text)
+            if on_note is not None:
+                on_note(text)
             else:
                 _LOG.log(level, "%s", text)
 
@@ -188,7 +182,7 @@ class PluginFilters:
             inputs = resolved(declared, values, layer)
             if self._layers.bench.verbose or self._layers.bench.tells_parameters:
                 print(f"\nApplying filter {declared.python_name} with the following parameters:\n{inputs}\n")
-            edit = call(declared, inputs, layer, self.on_progress)
+            edit = call(declared, inputs, layer, getattr(self._layers.meshset, "on_progress", None))
             return edit, self._layers.take(layer, edit)
         except StoppedError as error:
             raise error.__cause__ or error from None

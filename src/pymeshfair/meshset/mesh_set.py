@@ -40,7 +40,15 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     A filter that moves the vertices of a mesh with faces uses up one of MeshLab's ids, and one that adds elements two, so those
     of layers made later skip numbers. Scripts do not count them.
+
+    Attributes:
+        on_progress: called with the share of the work that is done, from 0 to 1, while a plugin's filter works; it may raise to
+            stop it.
+        on_note: called with each sentence that a filter wants to be read; None sends them to the logger ``pymeshfair``.
     """
+
+    on_progress: Callable[[float], None] | None = None
+    on_note: Callable[[str], None] | None = None
 
     @staticmethod
     def filter_list() -> list[str]:
@@ -106,24 +114,6 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         Also those of saving a file, given its extension.
         """
         return self._filters.values(filter_name, kwargs)
-
-    @property
-    def on_progress(self) -> Callable[[float], None] | None:
-        """Called with the share of the work that is done, from 0 to 1, while a plugin's filter works; it may raise to stop it."""
-        return self._filters.plugins.on_progress
-
-    @on_progress.setter
-    def on_progress(self, receiver: Callable[[float], None] | None) -> None:
-        self._filters.plugins.on_progress = receiver
-
-    @property
-    def on_note(self) -> Callable[[str], None] | None:
-        """Called with each sentence that a filter wants to be read; None sends them to the logger ``pymeshfair``."""
-        return self._filters.plugins.on_note
-
-    @on_note.setter
-    def on_note(self, receiver: Callable[[str], None] | None) -> None:
-        self._filters.plugins.on_note = receiver
 
     # ---------------------------------------------------------------------------------------------------------- scripts
 
