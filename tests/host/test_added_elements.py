@@ -320,9 +320,9 @@ def test_ids_of_layers_in_scripts_are_those_without_additions() -> None:
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        ({"added_faces": np.array([[0, 1, 4]])}, r"1 added_faces with indices outside 0 to 3, first in row 0: \[0, 1, 4\]"),
-        ({"added_faces": np.array([[0, 1, 2], [0, -1, 2]])}, r"outside 0 to 3, first in row 1: \[0, -1, 2\]"),
-        ({"added_faces": np.array([[0, 1, 1]])}, r"1 added_faces with the same vertex twice, first in row 0: \[0, 1, 1\]"),
+        ({"added_faces": np.array([[0, 1, 4]])}, r"1 added_faces .* indices from 0 to 3, first in row 0: \[0, 1, 4\]"),
+        ({"added_faces": np.array([[0, 1, 2], [0, -1, 2]])}, r"from 0 to 3, first in row 1: \[0, -1, 2\]"),
+        ({"added_faces": np.array([[0, 1, 1]])}, r"1 added_faces .* three different .*, first in row 0: \[0, 1, 1\]"),
         ({"added_faces": np.array([[0.0, 1.0, 2.0]])}, r"shape \(1, 3\) and type float64; they must be \(b, 3\) whole numbers"),
         ({"added_faces": np.array([0, 1, 2])}, r"added_faces of shape \(3,\)"),
         ({"added_vertices": np.zeros((2, 2))}, r"added_vertices of shape \(2, 2\); this mesh needs \(2, 3\)"),

@@ -63,26 +63,23 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
         return data, None
     if len(data) < 20:
         raise ContentsError("it is cut short")
-    version, length, text_length, kind = struct.unpack_from("<IIII", data, 4)
-    if kind == JSON and version != 2:
-        raise ContentsError(f"it is glTF of version {version}, not 2")
-    if kind != JSON:
-        raise ContentsError("it does not begin with a glTF document")
+    version, length = struct.unpack_from("<II", data, 4)
     if length != len(data):
         raise ContentsError(f"it declares {length:,} bytes, but has {len(data):,}")
-    if text_length > length - 20:
-        raise ContentsError(f"its document declares {text_length:,} bytes, but only {length - 20:,} follow")
-    text, position = data[20 : 20 + text_length], 20 + text_length
+    parts: list[tuple[int, bytes]] = []
+    position = 12
     while position + 8 <= length:
-        chunk_length, kind = struct.unpack_from("<II", data, position)
-        if chunk_length > length - position - 8:
-            raise ContentsError(f"a part of it declares {chunk_length:,} bytes, but only {length - position - 8:,} follow")
-        if kind == JSON:
-            raise ContentsError("it has two documents")
-        if kind == BINARY:
-            return text, data[position + 8 : position + 8 + chunk_length]
-        position += 8 + chunk_length
-    return text, None
+        size, kind = struct.unpack_from("<II", data, position)
+        position += 8
+        if size > length - position:
+            raise ContentsError(f"a part of it declares {size:,} bytes, but only {length - position:,} follow")
+        parts.append((kind, data[position : position + size]))
+        position += size
+    if parts[0][0] != JSON or version != 2:
+        raise ContentsError("it does not begin with a document of glTF 2")
+    if [kind for kind, _ in parts].count(JSON) > 1:
+        raise ContentsError("it has two documents")
+    return parts[0][1], next((part for kind, part in parts if kind == BINARY), None)
 
 
 class _Reader:

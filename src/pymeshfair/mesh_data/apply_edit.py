@@ -66,18 +66,12 @@ def _added(edit: Edit, layer: Layer) -> dict[str, Any]:
 def _checked_faces(faces: NDArray[Any], vertices: int) -> NDArray[np.int32]:
     if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
         raise MeshError(f"gave back added_faces of shape {faces.shape} and type {faces.dtype}; they must be (b, 3) whole numbers")
-    wrong = ((faces < 0) | (faces >= vertices)).any(axis=1)
+    wrong = ((faces < 0) | (faces >= vertices) | (faces == np.roll(faces, 1, axis=1))).any(axis=1)
     if wrong.any():
         first = int(wrong.argmax())
         raise MeshError(
-            f"gave back {int(wrong.sum())} added_faces with indices outside 0 to {vertices - 1}, first in row {first}: "
-            f"{faces[first].tolist()}"
-        )
-    twice = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
-    if twice.any():
-        first = int(twice.argmax())
-        raise MeshError(
-            f"gave back {int(twice.sum())} added_faces with the same vertex twice, first in row {first}: {faces[first].tolist()}"
+            f"gave back {int(wrong.sum())} added_faces that are no three different indices from 0 to {vertices - 1}, "
+            f"first in row {first}: {faces[first].tolist()}"
         )
     return faces.astype(np.int32, copy=False)
 
