@@ -168,11 +168,8 @@ def _rows(
     """The lines of a keyword, how many numbers each has, one of some `widths`, and the numbers up to the least of these."""
     lines = lines_of(tokens, keyword.encode())
     counts = tokens.lengths[lines] - 1
-    wrong = ~np.isin(counts, widths)
-    if wrong.any():
-        k = int(np.argmax(wrong))
-        expected = " or ".join(str(w) for w in widths)
-        raise at_line(tokens, int(lines[k]), f"has {counts[k]} {'value' if counts[k] == 1 else 'values'} and not {expected}")
+    expected = " or ".join(map(str, widths))
+    refuse(tokens, lines, ~np.isin(counts, widths), f"has {{}} values and not {expected}", counts)
     return lines, counts, numbers_of(tokens, lines, 1, widths[0])
 
 
