@@ -102,20 +102,32 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
 
 
 def _binary_table(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> Table:
-    lists = [p for p in element.properties if p.count_type]
-    if not element.count or not element.properties:
-        empty = np.empty(0, row_type(element, order, {p.name: 0 for p in lists}))
-        return Table(element, _columns(empty, element), (position, position))
-    # All rows may be like the first.
-    widths = _first_widths(data, position, element, order)
-    if widths is not None:
-        kind = row_type(element, order, widths)
-        end = position + element.count * kind.itemsize
-        if end <= len(data):
-            rows = np.frombuffer(data, kind, element.count, position)
-            if all((rows[f"{p.name} count"] == widths[p.name]).all() for p in lists):
-                return Table(element, _columns(rows, element), (position, end))
-    return _uneven_table(data, position, element, order)
+    n, properties = element.count, element.properties
+    lists = [k for k, p in enumerate(properties) if p.count_type]
+    widths = {properties[k].name: 0 for k in lists}
+    if not n or not properties:
+        return Table(element, _columns(np.empty(0, row_type(element, order, widths)), element), (position, position))
+    if lists:  # all rows may be like the first
+        _, lengths, _ = _walked(data, position, element, order, 1)
+        widths = {properties[k].name: int(lengths[0, k]) for k in lists}
+    kind = row_type(element, order, widths)
+    end = position + n * kind.itemsize
+    if end <= len(data):
+        rows = np.frombuffer(data, kind, n, position)
+        if all((rows[f"{name} count"] == width).all() for name, width in widths.items()):
+            return Table(element, _columns(rows, element), (position, end))
+    places, lengths, end = _walked(data, position, element, order, n)
+    columns: dict[str, Column] = {}
+    for k, p in enumerate(properties):
+        kind = np.dtype(order + KINDS[p.type])
+        at = places[:, k]
+        if p.count_type:
+            at = np.repeat(at, lengths[:, k])
+            at += indices_of_runs(np.zeros(n, np.int64), lengths[:, k]) * kind.itemsize
+        each = data[at[:, None] + np.arange(kind.itemsize)] if len(at) else np.empty((0, kind.itemsize), np.uint8)
+        values = np.ascontiguousarray(each).view(kind)[:, 0]
+        columns[p.name] = Lists(values, lengths[:, k].copy()) if p.count_type else values
+    return Table(element, columns, (position, end))
 
 
 def _columns(rows: Array, element: PlyElement) -> dict[str, Column]:
@@ -129,44 +141,18 @@ def _columns(rows: Array, element: PlyElement) -> dict[str, Column]:
     return columns
 
 
-def _first_widths(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> dict[str, int] | None:
-    """The lengths of the lists of the row at a position; None if the file ends within it."""
-    widths = {}
-    for p in element.properties:
-        if p.count_type:
-            size = SIZES[p.count_type]
-            if position + size > len(data):
-                return None
-            count = float(np.frombuffer(data, order + KINDS[p.count_type], 1, position)[0])
-            position += size
-            if not (0 <= count <= (len(data) - position) // SIZES[p.type] and count == int(count)):
-                return None
-            widths[p.name] = int(count)
-        position += SIZES[p.type] * widths.get(p.name, 1)
-    return widths
-
-
-def _uneven_table(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> Table:
-    """Rows with lists of different lengths."""
-    n, properties = element.count, element.properties
-    counts = np.array([SIZES[p.count_type] if p.count_type else 0 for p in properties])
-    kinds = np.array([ord(KINDS[p.count_type][0]) if p.count_type else 0 for p in properties])
-    sizes = np.array([SIZES[p.type] for p in properties])
-    places, lengths = np.empty((n, len(properties)), np.int64), np.empty((n, len(properties)), np.int64)
+def _walked(
+    data: NDArray[np.uint8], position: int, element: PlyElement, order: str, n: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
+    """(n, p) the places and lengths of the properties of the first rows, one for a single value; the end of the last row."""
+    counts = np.array([SIZES[p.count_type] if p.count_type else 0 for p in element.properties])
+    kinds = np.array([ord(KINDS[p.count_type][0]) if p.count_type else 0 for p in element.properties])
+    sizes = np.array([SIZES[p.type] for p in element.properties])
+    places, lengths = np.empty((n, len(sizes)), np.int64), np.empty((n, len(sizes)), np.int64)
     end = _walk(data, position, n, counts, kinds, sizes, order == ">", places, lengths)
     if end < 0:
         raise ContentsError(f"its element {element.name!r} is cut short, or a list in it has a length that cannot be")
-    columns: dict[str, Column] = {}
-    for k, p in enumerate(properties):
-        kind = np.dtype(order + KINDS[p.type])
-        at = places[:, k]
-        if p.count_type:
-            at = np.repeat(at, lengths[:, k])
-            at += indices_of_runs(np.zeros(n, np.int64), lengths[:, k]) * kind.itemsize
-        each = data[at[:, None] + np.arange(kind.itemsize)] if len(at) else np.empty((0, kind.itemsize), np.uint8)
-        values = np.ascontiguousarray(each).view(kind)[:, 0]
-        columns[p.name] = Lists(values, lengths[:, k].copy()) if p.count_type else values
-    return Table(element, columns, (position, end))
+    return places, lengths, end
 
 
 @compiled
