@@ -1,7 +1,7 @@
 """Writes PLY files: with header, elements, types and comments of the PLY file that a mesh comes from, else in double precision.
 
-What has not changed is written as it was, byte for byte. Rows of deleted elements are left out; in a row of an added element
-properties without a value are 0.
+What has not changed is written as it was, byte for byte. Rows of deleted elements are left out, and the rest of a polygon stays
+one if it can, perhaps from another corner on; in a row of an added element properties without a value are 0.
 """
 
 from collections.abc import Callable, Iterator, Mapping
