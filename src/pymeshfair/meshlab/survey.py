@@ -15,7 +15,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -51,7 +51,7 @@ class Survey:
     """The installed pymeshlab: its version, and the parameters of each filter in order, by Python name."""
 
     version: str
-    filters: dict[str, list[InstalledParameter]]
+    filters: Mapping[str, Sequence[InstalledParameter]]
 
 
 def survey_installed() -> Survey:
