@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -183,7 +184,7 @@ def test_menus_and_masks_have_meshlabs_meaning() -> None:
     assert known.changes == MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
 
 
-def _with(parameters: tuple[InstalledParameter, ...], **changes: Any) -> tuple[InstalledParameter, ...]:
+def _with(parameters: Sequence[InstalledParameter], **changes: Any) -> tuple[InstalledParameter, ...]:
     first = parameters[0]
     values = {"name": first.name, "kind": first.kind, "default": first.default, "bounds": first.bounds, "choices": first.choices}
     return (InstalledParameter(**{**values, **changes}), *parameters[1:])

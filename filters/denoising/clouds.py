@@ -11,6 +11,7 @@ from ..checks import FilterInputError, check_whole_number
 from ..compilation import compiled
 from ..evidence import height_of_quadric, tangents
 from ..execution import Progress, ignore_progress, over_range
+from ..geometry import unit_vectors
 from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..robust import KernelName, kernel_weight
@@ -184,9 +185,7 @@ def unit_normals(normals: ArrayLike, n: int) -> Floats:
     if directions.shape != (n, 3):
         raise FilterInputError(f"normals must have the shape ({n}, 3), one a point, got {directions.shape}")
     sizes = np.abs(directions).max(axis=1, initial=0.0, keepdims=True)
-    directions = directions / np.where(sizes > 0.0, sizes, 1.0)
-    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
-    return np.asarray(directions / np.where(lengths > 0.0, lengths, 1.0))
+    return unit_vectors(directions / np.where(sizes > 0.0, sizes, 1.0))
 
 
 @compiled(nogil=True)

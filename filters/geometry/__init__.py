@@ -28,6 +28,7 @@ from .normals import (
     roughness,
     seen_from_one_side,
     turned_faces,
+    unit_vectors,
     vertex_normals_by_angle,
     vertex_normals_by_area,
 )
@@ -58,6 +59,7 @@ __all__ = [
     "side_lengths",
     "squared_length",
     "turned_faces",
+    "unit_vectors",
     "vector_lengths",
     "vertex_normals_by_angle",
     "vertex_normals_by_area",

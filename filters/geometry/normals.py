@@ -123,8 +123,13 @@ def vertex_normals_by_area(points: Floats, faces: Ints) -> Floats:
 def mean_normals_at_vertices(of_faces: Floats, faces: Ints, n_vertices: int) -> Floats:
     """(n, 3) unit vectors, each along the sum of the (m, 3) vectors of the faces at a vertex; 0 for vertices without a face."""
     normals = np.stack([np.bincount(faces.ravel(), np.repeat(column, 3), n_vertices) for column in of_faces.T], axis=1)
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.asarray(normals / np.where(lengths > 0.0, lengths, 1.0))
+    return unit_vectors(np.asarray(normals, np.float64))
+
+
+def unit_vectors(vectors: Floats) -> Floats:
+    """(n, 3) the vectors at length 1; 0 stays 0."""
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0.0, lengths, 1.0))
 
 
 def vertex_normals_by_angle(vertices: Floats, faces: Ints) -> Floats:

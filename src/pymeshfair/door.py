@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from .declaration import Filter, FilterClass
 from .files.errors import ContentsError
+from .files.inputs import Reading
 from .files.ply_write import write_ply
-from .files.reading import Reading
+from .filters.geometry import unit_vectors
 from .filters.topology import proper_faces
 from .mesh_data import MeshData, Source, Texture
 from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
@@ -27,8 +28,8 @@ from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from .meshlab.unrepeatable import LEAVES_STATE
 from .processes.worker import use_up
 from .scripts.script import Step
-from .write_back.arrays import attributes_of
 from .write_back.attributes import SAVED_AS, saved_attributes
+from .write_back.workbench import attributes_of, read_array
 
 #: the custom attribute by which elements are known again, from 1; 0 is a new one
 _ID = "pymeshfair_id"
@@ -96,7 +97,7 @@ class Door:
     def apply(self, step: Step) -> dict[str, Any]:
         """Apply a step of one of MeshLab's filters; what it reports."""
         assert self._filters is not None
-        for name in _words(step.values):
+        for name in {word for value in step.values.values() if isinstance(value, str) for word in _WORD.findall(value)}:
             self._bring_custom(name)
         self._painted |= FilterClass.TEXTURE in step.filter.classes
         self._with_normals |= FilterClass.NORMAL in step.filter.classes
@@ -183,9 +184,7 @@ class Door:
     # ---------------------------------------------------------------------------------------------------------------- out
 
     def _read(self, mesh: Any, sent: MeshData | None) -> MeshData:
-        vertices = np.ascontiguousarray(mesh.vertex_matrix())
-        faces = np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
-        edges = np.ascontiguousarray(mesh.edge_matrix(), dtype=np.int32)
+        vertices, faces, edges = (read_array(mesh, name) for name in ("vertices", "faces", "edges"))
         of_vertices, of_faces = _numbers(mesh, "vertex"), _numbers(mesh, "face")
         if sent is None or of_vertices is None or of_vertices.max(initial=-1) >= len(sent.vertices):
             sent, of_vertices = None, np.full(len(vertices), -1)
@@ -201,7 +200,7 @@ class Door:
         # those of a new curve are sums over the faces that a section cuts
         of_points = not len(faces) and (not len(edges) or (sent is not None and "normals" in sent.vertex_attributes))
         if keeps_normals or of_points:
-            normals = np.ascontiguousarray(mesh.vertex_normal_matrix())
+            normals = read_array(mesh, "vertex_normals")
             if keeps_normals or normals.any():
                 vertex["normals"] = _unit(normals)
         vertex |= attributes_of(mesh, "vertex")
@@ -212,12 +211,8 @@ class Door:
             vertex["texture_coordinates"] = _as_sent(
                 places, sent and sent.vertex_attributes.get("texture_coordinates"), of_vertices
             )
-        if mesh.selected_vertex_number():
-            vertex["selection"] = np.ascontiguousarray(mesh.vertex_selection_array())
         if len(faces):
             face |= attributes_of(mesh, "face")
-            if mesh.selected_face_number():
-                face["selection"] = np.ascontiguousarray(mesh.face_selection_array())
             if mesh.has_wedge_tex_coord():
                 wedges = np.ascontiguousarray(mesh.wedge_tex_coord_matrix()).reshape(-1, 3, 2)
                 before = sent and sent.face_attributes.get("wedge_texture_coordinates")
@@ -226,9 +221,6 @@ class Door:
             textures = self._textures_of(mesh, textures)
         if len(faces) and textures and mesh.has_wedge_tex_coord():
             face["texture"] = self._texture_numbers(mesh, len(faces))
-        polygon = _polygons(sent, of_faces)
-        if polygon is not None:
-            face["polygon"] = polygon
         for element, attributes in (("vertex", vertex), ("face", face)):
             for name in saved_attributes(self._meshset, SAVED_AS[element]):
                 if not name.startswith("pymeshfair_") and (values := _attribute(mesh, element, name)) is not None:
@@ -276,10 +268,6 @@ class Door:
 def _with_ids(declared: Filter, values: Mapping[str, Any], ids: Mapping[int, int]) -> dict[str, Any]:
     """The values with the ids of layers changed; one that is not there stays, for MeshLab to refuse it."""
     return {**values, **{name: ids.get(number, number) for name, number in declared.layers(values).items()}}
-
-
-def _words(values: Mapping[str, Any]) -> set[str]:
-    return {word for value in values.values() if isinstance(value, str) for word in _WORD.findall(value)}
 
 
 def _custom(mesh: MeshData, element: str) -> dict[str, NDArray[np.float64]]:
@@ -338,26 +326,13 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 
 
 def _carried(attributes: Any, ids: NDArray[np.int64], inside: frozenset[str]) -> dict[str, Any]:
-    """The attributes that waited outside, by the numbers of the elements; 0 for new ones."""
-    continued: dict[str, Any] = {}
-    whole = len(ids) > 0 and bool((ids >= 0).all())
+    """The attributes that waited outside, by the numbers of the elements; 0 for new ones, which are parts of no polygon."""
+    carried: dict[str, Any] = {}
     for name, values in (attributes or {}).items():
-        if name in inside or name == "polygon":
-            continue
-        continued[name] = values[ids]
-        if not whole:
-            continued[name] = continued[name].copy()
-            continued[name][ids < 0] = 0
-    return continued
-
-
-def _polygons(sent: MeshData | None, ids: NDArray[np.int64]) -> NDArray[np.int32] | None:
-    """(m,) the polygons of the triangles that came back, of those whose triangles all did."""
-    before = None if sent is None else sent.face_attributes.get("polygon")
-    if before is None:
-        return None
-    polygon = np.where(ids >= 0, before[np.maximum(ids, 0)], -1)
-    return polygon.astype(np.int32) if (polygon >= 0).any() else None
+        if name not in inside:
+            carried[name] = values[ids]
+            carried[name][ids < 0] = -1 if name == "polygon" else 0
+    return carried
 
 
 def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int | None) -> NDArray[np.int64] | None:
@@ -372,7 +347,7 @@ def _unit(normals: NDArray[np.float64]) -> NDArray[np.float64]:
     lengths = np.linalg.norm(normals, axis=1)
     if np.abs(lengths[lengths > 0] - 1.0).max(initial=0.0) <= 1e-6:
         return normals
-    return np.asarray(normals / np.where(lengths > 0, lengths, 1.0)[:, None])
+    return unit_vectors(normals)
 
 
 # ------------------------------------------------------------------------------------------------------------- the PLY file

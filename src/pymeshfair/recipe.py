@@ -112,12 +112,12 @@ class Recipe:
 
 def shipped_recipes() -> tuple[str, ...]:
     """The names of the recipes that pymeshfair ships, in alphabetical order."""
-    return tuple(sorted(_shipped()))
+    return tuple(sorted(_scripts()))
 
 
 def superseded_recipes() -> tuple[str, ...]:
     """The names of those that pymeshfair ships besides because it once did, in alphabetical order."""
-    return tuple(sorted(_superseded()))
+    return tuple(sorted(_scripts("superseded")))
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class RecipeHead:
 
 def shipped_heads() -> list[RecipeHead]:
     """The heads of all shipped recipes; reads no declaration, so no plugin and no compiled code is loaded."""
-    found = ((name, parse_document(file.read_bytes(), file.name)) for name, file in sorted(_shipped().items()))
+    found = ((name, parse_document(file.read_bytes(), file.name)) for name, file in sorted(_scripts().items()))
     return [RecipeHead(name, head_info(read.comment), read.settings, len(read.filters)) for name, read in found]
 
 
@@ -151,8 +151,8 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
     """
     text = os.fspath(name_or_path)
     path = Path(text)
-    shipped = _shipped()
-    if isinstance(name_or_path, str) and (file := shipped.get(text) or _superseded().get(text)):
+    shipped = _scripts()
+    if isinstance(name_or_path, str) and (file := shipped.get(text) or _scripts("superseded").get(text)):
         return Recipe(text, parse_script(file.read_bytes(), file.name, path=Path(str(file))))
     if path.suffix.lower() == ".mlx" or path.name != text or path.is_file():
         return parse_recipe(read_bytes(text), text, upgrade=upgrade, path=path)
@@ -175,16 +175,10 @@ def parse_recipe(data: bytes, name: str, *, upgrade: bool = False, path: Path | 
     return Recipe(Path(name).stem, upgraded.script, upgraded.changes)
 
 
-def _shipped() -> dict[str, Traversable]:
-    return _scripts(importlib.resources.files("pymeshfair.mlx_scripts"))
-
-
-def _superseded() -> dict[str, Traversable]:
-    return _scripts(importlib.resources.files("pymeshfair.mlx_scripts") / "superseded")
-
-
-def _scripts(folder: Traversable) -> dict[str, Traversable]:
-    return {file.name.removesuffix(".mlx"): file for file in folder.iterdir() if file.name.endswith(".mlx")}
+def _scripts(folder: str = ".") -> dict[str, Traversable]:
+    """The scripts in a folder of the shipped ones, by name."""
+    files = (importlib.resources.files("pymeshfair.mlx_scripts") / folder).iterdir()
+    return {file.name.removesuffix(".mlx"): file for file in files if file.name.endswith(".mlx")}
 
 
 def head_info(comment: str) -> RecipeInfo:

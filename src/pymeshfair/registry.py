@@ -6,14 +6,11 @@ A plugin that cannot be loaded is recorded; all others still work.
 import functools
 import importlib
 import importlib.metadata
-import importlib.util
 import logging
-import re
 import traceback
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from keyword import iskeyword
-from pathlib import Path
 
 from .declaration import Filter, nearest
 from .errors import UnknownNameError
@@ -34,16 +31,9 @@ class BrokenPlugin:
     details: str = ""  # the traceback, or an empty string
     #: of a filter that was refused, its Python name and its name in menus; empty if the whole plugin failed
     names: tuple[str, ...] = ()
-    source: str = field(default="", repr=False)  # the text of the module of a plugin that failed, if it can be read
 
     def __str__(self) -> str:
         return f"plugin {self.entry_point.partition('=')[0].strip()!r} of {self.distribution} cannot be used: {self.reason}"
-
-    def declares(self, name: str) -> bool:
-        """Whether it declares a filter of that name, as far as its source shows."""
-        if self.names:
-            return name in self.names
-        return re.search(rf"\bdef {re.escape(name)}\(|([\"']){re.escape(name)}\1", self.source) is not None
 
 
 def _plugins(broken: list[BrokenPlugin]) -> Iterator[tuple[str, str, tuple[Filter, ...]]]:
@@ -57,7 +47,7 @@ def _plugins(broken: list[BrokenPlugin]) -> Iterator[tuple[str, str, tuple[Filte
             filters = _declared(entry.load())
         except (Exception, SystemExit) as error:
             reason, details = f"{type(error).__name__}: {error}", traceback.format_exc()
-            broken.append(BrokenPlugin(distribution, text, reason, details, source=_source(entry.value.partition(":")[0])))
+            broken.append(BrokenPlugin(distribution, text, reason, details))
             continue
         if filters:
             yield distribution, text, filters
@@ -70,24 +60,6 @@ def _declared(loaded: object) -> tuple[Filter, ...]:
     return tuple({id(f): f for f in declared}.values())  # each once, even if its module binds it to several names
 
 
-def _source(module: str) -> str:
-    """The text of a module that failed to load, which is not run; empty if it cannot be read."""
-    try:
-        spec = importlib.util.find_spec(module)
-        return "" if spec is None or spec.origin is None else Path(spec.origin).read_text("utf-8")
-    except (Exception, SystemExit):
-        return ""
-
-
-def _name(distribution: importlib.metadata.Distribution) -> str | None:
-    """The name of a package; None if it has no metadata or no name there."""
-    try:
-        metadata = distribution.metadata
-    except FileNotFoundError:  # raised by the library importlib_metadata, once something has imported it
-        return None
-    return metadata["Name"] if "Name" in metadata else None  # noqa: SIM401 - it promises no get() before 3.12
-
-
 def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metadata.EntryPoint]]:
     by_name: dict[str, list[importlib.metadata.EntryPoint]] = {}
     for distribution in importlib.metadata.distributions():
@@ -97,7 +69,7 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
             text = distribution.read_text("entry_points.txt")
             if not text or ENTRY_POINT_GROUP not in text:
                 continue
-            name = _name(distribution) or place
+            name = distribution.metadata["Name"] if "Name" in distribution.metadata else place  # noqa: SIM401 - no get() before 3.12
             if name in by_name:
                 continue  # the same package further down sys.path
             entries = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
@@ -145,8 +117,8 @@ def find_filter(name: str) -> Filter:
     If another filter of that name was refused, a warning is logged once.
 
     Raises:
-        UnknownNameError: there is none. If a plugin that may declare it cannot be used, message and attribute `cause` name the
-            plugin and its error; else message and attribute `suggestion` give the nearest name of the same kind.
+        UnknownNameError: there is none. Attribute `suggestion` is the nearest name of the same kind, `cause` names the plugins
+            that cannot be used and their errors; the message has both.
     """
     registry = _load()
     try:
@@ -168,9 +140,7 @@ def reload_plugins() -> None:
 
 def _unknown(name: str, registry: _Registry) -> UnknownNameError:
     """The error for a name without a filter."""
-    suspects = [broken for broken in registry.broken if broken.declares(name)]
-    if suspects:
-        why = "; ".join(map(str, suspects))
+    if why := "; ".join(str(broken) for broken in registry.broken if name in broken.names):
         return UnknownNameError(f"filter {name!r} is not available: {why}", cause=why)
     near = _nearest(name, registry.by_any_name)
     hint = f"; did you mean {near!r}?" if near else "; `pymeshfair list filters` shows all"

@@ -320,9 +320,9 @@ def test_ids_of_layers_in_scripts_are_those_without_additions() -> None:
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        ({"added_faces": np.array([[0, 1, 4]])}, r"1 added_faces with indices outside 0 to 3, first in row 0: \[0, 1, 4\]"),
-        ({"added_faces": np.array([[0, 1, 2], [0, -1, 2]])}, r"outside 0 to 3, first in row 1: \[0, -1, 2\]"),
-        ({"added_faces": np.array([[0, 1, 1]])}, r"1 added_faces with the same vertex twice, first in row 0: \[0, 1, 1\]"),
+        ({"added_faces": np.array([[0, 1, 4]])}, r"1 added_faces .* indices from 0 to 3, first in row 0: \[0, 1, 4\]"),
+        ({"added_faces": np.array([[0, 1, 2], [0, -1, 2]])}, r"from 0 to 3, first in row 1: \[0, -1, 2\]"),
+        ({"added_faces": np.array([[0, 1, 1]])}, r"1 added_faces .* three different .*, first in row 0: \[0, 1, 1\]"),
         ({"added_faces": np.array([[0.0, 1.0, 2.0]])}, r"shape \(1, 3\) and type float64; they must be \(b, 3\) whole numbers"),
         ({"added_faces": np.array([0, 1, 2])}, r"added_faces of shape \(3,\)"),
         ({"added_vertices": np.zeros((2, 2))}, r"added_vertices of shape \(2, 2\); this mesh needs \(2, 3\)"),
@@ -374,7 +374,7 @@ def test_an_attribute_that_meshlab_cannot_compute_with_stops_an_addition_before_
     meshes = named(name, element, kind)
     before = everything(meshes)
     monkeypatch.setattr(Workbench, "apply", lambda *_, **__: pytest.fail("a filter was applied"))
-    with pytest.raises(MeshError, match=f"custom {element} attribute {name!r}; .* may have the letters a to z, digits and _"):
+    with pytest.raises(MeshError, match=f"custom {element} attribute {name!r}: .* letters a to z, digits and _"):
         meshes.apply_step(give_back(Edit(added_vertices=np.ones((1, 3)))))
     assert differences(before, everything(meshes)) == []
 
@@ -384,7 +384,7 @@ def test_an_attribute_that_hides_a_variable_of_meshlab_stops_an_addition_before_
     """A custom attribute called as what the expressions ask for is named, and the mesh stays as it was."""
     meshes = named(name, element, "scalar")
     before = everything(meshes)
-    with pytest.raises(MeshError, match=f"custom {element} attribute {name!r}; it hides"):
+    with pytest.raises(MeshError, match=f"custom {element} attribute {name!r}: .* no words of its expressions"):
         meshes.apply_step(give_back(Edit(added_vertices=np.ones((1, 3)))))
     assert differences(before, everything(meshes)) == []
 
@@ -408,7 +408,7 @@ def test_an_attribute_whose_spelling_is_not_found_is_named() -> None:
     """Of a long name with capitals in odd places MeshLab tells too little; the mesh stays as it was."""
     meshes = named("vEry_lOng_nAme_with_odd_cApitals", "face", "scalar")
     before = everything(meshes)
-    with pytest.raises(MeshError, match="attribute 'very_long_name_with_odd_capitals'; MeshLab lists it in lower case"):
+    with pytest.raises(MeshError, match="attribute 'very_long_name_with_odd_capitals': MeshLab computes with names"):
         meshes.apply_step(give_back(Edit(added_vertices=np.ones((1, 3)))))
     assert differences(before, everything(meshes)) == []
 

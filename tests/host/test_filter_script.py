@@ -15,7 +15,7 @@ from pymeshfair import Recipe
 from pymeshfair.declaration import Edit, FilterClass, Layer, Length, mesh_filter
 from pymeshfair.errors import PymeshfairError, StepFailedError
 from pymeshfair.meshlab.errors import FilterFailedError, ScriptStepFailedError
-from pymeshfair.meshset import MeshSet, layers
+from pymeshfair.meshset import MeshSet, filter_runner
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Script, ScriptError, Step, read_script, write_script
 from pymeshfair.write_back import write_edit
@@ -42,7 +42,7 @@ def write_backs(monkeypatch: pytest.MonkeyPatch) -> list[Edit]:
 
         return write
 
-    monkeypatch.setattr(layers, "write_edit", recorder(write_edit))
+    monkeypatch.setattr(filter_runner, "write_edit", recorder(write_edit))
     return told
 
 

@@ -11,8 +11,7 @@ import pytest
 from pymeshfair.declaration import Edit
 from pymeshfair.errors import StepFailedError
 from pymeshfair.meshlab.errors import FilterParameterError, UnknownLayerError
-from pymeshfair.meshset.filter_runner import FilterRunner
-from pymeshfair.meshset.layers import Layers
+from pymeshfair.meshset.filter_runner import FilterRunner, Layers
 from pymeshfair.meshset.script_log import ScriptLog
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Step

@@ -233,7 +233,7 @@ def test_edges_are_not_left_without_ends() -> None:
     chain = np.array([[0, 1], [1, 2]])
     meshes = MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=np.eye(4, 3), edge_matrix=chain))
-    with pytest.raises(pymeshlab.PyMeshLabException, match="cannot delete edges, so the 2 edges"):
+    with pytest.raises(pymeshlab.PyMeshLabException, match=r"the 2 edges of .* would lose an end"):
         meshes.apply_step(give_back(Edit(delete_vertices=np.array([False, True, False, False]))))
     assert meshes.current_mesh().vertex_number() == 4
     meshes.apply_step(give_back(Edit(delete_vertices=np.array([False, False, False, True]))))

@@ -177,7 +177,7 @@ def documents() -> Iterator[Case]:
     yield Case("count.dae", collada(count=900).encode(), "declares 900 numbers, but has 9")
     yield Case("accessor.dae", collada(accessor=300).encode(), "takes 300 values of 9 numbers")
     yield Case("corner.dae", collada(corners="0 1 3").encode(), "number 3 of the corners.*is 3, which is none of 3")
-    yield Case("cut.dae", collada(corners="0 1").encode(), "take 3 indices, but 2 are there")
+    yield Case("cut.dae", collada(corners="0 1").encode(), "declares 1 triangles, but has 0")
     yield Case("word.dae", collada(points="0 0 0 1 0 0 0 1 x").encode(), "'x' among .*is no number")
     yield Case("comma.dae", collada(points="0,5 0 0 1 0 0 0 1 0").encode(), "'0,5' among .*is no number")
     yield Case("elsewhere.dae", collada(url="other.dae#g").encode(), "which is no geometry of the document")

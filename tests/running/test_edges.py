@@ -60,7 +60,7 @@ def test_edges_are_kept_or_the_mesh_is_not_written(tmp_path: Path, curves: Path,
     assert report["warnings"] == []
     staged = staged_files(report)[output.name]
     mesh = read_file(staged).mesh
-    np.testing.assert_allclose(mesh.vertices, POINTS, rtol=WRITABLE[extension].rounding[0], atol=1e-15)
+    np.testing.assert_allclose(mesh.vertices, POINTS, rtol=WRITABLE[extension].rounding, atol=1e-15)
     np.testing.assert_array_equal(mesh.edges, EDGES)
     if extension in ("ply", "obj"):
         vertices, edges, _ = read_edges(staged)

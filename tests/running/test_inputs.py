@@ -175,7 +175,7 @@ def test_a_material_file_is_read_up_to_a_limit(tmp_path: Path, monkeypatch: pyte
         ("bomb.off", b"OFF\n1000000000 1000000000 0\n0 0 0\n", "lines follow"),
         ("bomb.stl", bytes(80) + struct.pack("<I", 10**9) + bytes(50), "take 50,000,000,084 bytes"),
         ("bad.ply", b"not a ply", "does not begin"),
-        ("bad.glb", b"glTF" + bytes(8) + struct.pack("<I", 2**32 - 1) + b"JSON{", "version 0, not 2"),
+        ("bad.glb", b"glTF" + bytes(8) + struct.pack("<I", 2**32 - 1) + b"JSON{", "declares 0 bytes, but has 21"),
         ("bad.gltf", b"[1]", "no glTF document"),
     ],
 )

@@ -12,14 +12,15 @@ import pytest
 
 from pymeshfair.errors import StepFailedError
 from pymeshfair.files.staging import STAGE_PREFIX, staging_folder
-from pymeshfair.operating_system import FORCE_PORTABLE, Portable, Posix, this_system
+from pymeshfair.operating_system import FORCE_PORTABLE, System, this_system
 from pymeshfair.running.errors import RunTimeout, WorkerDied
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
 
 from .runs import BONE, CRASHES, SLOW, SMOOTH, names_in, recipe_of
 
-SYSTEMS = [Portable(), pytest.param(Posix(), marks=pytest.mark.skipif(os.name != "posix", reason="needs POSIX"))]
+NEEDS_POSIX = pytest.mark.skipif(os.name != "posix", reason="needs POSIX")
+SYSTEMS = [System(is_posix=False), pytest.param(System(is_posix=True), marks=NEEDS_POSIX)]
 
 
 @pytest.fixture
@@ -30,21 +31,16 @@ def portable(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_system_is_that_of_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     """POSIX is used where it is, the fallback elsewhere and where the environment says so."""
-    assert type(this_system()) is (Posix if os.name == "posix" else Portable)
+    assert this_system().is_posix == (os.name == "posix")
     monkeypatch.setenv(FORCE_PORTABLE, "1")
-    assert type(this_system()) is Portable
+    assert not this_system().is_posix
     monkeypatch.delenv(FORCE_PORTABLE)
     monkeypatch.setattr(os, "name", "nt")
-    assert type(this_system()) is Portable
-
-
-def test_both_have_the_same_methods() -> None:
-    """POSIX adds no method that the fallback lacks, so no caller can depend on one."""
-    assert set(vars(Posix)) - {"__doc__", "__module__"} <= set(vars(Portable))
+    assert not this_system().is_posix
 
 
 @pytest.mark.parametrize("system", SYSTEMS, ids=["portable", "posix"])
-def test_a_child_is_seen_to_run_and_to_end(system: Portable) -> None:
+def test_a_child_is_seen_to_run_and_to_end(system: System) -> None:
     """A child runs until it is killed, and is gone afterwards."""
     program = [sys.executable, "-c", "input()"]
     with subprocess.Popen(program, stdin=subprocess.PIPE, **system.own_session()) as child:
@@ -57,7 +53,7 @@ def test_a_child_is_seen_to_run_and_to_end(system: Portable) -> None:
 
 
 @pytest.mark.parametrize("system", SYSTEMS, ids=["portable", "posix"])
-def test_files_and_folders_are_flushed_and_moved(system: Portable, tmp_path: Path) -> None:
+def test_files_and_folders_are_flushed_and_moved(system: System, tmp_path: Path) -> None:
     """A file and a folder can be flushed; a file held open gets its new name, or a second one has it."""
     with (tmp_path / "new").open("xb") as file:
         system.move_open_file(file, tmp_path / "new", tmp_path / "old")

@@ -13,7 +13,7 @@ from pymeshfair.files.errors import OutputError
 from pymeshfair.files.outputs import MadeFrom, check_output, material_path
 from pymeshfair.files.provenance import SCHEMA, described_file, provenance_path
 from pymeshfair.files.writing import StagedFile, place, stage_file
-from pymeshfair.operating_system import Posix, this_system
+from pymeshfair.operating_system import System
 
 
 @pytest.fixture
@@ -43,7 +43,7 @@ def check(output: Path, source: Path, *, overwrite: bool = False) -> None:
         ("scan.ply/out.ply", "the folder .*scan.ply is no folder"),
         (
             "out.docx",
-            r"'.docx' is no format for it; name a file that ends with .ply, .obj, .off, .stl, .glb, .3mf, .wrl, .las, .xyz",
+            r"'.docx' is no format for it; name a file that ends with .ply, .obj, .off, .stl, .glb, .3mf, .wrl, .las, .laz, .xyz",
         ),
         ("out", "it has no extension that says the format"),
         ("folder.ply", "there is a folder"),
@@ -174,20 +174,20 @@ def test_or_none_of_them(
     for name, data in before.items():
         (tmp_path / name).write_bytes(data)
     moves = iter(range(100))
-    replace, flush_ = Path.replace, Posix.flush
+    replace, flush_ = Path.replace, System.flush
 
     def failing_replace(self: Path, target: Path) -> Path:
         if self.parent == stage and next(moves) == step:
             raise error
         return replace(self, target)
 
-    def failing_flush(self: Posix, path: Path) -> None:
+    def failing_flush(self: System, path: Path) -> None:
         if step == 3:
             raise error
         flush_(self, path)
 
     monkeypatch.setattr(Path, "replace", failing_replace)
-    monkeypatch.setattr(type(this_system()), "flush", failing_flush)
+    monkeypatch.setattr(System, "flush", failing_flush)
     with pytest.raises(OutputError if isinstance(error, OSError) else KeyboardInterrupt):
         put_in_place(stage, tmp_path)
     assert contents(tmp_path) == before

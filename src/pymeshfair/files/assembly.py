@@ -1,4 +1,4 @@
-"""Parts of a scene, each placed by a matrix, as one mesh; and polygons with values at their corners as such a part."""
+"""Parts of a scene, each placed by a matrix, as one mesh; polygons with values at their corners as such a part."""
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filters.geometry import vertex_normals_by_angle
+from ..filters.geometry import unit_vectors, vertex_normals_by_angle
 from ..filters.topology import proper_faces
 from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError
 from .indices import check_range
+from .inputs import Reading
 from .polygons import triangulated
-from .reading import Reading
 from .references import References
 
 #: placements, and vertices and faces of all of them together, of one file
@@ -61,6 +61,51 @@ class Assembly:
         """The part ends."""
         self._open.discard(part)
 
+    def polygons(
+        self,
+        vertices: NDArray[np.float64],
+        corners: NDArray[np.int64],
+        lengths: NDArray[np.int64],
+        what: str,
+        of_corners: Mapping[str, NDArray[Any]],
+        of_polygons: Mapping[str, NDArray[Any] | None],
+    ) -> MeshData:
+        """A part made of polygons; what of it a mesh cannot hold is added to `lost`.
+
+        Args:
+            vertices: (n, 3) coordinates.
+            corners: (c,) indices of vertices, those of one polygon after those of another.
+            lengths: (p,) how many corners each polygon has.
+            what: the corners in a message.
+            of_corners: ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); normals
+                and colours become those of vertices if they are the same at all corners there, else colours those of faces if
+                possible. A row of nan says nothing.
+            of_polygons: attributes of polygons, (p, ...). If ``texture`` is -1 in all, there are no texture coordinates either.
+        """
+        check_range(corners, 0, len(vertices), what)
+        if (lengths < 3).any():
+            k = int(np.argmax(lengths < 3))
+            raise ContentsError(f"{what}: face {k + 1:,} has {lengths[k]} corners")
+        places, of_polygon, face = triangulated(vertices[corners], np.arange(len(corners)), lengths)
+        rows = np.arange(len(lengths)) if of_polygon is None else of_polygon
+        is_bare = "texture" in of_polygons and bool(np.all(np.asarray(of_polygons["texture"]) < 0))
+        left_out = ("texture", "wedge_texture_coordinates") if is_bare else ()
+        face |= {name: v[rows] for name, v in of_polygons.items() if v is not None and name not in left_out}
+        vertex: dict[str, NDArray[Any]] = {}
+        for name, values in of_corners.items():
+            if name in left_out or np.isnan(values).all():
+                continue
+            if name == "wedge_texture_coordinates":
+                face[name] = np.nan_to_num(values[places])
+            elif (own := _of_vertices(values, corners, len(vertices))) is not None:
+                vertex[name] = levels(own) if name == "colors" else np.nan_to_num(own)
+            elif name == "colors" and ((all_levels := levels(values)[places]) == all_levels[:, :1]).all():
+                face["colors"] = all_levels[:, 0]
+            else:
+                self.lost[f"{'colours' if name == 'colors' else name} that differ at one vertex from face to face"] = None
+        faces = corners[places].astype(np.int32)
+        return MeshData(vertices=vertices, faces=faces, vertex_attributes=vertex, face_attributes=face)
+
     def place(self, part: MeshData, matrix: NDArray[np.float64]) -> None:
         """Add a part, placed by a (4, 4) matrix."""
         self._elements += len(part.vertices) + len(part.faces)
@@ -80,8 +125,9 @@ class Assembly:
         return self._numbers[name]
 
     def reading(self, path: Path, format: str, extras: Iterable[str], unit: str | None = None) -> Reading:
-        """All parts as one mesh, in the order in which they were placed."""
-        return Reading(replace(self._mesh(), unit=unit, source=Source(path, format, extras=tuple(extras))))
+        """All parts as one mesh, in the order in which they were placed; `extras` are contents besides those in `lost`."""
+        source = Source(path, format, extras=(*extras, *self.lost))
+        return Reading(replace(self._mesh(), unit=unit, source=source))
 
     def _mesh(self) -> MeshData:
         parts = [_placed(*part) for part in self._parts] or [MeshData(vertices=np.empty((0, 3)))]
@@ -106,52 +152,6 @@ class Assembly:
             keeps_normals="normals" in vertex,
             textures=tuple(self.textures),
         )
-
-
-def polygons(
-    vertices: NDArray[np.float64],
-    corners: NDArray[np.int64],
-    lengths: NDArray[np.int64],
-    what: str,
-    *,
-    of_corners: Mapping[str, NDArray[Any] | None] | None = None,
-    of_polygons: Mapping[str, NDArray[Any] | None] | None = None,
-) -> tuple[MeshData, list[str]]:
-    """A part made of polygons, and what of it a mesh cannot hold, in words.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        corners: (c,) indices of vertices, those of one polygon after those of another.
-        lengths: (p,) how many corners each polygon has.
-        what: the corners in a message.
-        of_corners: ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); normals
-            and colours become those of vertices if they are the same at all corners there, else colours those of faces if
-            possible. A row of nan says nothing.
-        of_polygons: attributes of polygons, (p, ...).
-    """
-    check_range(corners, 0, len(vertices), what)
-    if (lengths < 3).any():
-        k = int(np.argmax(lengths < 3))
-        raise ContentsError(f"{what}: face {k + 1:,} has {lengths[k]} corners")
-    places, of_polygon, face = triangulated(vertices[corners], np.arange(len(corners)), lengths)
-    rows = np.arange(len(lengths)) if of_polygon is None else of_polygon
-    face = {name: values[rows] for name, values in (of_polygons or {}).items() if values is not None} | face
-    vertex: dict[str, NDArray[Any]] = {}
-    lost = []
-    for name, values in (of_corners or {}).items():
-        if values is None:
-            continue
-        if name == "wedge_texture_coordinates":
-            face[name] = np.nan_to_num(values[places])
-        elif (own := _of_vertices(values, corners, len(vertices))) is not None:
-            vertex[name] = levels(own) if name == "colors" else np.nan_to_num(own)
-        elif name == "colors" and ((all_levels := levels(values)[places]) == all_levels[:, :1]).all():
-            face["colors"] = all_levels[:, 0]
-        else:
-            lost.append(f"{'colours' if name == 'colors' else name} that differ at one vertex from face to face")
-    return MeshData(
-        vertices=vertices, faces=corners[places].astype(np.int32), vertex_attributes=vertex, face_attributes=face
-    ), lost
 
 
 def triangles_of(corners: NDArray[np.int64], lengths: NDArray[np.int64], *, fans: bool) -> NDArray[np.int64]:
@@ -202,9 +202,7 @@ def _placed(part: MeshData, matrix: NDArray[np.float64]) -> MeshData:
         side = np.sign(np.dot(a, np.cross(b, c)))
         if (normals := part.vertex_attributes.get("normals")) is not None:
             cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)]) * (side or 1.0)
-            normals = normals @ cofactors.T
-            lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-            placed = placed.with_attributes({"normals": normals / np.where(lengths > 0, lengths, 1.0)})
+            placed = placed.with_attributes({"normals": unit_vectors(normals @ cofactors.T)})
     return turned_over(placed) if side < 0 else placed
 
 

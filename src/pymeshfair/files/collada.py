@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData
-from .assembly import Assembly, polygons, triangles_of, unit_of
+from .assembly import Assembly, levels, triangles_of, unit_of
 from .errors import ContentsError
 from .indices import check_range, indices, numbers
-from .reading import Reading
+from .inputs import Reading
 from .references import References, shown
 from .xml_document import read_tree
 
@@ -42,7 +42,6 @@ def read_collada(path: Path, references: References) -> Reading:
     extras = [f"{kind}s" for kind in _LOST if kind in kinds]
     extras += [f"its unit of {metres:g} m"] if unit_of(metres) is None else []
     extras += [f"its upright axis {shown(axis, 30)}"] if axis != "Y_UP" else []
-    extras += reader.assembly.lost
     return reader.assembly.reading(path, "dae", extras, None if unit is None else unit_of(metres))
 
 
@@ -168,18 +167,13 @@ class _Reader:
                 values[attribute].append(one)
             textures.append(np.full(len(counts), look.texture))
             colours.append(np.tile(look.colour or (1.0,) * 4, (len(counts), 1)))
-        joined = {n: np.concatenate(v) if v and not np.isnan(np.concatenate(v)).all() else None for n, v in values.items()}
-        shades, numbered = np.concatenate(colours), np.concatenate(textures)
-        if (numbered < 0).all():
-            joined["wedge_texture_coordinates"] = None
-        of_polygons = {"texture": numbered.astype(np.int32) if (numbered >= 0).any() else None}
-        if joined["colors"] is None and (shades != 1.0).any():
-            of_polygons["colors"] = np.rint(255 * np.clip(shades, 0, 1)).astype(np.uint8)
+        of_corners = {name: np.concatenate(each) for name, each in values.items() if each}
+        of_polygons: dict[str, NDArray[Any]] = {"texture": np.concatenate(textures).astype(np.int32)}
+        shades = np.concatenate(colours)
+        if np.isnan(of_corners.get("colors", np.nan)).all() and (shades != 1.0).any():
+            of_polygons["colors"] = levels(shades)
         what = f"the corners of its mesh {shown(name)}"
-        part, lost = polygons(
-            points, np.concatenate(corners), np.concatenate(lengths), what, of_corners=joined, of_polygons=of_polygons
-        )
-        self.assembly.lost |= dict.fromkeys(lost)
+        part = self.assembly.polygons(points, np.concatenate(corners), np.concatenate(lengths), what, of_corners, of_polygons)
         return replace(part, edges=np.concatenate(edges))
 
     def _values(self, part: Element, semantic: str) -> NDArray[np.float64]:
@@ -279,15 +273,11 @@ def _corners(p: Element, stride: int, own: int) -> tuple[NDArray[np.int64], NDAr
     table = np.concatenate([np.empty(0, np.int64), *lists])
     if kind in ("triangles", "lines"):
         each = 3 if kind == "triangles" else 2
-        lengths = np.full(min(count, len(table)), each)
-        if len(table) != count * each * stride:
-            raise ContentsError(f"its {count:,} {kind} take {count * each * stride:,} indices, but {len(table):,} are there")
+        lengths = np.full(len(table) // (each * stride), each)
     elif kind == "polylist":
         lengths = indices(" ".join(c.text or "" for c in p.iterfind("vcount")), "the numbers of corners")
     else:
         lengths = np.array([len(corners) // stride for corners in lists], np.int64)
-        if any(len(corners) % stride for corners in lists):
-            raise ContentsError(f"one of its {kind} has no whole number of corners")
     if len(lengths) != count or (lengths < 0).any():
         raise ContentsError(f"it declares {count:,} {kind}, but has {len(lengths):,}")
     if len(table) != int(lengths.sum()) * stride:

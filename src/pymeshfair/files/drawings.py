@@ -61,7 +61,8 @@ def write_svg(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     low, size = np.delete(used, axis, axis=1), np.delete(sizes, axis)
     left, top = low[:, 0].min(), -low[:, 1].max()
     unit = mesh.unit if mesh.unit in _UNITS else ""
-    paths = "\n".join(f'<path d="{_path(flat[curve].tolist(), is_closed=curve[0] == curve[-1])}"/>' for curve in curves)
+    places = [("L".join(f"{x!r},{y!r}" for x, y in flat[c].tolist()), "Z" if c[0] == c[-1] else "") for c in curves]
+    paths = "\n".join(f'<path d="M{line}{end}"/>' for line, end in places)
     target.write(
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{size[0]:.9g}{unit}" height="{size[1]:.9g}{unit}" '
         f'viewBox="{left:.9g} {top:.9g} {size[0]:.9g} {size[1]:.9g}" overflow="visible">\n'
@@ -70,10 +71,6 @@ def write_svg(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     if sizes[axis] <= _FLAT * sizes.max():
         return ()
     return (f"the coordinate {'xyz'[axis]} of the curves, which extends over {sizes[axis]:.3g}, is left out; .dxf keeps it",)
-
-
-def _path(places: list[list[float]], *, is_closed: bool) -> str:
-    return f"M{'L'.join(f'{x!r},{y!r}' for x, y in places)}{'Z' if is_closed else ''}"
 
 
 def _curves(mesh: MeshData) -> list[list[int]]:

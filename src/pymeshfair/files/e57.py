@@ -15,7 +15,7 @@ from ..mesh_data import MeshData, Source
 from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES
 from .errors import ContentsError
 from .formats import MISSING_PYE57
-from .reading import Reading
+from .inputs import Reading
 from .references import References
 
 _PLACE = ("cartesianX", "cartesianY", "cartesianZ")

@@ -1,11 +1,12 @@
-"""The mesh files that a run reads and writes, and the contents that each format holds."""
+"""The mesh files that a run reads and writes: by whom, and the contents that each format holds."""
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..errors import missing_package
 
@@ -18,13 +19,6 @@ ATTRIBUTES = (
     *("face colours", "face scalars", "wedge texture coordinates", "textures", "custom attributes"),
     *("vertex opacities", "face opacities", "vertex radii", "polygons"),
 )
-#: formats that are read here, strictly and to their last byte
-READABLE = (
-    *("ply", "obj", "stl", "off", "3mf", "glb", "gltf", "dae", "wrl", "x3d", "x3dv"),
-    *("xyz", "pts", "asc", "txt", "apts", "ptx", "las", "laz", "e57"),
-)
-#: those whose files may say the unit of their coordinates
-WITH_UNIT = ("3mf", "glb", "gltf", "dae", "las", "laz", "e57")
 #: formats that MeshLab's own readers alone know; they believe whatever a file says
 UNCHECKED = ("3ds", "ctm", "qobj", "tri", "bre")
 #: messages where the package for E57 files, or for LAS and LAZ files, is not installed
@@ -33,11 +27,20 @@ MISSING_PYE57, MISSING_LASPY = missing_package("pye57", "e57"), missing_package(
 
 @dataclass(frozen=True)
 class Format:
-    """One kind of file that a run writes."""
+    """One kind of file that a run reads or writes."""
 
-    extension: str  # without the dot, in lower case; the first of those that it has
-    rounding: tuple[float, float]  # how far writing moves a coordinate at most, as a share of its amount, and in units besides
-    holds: frozenset[str]  # the `ATTRIBUTES` that it keeps; everything else that a mesh has is named in a warning
+    extensions: tuple[str, ...]  # without the dot, in lower case
+    reader: str = ""  # the module and the function that reads it, strictly and to its last byte; empty if none does
+    writer: str = ""  # the same of writing
+    holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that it keeps; everything else that a mesh has is named in a warning
+    rounding: float = 0.0  # how far writing moves a coordinate at most, as a share of its amount
+    begin: tuple[str, str] | None = None  # a pattern of its first bytes, in Latin-1, and their name in messages
+    has_unit: bool = False  # whether a file may say the unit of its coordinates
+
+    @property
+    def extension(self) -> str:
+        """The first of its extensions."""
+        return self.extensions[0]
 
     def lost(self, present: set[str]) -> list[str]:
         """The `ATTRIBUTES` among `present` that such a file does not keep."""
@@ -49,36 +52,44 @@ class Format:
 
 #: formats whose vertices have texture coordinates only if the corners of faces have none
 _ONE_PLACE = ("obj", "glb")
+_FLOAT = 2.0**-24
+_OBJ = frozenset(ATTRIBUTES) - {"vertex scalars", "face scalars", "custom attributes", "vertex radii"}
+_OBJ -= {"vertex opacities", "face opacities"}
+_COLOURS = frozenset(("faces", "vertex colours", "face colours", "vertex opacities", "face opacities"))
+_OFF = _COLOURS | {"edges", "vertex normals", "vertex texture coordinates", "polygons"}
+_GLB = (_OBJ | _COLOURS) - {"polygons"}
+_POINTS = frozenset(("vertex normals", "vertex colours", "custom attributes"))  # or named by the writer
+_LAS = _POINTS | {"vertex scalars", "vertex radii"}
+_XML = (r"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff", "'<'")
+_EDGES = frozenset(("edges",))
+FORMATS = (
+    Format(("ply",), "ply.read_ply", "ply_write.write_ply", frozenset(ATTRIBUTES), begin=(r"ply\s", "'ply'")),
+    Format(("obj",), "obj.read_obj", "obj_write.write_obj", _OBJ),
+    Format(("off",), "off.read_off", "off.write_off", _OFF),
+    Format(("stl",), "stl.read_stl", "stl.write_stl", frozenset(("faces", "face colours")), _FLOAT),
+    Format(("glb",), "gltf.read_gltf", "gltf_write.write_glb", _GLB, _FLOAT, ("glTF", "'glTF'"), has_unit=True),
+    Format(("gltf",), "gltf.read_gltf", has_unit=True),
+    Format(("3mf",), "three_mf.read_3mf", "three_mf.write_3mf", _COLOURS, begin=("PK", "'PK'"), has_unit=True),
+    Format(("dae",), "collada.read_collada", begin=_XML, has_unit=True),
+    Format(("wrl",), "vrml.read_vrml", "vrml.write_vrml", frozenset(("faces", "vertex colours")), begin=("#VRML", "'#VRML'")),
+    Format(("x3d",), "vrml.read_x3d", begin=_XML),
+    Format(("x3dv",), "vrml.read_vrml"),
+    Format(("las", "laz"), "las.read_las", "las.write_las", _LAS, begin=("LASF", "'LASF'"), has_unit=True),
+    Format(("xyz", "pts", "asc", "txt"), "points.read_points", "points.write_points", _POINTS),
+    Format(("apts",), "points.read_points"),
+    Format(("ptx",), "points.read_ptx"),
+    Format(("e57",), "e57.read_e57", begin=("ASTM-E57", "'ASTM-E57'"), has_unit=True),
+    Format(("dxf",), writer="drawings.write_dxf", holds=_EDGES),
+    Format(("svg",), writer="drawings.write_svg", holds=_EDGES),
+)
+READABLE: Mapping[str, Format] = {e: f for f in FORMATS if f.reader for e in f.extensions}
+WRITABLE: Mapping[str, Format] = {e: f for f in FORMATS if f.writer for e in f.extensions}
 
 
-def _format(extension: str, rounding: tuple[float, float], *holds: str) -> Format:
-    assert set(holds) <= set(ATTRIBUTES)
-    return Format(extension, rounding, frozenset(holds))
-
-
-_OBJ = ("faces", "edges", "vertex normals", "vertex colours", "vertex texture coordinates", "wedge texture coordinates")
-_OFF = ("faces", "edges", "vertex normals", "vertex colours", "vertex opacities", "face colours", "face opacities")
-_POINTS = ("vertex normals", "vertex colours", "custom attributes")  # or named by the writer
-_EXACT, _FLOAT = (0.0, 0.0), 2.0**-24
-_FORMATS = {
-    f.extension: f
-    for f in (
-        _format("ply", _EXACT, *ATTRIBUTES),
-        _format("obj", _EXACT, *_OBJ, "face colours", "textures", "polygons"),
-        _format("off", _EXACT, *_OFF, "vertex texture coordinates", "polygons"),
-        _format("stl", (_FLOAT, 0.0), "faces", "face colours"),
-        _format("glb", (_FLOAT, 0.0), *_OBJ, "face colours", "vertex opacities", "face opacities", "textures"),
-        _format("3mf", _EXACT, "faces", "vertex colours", "face colours", "vertex opacities", "face opacities"),
-        _format("wrl", _EXACT, "faces", "vertex colours"),
-        _format("las", _EXACT, *_POINTS, "vertex scalars", "vertex radii"),
-        _format("xyz", _EXACT, *_POINTS),
-        _format("dxf", _EXACT, "edges"),
-        _format("svg", _EXACT, "edges"),
-    )
-}
-#: extensions of the same format as another
-_ALIKE = {"laz": "las", "pts": "xyz", "asc": "xyz", "txt": "xyz"}
-WRITABLE: Mapping[str, Format] = _FORMATS | {e: _FORMATS[f] for e, f in _ALIKE.items()}
+def load_function(name: str) -> Any:
+    """The function of a module of this package, ``module.function``."""
+    module, _, function = name.partition(".")
+    return getattr(importlib.import_module(f".{module}", __package__), function)
 
 
 def attributes_of(mesh: MeshData) -> set[str]:

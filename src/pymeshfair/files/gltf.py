@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData
-from .assembly import Assembly, levels, polygons, triangles_of
+from .assembly import Assembly, levels, triangles_of
 from .errors import ContentsError
-from .reading import Reading
+from .inputs import Reading
 from .references import References, check_image
 
 #: of how many parts a document may be: a million take a second to read
@@ -48,8 +48,7 @@ def read_gltf(path: Path, references: References) -> Reading:
         reader = _Reader(document, binary, references)
         with np.errstate(all="ignore"):
             reader.read_scene()
-        extras = (*_losses(document), *reader.assembly.lost)
-        reading = reader.assembly.reading(path, path.suffix[1:].lower(), extras, "m")
+        reading = reader.assembly.reading(path, path.suffix[1:].lower(), _losses(document), "m")
     except (KeyError, TypeError, AttributeError, ValueError, OverflowError, IndexError) as error:
         if isinstance(error, ContentsError):
             raise
@@ -64,26 +63,23 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
         return data, None
     if len(data) < 20:
         raise ContentsError("it is cut short")
-    version, length, text_length, kind = struct.unpack_from("<IIII", data, 4)
-    if kind == JSON and version != 2:
-        raise ContentsError(f"it is glTF of version {version}, not 2")
-    if kind != JSON:
-        raise ContentsError("it does not begin with a glTF document")
+    version, length = struct.unpack_from("<II", data, 4)
     if length != len(data):
         raise ContentsError(f"it declares {length:,} bytes, but has {len(data):,}")
-    if text_length > length - 20:
-        raise ContentsError(f"its document declares {text_length:,} bytes, but only {length - 20:,} follow")
-    text, position = data[20 : 20 + text_length], 20 + text_length
+    parts: list[tuple[int, bytes]] = []
+    position = 12
     while position + 8 <= length:
-        chunk_length, kind = struct.unpack_from("<II", data, position)
-        if chunk_length > length - position - 8:
-            raise ContentsError(f"a part of it declares {chunk_length:,} bytes, but only {length - position - 8:,} follow")
-        if kind == JSON:
-            raise ContentsError("it has two documents")
-        if kind == BINARY:
-            return text, data[position + 8 : position + 8 + chunk_length]
-        position += 8 + chunk_length
-    return text, None
+        size, kind = struct.unpack_from("<II", data, position)
+        position += 8
+        if size > length - position:
+            raise ContentsError(f"a part of it declares {size:,} bytes, but only {length - position:,} follow")
+        parts.append((kind, data[position : position + size]))
+        position += size
+    if parts[0][0] != JSON or version != 2:
+        raise ContentsError("it does not begin with a document of glTF 2")
+    if [kind for kind, _ in parts].count(JSON) > 1:
+        raise ContentsError("it has two documents")
+    return parts[0][1], next((part for kind, part in parts if kind == BINARY), None)
 
 
 class _Reader:
@@ -173,17 +169,14 @@ class _Reader:
             uvs.append(np.full((corners.size, 2), np.nan) if uv is None else uv[corners.ravel()])
             colours.append(np.tile(colour, (len(corners), 1)))
             textures.append(np.full(len(corners), texture, np.int32))
-        corners, numbers, shades = np.concatenate(faces), np.concatenate(textures), np.concatenate(colours)
-        part, _ = polygons(
+        corners, shades = np.concatenate(faces), np.concatenate(colours)
+        part = self.assembly.polygons(
             points,
             corners.ravel(),
             np.full(len(corners), 3),
             f"the corners of its mesh {k}",
-            of_corners={"wedge_texture_coordinates": np.concatenate(uvs) if (numbers >= 0).any() else None},
-            of_polygons={
-                "texture": numbers if (numbers >= 0).any() else None,
-                "colors": levels(shades) if (shades != 1.0).any() else None,
-            },
+            {"wedge_texture_coordinates": np.concatenate(uvs)},
+            {"texture": np.concatenate(textures), "colors": levels(shades) if (shades != 1.0).any() else None},
         )
         part = replace(part, edges=np.concatenate(edges))
         normals = self._attribute(k, attributes, "NORMAL") if "NORMAL" in attributes else None

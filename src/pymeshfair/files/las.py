@@ -19,7 +19,7 @@ from ..mesh_data import MeshData, Source
 from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES
 from .errors import ContentsError
 from .formats import MISSING_LASPY
-from .reading import Reading
+from .inputs import Reading
 from .references import References
 from .saving import WORTH_A_WARNING, Writing
 
@@ -194,10 +194,10 @@ def write_las_pieces(pieces: Callable[[], Iterator[MeshData]], target: BinaryIO)
 def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
     """Write the vertices of a mesh, with the header of the LAS file that they come from; compressed if the output is LAZ."""
     _laspy()
-    document = mesh.source.document if mesh.source is not None else None
+    document = mesh.document(LasDocument)
     notes: list[str] = []
-    header, records = _header(mesh, document if isinstance(document, LasDocument) else None, notes)
-    columns = _columns(mesh, document if isinstance(document, LasDocument) else None)
+    header, records = _header(mesh, document, notes)
+    columns = _columns(mesh, document)
     stored = _dimensions(header, columns, _Extent.of(mesh, columns), notes)
     _set_scale(header, mesh.vertices, writing, notes)
     rows = (slice(start, start + _CHUNK) for start in range(0, max(len(mesh.vertices), 1), _CHUNK))

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError, InputError
+from .inputs import Reading, unended
 from .obj_materials import Materials, find_material_files
 from .polygons import triangulated
-from .reading import Reading, unended
 from .references import References, shown
 from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, at_line, joined, numbers_of, refuse, tokenise, word
 
@@ -168,11 +168,8 @@ def _rows(
     """The lines of a keyword, how many numbers each has, one of some `widths`, and the numbers up to the least of these."""
     lines = lines_of(tokens, keyword.encode())
     counts = tokens.lengths[lines] - 1
-    wrong = ~np.isin(counts, widths)
-    if wrong.any():
-        k = int(np.argmax(wrong))
-        expected = " or ".join(str(w) for w in widths)
-        raise at_line(tokens, int(lines[k]), f"has {counts[k]} {'value' if counts[k] == 1 else 'values'} and not {expected}")
+    expected = " or ".join(map(str, widths))
+    refuse(tokens, lines, ~np.isin(counts, widths), f"has {{}} values and not {expected}", counts)
     return lines, counts, numbers_of(tokens, lines, 1, widths[0])
 
 

@@ -6,7 +6,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filters.geometry import vertex_normals_by_angle
+from ..filters.geometry import unit_vectors, vertex_normals_by_angle
 from ..mesh_data import MeshData
 from .equal_rows import are_equal, numbered
 from .obj import ObjDocument, lines_of
@@ -23,9 +23,7 @@ _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 
 def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
     """Write a mesh; the module says how."""
-    document = mesh.source.document if mesh.source is not None else None
-    if not isinstance(document, ObjDocument):
-        document = None
+    document = mesh.document(ObjDocument)
     normals, of_corners = _normals(mesh, document)
     if document is not None and document.materials.lines:
         writing.materials.append(document.materials.text(writing.textures))
@@ -50,9 +48,10 @@ def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[NDArray[np.f
     rows = slice(None) if mesh.vertex_ids is None else mesh.vertex_ids
     still = np.array_equal(mesh.vertices, read.vertices[rows]) and (mesh.vertex_ids is None or (mesh.vertex_ids >= 0).all())
     before = read.vertex_attributes.get("normals")
-    same = own is None or not mesh.keeps_normals or (before is not None and _are_parallel(own, before[rows]))
-    if not same:
-        return mesh.vertex_normals, mesh.faces.astype(np.int64)
+    if own is not None and mesh.keeps_normals:  # those in a file may have any length
+        same = before is not None and np.allclose(unit_vectors(own), unit_vectors(before[rows]), 0.0, 1e-7, equal_nan=True)
+        if not same:
+            return own, mesh.faces.astype(np.int64)
     named = document.corner_normals if mesh.face_ids is None else document.corner_normals[mesh.face_ids]
     if mesh.face_ids is not None:
         named[mesh.face_ids < 0] = -1
@@ -62,12 +61,6 @@ def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[NDArray[np.f
     points = mesh.vertices[mesh.faces.ravel()[firsts]]
     groups = groups.reshape(-1, 3)
     return vertex_normals_by_angle(points, groups.astype(np.int32)), groups
-
-
-def _are_parallel(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-    """Whether normals have the same directions; normals in a file may have any length."""
-    one, other = (n / np.where((length := np.linalg.norm(n, axis=1, keepdims=True)) > 0.0, length, 1.0) for n in (a, b))
-    return np.allclose(one, other, rtol=0.0, atol=1e-7, equal_nan=True)
 
 
 # ----------------------------------------------------------------------------------------------------------- original text

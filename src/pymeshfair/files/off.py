@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from ..mesh_data import MeshData, Source
 from .errors import ContentsError
+from .inputs import Reading, unended
 from .polygons import outlines, triangulated
-from .reading import Reading, unended
 from .references import References, shown
 from .saving import Writing
 from .texts import rows, runs

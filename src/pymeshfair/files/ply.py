@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError
+from .inputs import Reading, unended
 from .ply_header import PlyHeader, read_header
 from .ply_tables import Array, Lists, Table, binary_tables, text_tables
 from .polygons import triangulated
-from .reading import Reading, unended
 from .references import References
 from .tokens import Tokens
 
@@ -25,8 +25,12 @@ ALPHA, SCALAR, RADIUS = "alpha", "quality", "radius"
 TEXTURE = (("texture_u", "texture_v"), ("s", "t"), ("u", "v"))
 WEDGES, TEXTURE_NUMBER = "texcoord", "texnumber"
 EDGE = ("vertex1", "vertex2")
-#: properties that become attributes of `MeshData`; all others are custom ones
-_MEANT = {*PLACE, *NORMAL, *COLOR, ALPHA, SCALAR, RADIUS, *CORNERS, WEDGES, TEXTURE_NUMBER, *TEXTURE[0], *TEXTURE[1]}
+#: by element, the properties that become attributes of `MeshData` if all of a group are there; all others are custom ones
+_MEANT = {
+    "vertex": (PLACE, NORMAL, COLOR, (SCALAR,), (RADIUS,)),
+    "face": (COLOR, (SCALAR,), (TEXTURE_NUMBER,)),
+    "edge": (EDGE,),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +58,7 @@ class PlyDocument:
         table = self.tables.get(element)
         if table is None:
             return {}
-        meanings = meant(table)
-        return {name: c for name, c in table.columns.items() if name not in meanings and not isinstance(c, Lists)}
+        return {name: c for name, c in table.columns.items() if name not in meant(table) and not isinstance(c, Lists)}
 
 
 def read_ply(path: Path, references: References) -> Reading:
@@ -97,15 +100,14 @@ def read_ply(path: Path, references: References) -> Reading:
 
 def meant(table: Table) -> set[str]:
     """The properties of an element that become attributes of `MeshData`."""
-    names = set(table.columns) & _MEANT
-    groups = [PLACE, NORMAL, COLOR, *TEXTURE] if table.element.name == "vertex" else [COLOR]
-    for group in groups:
-        if any(table.numbers(name) is None for name in group):
-            names -= set(group)
-    if not set(COLOR) <= names:
-        names.discard(ALPHA)
-    if table.element.name != "vertex":
-        names -= {*PLACE, *NORMAL, RADIUS}
+    groups = [group for group in _MEANT.get(table.element.name, ()) if all(table.numbers(name) is not None for name in group)]
+    names = {name for group in groups for name in group}
+    if COLOR in groups and table.numbers(ALPHA) is not None:
+        names.add(ALPHA)
+    if table.element.name == "vertex":
+        names |= {*(texture_names(table) or ())}
+    elif table.element.name == "face":
+        names |= {name for name in (*CORNERS, WEDGES) if table.lists(name) is not None}
     return names
 
 
@@ -277,8 +279,7 @@ def _extras(document: PlyDocument) -> list[str]:
             extras += [] if taken else [f"element {element.name!r} ({element.count:,})"]
             continue
         table = document.tables[element.name]
-        meanings = meant(table) | ({*EDGE} if element.name == "edge" else set())
-        extras += [f"{element.name} property {str(p)!r}" for p in element.properties if p.name not in meanings]
+        extras += [f"{element.name} property {str(p)!r}" for p in element.properties if p.name not in meant(table)]
     comments = [c for c in document.header.comments if c and c != "VCGLIB generated" and not c.lower().startswith("texturefile")]
     if comments:
         extras.append(f"comment {comments[0][:60]!r}" + (f" and {len(comments) - 1} more" if len(comments) > 1 else ""))

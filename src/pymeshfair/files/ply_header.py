@@ -153,52 +153,36 @@ def _check_size(header: PlyHeader, file_size: int) -> None:
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
     """The header with these elements and the new names of textures by their old ones; all other lines as they were."""
     missing = {e.name: e for e in elements}
-    lines: list[bytes] = []
-    current: PlyElement | None = None
-    left: dict[str, PlyProperty] = {}
-    skipped = False
-    text, end = header.text, b"\n"
-
-    def add(line: str) -> None:
-        lines.append(line.encode("utf-8", "surrogateescape") + end)
-
-    for raw in re.findall(rb"[^\r\n]*(?:\r\n|\n|\r)", text):
-        end = raw[len(raw.rstrip(b"\r\n")) :]
-        line = raw.decode("utf-8", "surrogateescape").rstrip("\r\n")
-        words = line.split()
-        keyword = words[0] if words else ""
-        if keyword in ("element", "end_header"):
-            for p in left.values():
-                add(_declaration(p))
-            current, left, skipped = None, {}, False
-        if keyword == "end_header":
-            break
-        if keyword == "element":
-            current = missing.pop(words[1], None)
-            skipped = current is None
-            left = {} if current is None else {p.name: p for p in current.properties}
-            if current is not None and int(words[2]) != current.count:
-                add(f"element {current.name} {current.count}")
-                continue
-        elif keyword == "property" and current is not None:
-            new = left.pop(words[-1], None)
-            if new is None:
-                continue
-            if _plain(words[-2]) != new.type or (words[1] == "list" and _plain(words[2]) != new.count_type):
-                add(_declaration(new))
-                continue
-        elif keyword == "comment" and len(words) > 2 and words[1].lower() == "texturefile":
-            name = line.split(maxsplit=2)[2].strip()
-            if (new_name := (textures or {}).get(name, name)) != name:
-                add(f"comment {words[1]} {new_name}")
-                continue
-        if not skipped:
-            lines.append(raw)
+    left: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
+    is_kept, end = True, "\n"
+    lines: list[str] = []
+    for raw in header.text.splitlines(keepends=True):
+        new: str | None = raw.rstrip(b"\r\n").decode("utf-8", "surrogateescape")
+        words, end = str(new).split(), raw[len(raw.rstrip(b"\r\n")) :].decode()
+        if words[:1] in (["element"], ["end_header"]):
+            lines += [_declaration(p) + end for p in left.values()]
+            left, is_kept = {}, True
+        match words:
+            case ["end_header"]:
+                break
+            case ["element", name, count]:
+                element = missing.pop(name, None)
+                is_kept = element is not None
+                if element is not None:
+                    left = {p.name: p for p in element.properties}
+                    new = new if int(count) == element.count else f"element {name} {element.count}"
+            case ["property", *types, name] if is_kept:
+                p = left.pop(name, None)
+                same = p is not None and _declaration(p).split() == ["property", *map(_plain, types), name]
+                new = new if same else None if p is None else _declaration(p)
+            case ["comment", word, _, *_] if word.lower() == "texturefile" and textures:
+                name = str(new).split(maxsplit=2)[2].strip()
+                new = f"comment {word} {textures[name]}" if textures.get(name, name) != name else new
+        if is_kept and new is not None:
+            lines.append(new + end)
     for element in missing.values():
-        add(f"element {element.name} {element.count}")
-        for p in element.properties:
-            add(_declaration(p))
-    return b"".join((*lines, b"end_header", end))
+        lines += [f"element {element.name} {element.count}{end}", *(_declaration(p) + end for p in element.properties)]
+    return "".join((*lines, "end_header", end)).encode("utf-8", "surrogateescape")
 
 
 def _declaration(p: PlyProperty) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..filters.compilation import compiled
 from .errors import ContentsError
 from .ply_header import KINDS, SIZES, PlyElement, PlyHeader
-from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, tokenise
+from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, at_line, refuse, tokenise
 
 #: bytes that may follow the last row: ends of lines, and the padding of some programs
 PADDING = b" \t\r\n\0\x1a"
@@ -42,12 +42,16 @@ class Lists(NamedTuple):
         return Lists(self.values[indices_of_runs(starts, lengths)], lengths)
 
 
+#: (n,) values, or lists
+Column: TypeAlias = Array | Lists
+
+
 @dataclass(frozen=True, eq=False)
 class Table:
     """The rows of one element."""
 
     element: PlyElement  # its declaration in the header
-    columns: Mapping[str, Array | Lists]  # by property, (n,) values, or lists
+    columns: Mapping[str, Column]  # by property
     bytes: tuple[int, int] = (0, 0)  # where they begin and end in the file
     lines: NDArray[np.int64] | None = None  # (n,) the lines of a text that they are, as `Tokens` counts them
 
@@ -98,61 +102,22 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
 
 
 def _binary_table(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> Table:
-    lists = [p for p in element.properties if p.count_type]
-    if not element.count or not element.properties:
-        empty = np.empty(0, row_type(element, order, {p.name: 0 for p in lists}))
-        return Table(element, _columns(empty, element), (position, position))
-    # All rows may be like the first.
-    widths = _first_widths(data, position, element, order)
-    if widths is not None:
-        kind = row_type(element, order, widths)
-        end = position + element.count * kind.itemsize
-        if end <= len(data):
-            rows = np.frombuffer(data, kind, element.count, position)
-            if all((rows[f"{p.name} count"] == widths[p.name]).all() for p in lists):
-                return Table(element, _columns(rows, element), (position, end))
-    return _uneven_table(data, position, element, order)
-
-
-def _columns(rows: Array, element: PlyElement) -> dict[str, Array | Lists]:
-    columns: dict[str, Array | Lists] = {}
-    for p in element.properties:
-        column = rows[p.name]
-        if p.count_type:
-            columns[p.name] = Lists(column.reshape(-1), np.full(len(rows), column.shape[1] if column.ndim > 1 else 0, np.int64))
-        else:
-            columns[p.name] = column
-    return columns
-
-
-def _first_widths(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> dict[str, int] | None:
-    """The lengths of the lists of the row at a position; None if the file ends within it."""
-    widths = {}
-    for p in element.properties:
-        if p.count_type:
-            size = SIZES[p.count_type]
-            if position + size > len(data):
-                return None
-            count = float(np.frombuffer(data, order + KINDS[p.count_type], 1, position)[0])
-            position += size
-            if not (0 <= count <= (len(data) - position) // SIZES[p.type] and count == int(count)):
-                return None
-            widths[p.name] = int(count)
-        position += SIZES[p.type] * widths.get(p.name, 1)
-    return widths
-
-
-def _uneven_table(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> Table:
-    """Rows with lists of different lengths."""
     n, properties = element.count, element.properties
-    counts = np.array([SIZES[p.count_type] if p.count_type else 0 for p in properties])
-    kinds = np.array([ord(KINDS[p.count_type][0]) if p.count_type else 0 for p in properties])
-    sizes = np.array([SIZES[p.type] for p in properties])
-    places, lengths = np.empty((n, len(properties)), np.int64), np.empty((n, len(properties)), np.int64)
-    end = _walk(data, position, n, counts, kinds, sizes, order == ">", places, lengths)
-    if end < 0:
-        raise ContentsError(f"its element {element.name!r} is cut short, or a list in it has a length that cannot be")
-    columns: dict[str, Array | Lists] = {}
+    lists = [k for k, p in enumerate(properties) if p.count_type]
+    widths = {properties[k].name: 0 for k in lists}
+    if not n or not properties:
+        return Table(element, _columns(np.empty(0, row_type(element, order, widths)), element), (position, position))
+    if lists:  # all rows may be like the first
+        _, lengths, _ = _walked(data, position, element, order, 1)
+        widths = {properties[k].name: int(lengths[0, k]) for k in lists}
+    kind = row_type(element, order, widths)
+    end = position + n * kind.itemsize
+    if end <= len(data):
+        rows = np.frombuffer(data, kind, n, position)
+        if all((rows[f"{name} count"] == width).all() for name, width in widths.items()):
+            return Table(element, _columns(rows, element), (position, end))
+    places, lengths, end = _walked(data, position, element, order, n)
+    columns: dict[str, Column] = {}
     for k, p in enumerate(properties):
         kind = np.dtype(order + KINDS[p.type])
         at = places[:, k]
@@ -163,6 +128,31 @@ def _uneven_table(data: NDArray[np.uint8], position: int, element: PlyElement, o
         values = np.ascontiguousarray(each).view(kind)[:, 0]
         columns[p.name] = Lists(values, lengths[:, k].copy()) if p.count_type else values
     return Table(element, columns, (position, end))
+
+
+def _columns(rows: Array, element: PlyElement) -> dict[str, Column]:
+    columns: dict[str, Column] = {}
+    for p in element.properties:
+        column = rows[p.name]
+        if p.count_type:
+            columns[p.name] = Lists(column.reshape(-1), np.full(len(rows), column.shape[1] if column.ndim > 1 else 0, np.int64))
+        else:
+            columns[p.name] = column
+    return columns
+
+
+def _walked(
+    data: NDArray[np.uint8], position: int, element: PlyElement, order: str, n: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
+    """(n, p) the places and lengths of the properties of the first rows, one for a single value; the end of the last row."""
+    counts = np.array([SIZES[p.count_type] if p.count_type else 0 for p in element.properties])
+    kinds = np.array([ord(KINDS[p.count_type][0]) if p.count_type else 0 for p in element.properties])
+    sizes = np.array([SIZES[p.type] for p in element.properties])
+    places, lengths = np.empty((n, len(sizes)), np.int64), np.empty((n, len(sizes)), np.int64)
+    end = _walk(data, position, n, counts, kinds, sizes, order == ">", places, lengths)
+    if end < 0:
+        raise ContentsError(f"its element {element.name!r} is cut short, or a list in it has a length that cannot be")
+    return places, lengths, end
 
 
 @compiled
@@ -206,6 +196,7 @@ def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Token
     """The tables of what stands behind the header of a text, one row a line; and the text in tokens."""
     body = text.rstrip(PADDING)
     piece = tokenise(body)
+    piece = replace(piece, numbers=piece.numbers + len(header.text.splitlines()))
     if b"#" in body:
         raise ContentsError("it has comments behind its header")
     tables: dict[str, Table] = {}
@@ -216,7 +207,7 @@ def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Token
         tables[element.name] = _text_table(piece, line, element)
         line += element.count
     if line < len(piece.lengths):
-        raise _fail(piece, line, "is one more than its header declares")
+        raise at_line(piece, line, "is one more than its header declares")
     return tables, piece
 
 
@@ -224,26 +215,25 @@ def _text_table(piece: Tokens, line: int, element: PlyElement) -> Table:
     at = piece.first[line : line + element.count].copy()
     end = piece.first[line + 1 : line + element.count + 1]
     last = max(len(piece.kinds) - 1, 0)
-    columns: dict[str, Array | Lists] = {}
+    lines = np.arange(line, line + element.count)
+    columns: dict[str, Column] = {}
     for p in element.properties:
         lengths = np.ones(element.count, np.int64)
         if p.count_type:
             said = piece.values[np.minimum(at, last)]
             wrong = (at >= end) | (said != np.rint(said)) | (said < 0) | (said > end - at)
             wrong |= ~_fits(piece, np.minimum(at, last), p.count_type)
-            _refuse(piece, line, wrong, f"does not say how long its list {p.name!r} is")
+            refuse(piece, lines, wrong, f"does not say how long its list {p.name!r} is")
             lengths = said.astype(np.int64)
             at += 1
-        _refuse(piece, line, at + lengths > end, f"ends before its {p.name!r}")
+        refuse(piece, lines, at + lengths > end, f"ends before its {p.name!r}")
         tokens = indices_of_runs(at, lengths)
-        if not (fits := _fits(piece, tokens, p.type)).all():
-            row = int(np.repeat(np.arange(element.count), lengths)[np.argmin(fits)])
-            raise _fail(piece, line + row, f"has a {p.name!r} that is no {p.type}")
+        refuse(piece, np.repeat(lines, lengths), ~_fits(piece, tokens, p.type), f"has a {p.name!r} that is no {p.type}")
         values = piece.values[tokens].astype(KINDS[p.type])
         columns[p.name] = Lists(values, lengths) if p.count_type else values
         at += lengths
-    _refuse(piece, line, at != end, "has more than is declared")
-    return Table(element, columns, lines=np.arange(line, line + element.count))
+    refuse(piece, lines, at != end, "has more than is declared")
+    return Table(element, columns, lines=lines)
 
 
 def _fits(piece: Tokens, tokens: NDArray[np.int64], type_: str) -> NDArray[np.bool_]:
@@ -254,12 +244,3 @@ def _fits(piece: Tokens, tokens: NDArray[np.int64], type_: str) -> NDArray[np.bo
         return np.asarray((kinds == INTEGER) & (values >= limits.min) & (values <= limits.max))
     numbers = (kinds == INTEGER) | (kinds == REAL) | (kinds == NOT_FINITE)
     return np.asarray(numbers & ~(np.isfinite(values) & (np.abs(values) > np.finfo(KINDS[type_]).max)))
-
-
-def _refuse(piece: Tokens, line: int, wrong: NDArray[np.bool_], why: str) -> None:
-    if wrong.any():
-        raise _fail(piece, line + int(np.argmax(wrong)), why)
-
-
-def _fail(piece: Tokens, k: int, why: str) -> ContentsError:
-    return ContentsError(f"line {piece.numbers[k]:,} behind its header, {piece.line(k)[:60].decode('utf-8', 'replace')!r}, {why}")

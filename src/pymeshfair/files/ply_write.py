@@ -1,7 +1,7 @@
 """Writes PLY files: with header, elements, types and comments of the PLY file that a mesh comes from, else in double precision.
 
-What has not changed is written as it was, byte for byte. Rows of deleted elements are left out; in a row of an added element
-properties without a value are 0.
+What has not changed is written as it was, byte for byte. Rows of deleted elements are left out, and the rest of a polygon stays
+one if it can, perhaps from another corner on; in a row of an added element properties without a value are 0.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData
-from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
+from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, numbered
 from .equal_rows import are_equal
 from .ply import (
     ALPHA,
@@ -32,7 +32,7 @@ from .ply import (
     texture_names,
 )
 from .ply_header import KINDS, PlyElement, PlyProperty, header_bytes, parse_header
-from .ply_tables import Array, Lists, Table, indices_of_runs, row_type
+from .ply_tables import Array, Column, Lists, Table, indices_of_runs, row_type
 from .polygons import outlines
 from .saving import Writing
 from .texts import patched, runs, words
@@ -47,7 +47,7 @@ class _Rows:
     """The rows of an element as they are to be written."""
 
     element: PlyElement  # for the header
-    columns: Mapping[str, Array | Lists]  # by property
+    columns: Mapping[str, Column]  # by property
     source: Table | None = None  # the table that they come from, if only the `changed` properties differ from it
     changed: frozenset[str] = frozenset()  # the properties that differ
 
@@ -58,9 +58,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
     Without `writing` coordinates have the type that they have in that file.
     """
     resolution, textures = (None, None) if writing is None else (writing.resolution, writing.textures)
-    document = mesh.source.document if mesh.source is not None else None
-    if not isinstance(document, PlyDocument):
-        document = _plain_document(mesh)
+    document = mesh.document(PlyDocument) or _plain_document(mesh)
     notes: list[str] = []
     rows = [_vertex_rows(mesh, document, resolution, notes)]
     rows += _face_rows(mesh, document, notes)
@@ -100,23 +98,21 @@ def _plain_document(mesh: MeshData) -> PlyDocument:
     return PlyDocument(header, {}, np.empty(0, np.uint8))
 
 
-# ----------------------------------------------------------------------------------------------------------------- vertices
+# ----------------------------------------------------------------------------------------------------------------- elements
 
 
 def _vertex_rows(mesh: MeshData, document: PlyDocument, resolution: Callable[[], float] | None, notes: list[str]) -> _Rows:
     attributes = mesh.vertex_attributes
     table = document.tables.get("vertex")
-    values: dict[str, Array] = dict(zip(PLACE, mesh.vertices.T, strict=True))
+    values: dict[str, Column] = dict(zip(PLACE, mesh.vertices.T, strict=True))
     if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes):
         values |= zip(NORMAL, mesh.vertex_normals.T, strict=True)
-    if (scalars := attributes.get("scalars")) is not None:
-        values[SCALAR] = scalars
-    if (radii := attributes.get("radii")) is not None:
-        values[RADIUS] = radii
+    values |= {name: attributes[own] for name, own in ((SCALAR, "scalars"), (RADIUS, "radii")) if own in attributes}
     if (places := attributes.get("texture_coordinates")) is not None:
         values |= zip((table and texture_names(table)) or TEXTURE[0], places.T, strict=True)
-    rows = _rows(mesh, "vertex", table, mesh.vertex_ids, values)
-    if table is None or (rows.source is None and mesh.vertex_ids is None):
+    ids = mesh.vertex_ids
+    rows = _rows("vertex", table, ids, values | _custom(attributes, VERTEX_ATTRIBUTES), attributes.get("colors"))
+    if table is None or (rows.source is None and ids is None):
         return rows
     narrow = [p for p in table.element.properties if p.name in PLACE and p.type != "double"]
     moves = [np.abs(mesh.vertices[:, PLACE.index(p.name)] - rows.columns[p.name]).max(initial=0.0) for p in narrow]
@@ -129,60 +125,129 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, resolution: Callable[[],
     return rows
 
 
+def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[_Rows]:
+    """The rows of the faces, a polygon whole where all its triangles are there."""
+    table = document.tables.get("face")
+    corners = next((name for name in CORNERS if table is not None and table.lists(name) is not None), CORNERS[0])
+    unchanged = mesh.face_ids is None and mesh.vertex_ids is None
+    if document.has_other_faces:
+        if unchanged and not mesh.face_attributes.keys() - {"selection", "normals"}:
+            return [] if table is None else [_Rows(table.element, table.columns, table)]
+        table = None
+    if not len(mesh.faces):
+        if table is None:
+            return []
+        as_it_was = not table.element.count or table.lists(corners) is None  # rows that name no vertices
+        return [_Rows(table.element, table.columns, table) if as_it_was else _without_rows(table)]
+    wedges = mesh.face_attributes.get("wedge_texture_coordinates")
+    values: dict[str, Column] = {}
+    row: NDArray[np.int64] | None = None
+    if table is not None and unchanged and are_equal(wedges, document.wedges):
+        values |= {name: table.columns[name] for name in (corners, WEDGES) if name in table.columns}
+        # A polygon takes single numbers from its first triangle.
+        chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
+    else:
+        ids = numbered(mesh.face_ids, len(mesh.faces))
+        shape = outlines(mesh.faces, _polygons(mesh, wedges, document, ids, notes))
+        notes += shape.notes
+        chosen = shape.triangles
+        if table is not None:
+            row = ids[chosen]
+            if document.row_of_face is not None:
+                row = np.where(row < 0, -1, document.row_of_face[row])
+        values[corners] = Lists(mesh.faces.ravel()[shape.places], shape.lengths)
+        if wedges is not None:
+            values[WEDGES] = Lists(wedges.reshape(-1, 2)[shape.places].ravel(), 2 * shape.lengths)
+    of_rows = {name: v if chosen is None else v[chosen] for name, v in mesh.face_attributes.items()}
+    if "scalars" in of_rows:
+        values[SCALAR] = of_rows["scalars"]
+    if "texture" in of_rows and len(mesh.textures) > 1:
+        values[TEXTURE_NUMBER] = of_rows["texture"]
+    return [_rows("face", table, row, values | _custom(of_rows, FACE_ATTRIBUTES), of_rows.get("colors"))]
+
+
+def _polygons(
+    mesh: MeshData, wedges: Array | None, document: PlyDocument, ids: NDArray[np.int64], notes: list[str]
+) -> NDArray[np.int32] | None:
+    """(m,) the polygon of each triangle; None if all are written as triangles."""
+    polygon = mesh.face_attributes.get("polygon")
+    if polygon is None or wedges is None or not (polygon >= 0).any():
+        return polygon
+    if document.wedges is not None and are_equal(document.wedges[ids[ids >= 0]], wedges[ids >= 0]):
+        return polygon
+    notes.append("polygons are written as triangles: MeshLab opens none with texture coordinates at the corners of faces")
+    return None
+
+
+def _edge_rows(mesh: MeshData, document: PlyDocument) -> list[_Rows]:
+    table = document.tables.get("edge")
+    if table is not None and mesh.edge_ids is None and mesh.vertex_ids is None:
+        return [_Rows(table.element, table.columns, table)]
+    if not len(mesh.edges):
+        return [] if table is None else [_without_rows(table)]
+    ids = None if table is None else numbered(mesh.edge_ids, len(mesh.edges))
+    return [_rows("edge", table, ids, dict(zip(EDGE, mesh.edges.T, strict=True)))]
+
+
+def _without_rows(table: Table) -> _Rows:
+    none = np.empty(0, np.int64)
+    return _Rows(replace(table.element, count=0), {name: _chosen(column, none) for name, column in table.columns.items()})
+
+
 def _rows(
-    mesh: MeshData,
     element: str,
     table: Table | None,
     ids: NDArray[np.int64] | None,
-    values: Mapping[str, Array],
+    values: Mapping[str, Column],
+    colors: NDArray[np.uint8] | None = None,
 ) -> _Rows:
-    """The rows of vertices or faces: those of the file by their ids, with these values and the custom attributes of the mesh."""
-    attributes = mesh.vertex_attributes if element == "vertex" else mesh.face_attributes
-    values = {**values, **_custom(attributes, VERTEX_ATTRIBUTES if element == "vertex" else FACE_ATTRIBUTES)}
-    n = len(mesh.vertices if element == "vertex" else mesh.faces) if ids is None else len(ids)
-    columns: dict[str, Array | Lists] = {}
+    """The rows of an element: those of the file by their ids, with these values and (n, 4) colours."""
+    if colors is not None:
+        values = {**values, **_channels(colors, table, ids)}
+    columns: dict[str, Column] = {}
     properties: list[PlyProperty] = []
     changed: set[str] = set()
     meanings = set() if table is None else meant(table)
-    before: Mapping[str, Array | Lists] = {} if table is None else table.columns
+    before: Mapping[str, Column] = {} if table is None else table.columns
     for p in () if table is None else table.element.properties:
-        if p.name in meanings and p.name not in values and p.name not in (*COLOR, ALPHA, *CORNERS, WEDGES, TEXTURE_NUMBER):
+        if p.name in meanings and p.name not in values and p.name != TEXTURE_NUMBER:
             continue  # a step has removed it
-        if p.name in (*COLOR, ALPHA) and p.name in meanings and "colors" not in attributes:
-            continue
         base = _chosen(before[p.name], ids)
-        if not isinstance(base, Lists) and p.name in values:
-            cast = _cast(values[p.name], p.type)
-            if not np.array_equal(base, cast, equal_nan=cast.dtype.kind == "f"):
-                base = cast
+        value = values.get(p.name, base)
+        if value is not base and isinstance(value, Lists) == isinstance(base, Lists):
+            value = value if isinstance(value, Lists) else _cast(value, p.type)
+            if not _are_same(base, value):
+                base, p = value, _wide_enough(p, value)
                 changed.add(p.name)
         columns[p.name] = base
         properties.append(p)
     for name, value in values.items():
         if name not in columns:
             columns[name] = value
-            small = "uchar" if value.dtype.itemsize == 1 else "uint"
-            own = {"b": "uchar", "i": "int", "u": small}.get(value.dtype.kind, "double")
-            properties.append(PlyProperty(name, own))
-    colors = attributes.get("colors")
-    if colors is not None:
-        changed |= _put_colors(colors, table, ids, columns, properties)
-    new = PlyElement(element, n, tuple(properties))
+            properties.append(_new_property(name, value))
+    first = next(iter(columns.values()))
+    new = PlyElement(element, len(first.lengths if isinstance(first, Lists) else first), tuple(properties))
     same = table is not None and ids is None and new == table.element
     return _Rows(new, columns, table if same else None, frozenset(changed))
 
 
-def _chosen(column: Array | Lists, ids: NDArray[np.int64] | None) -> Array | Lists:
+def _chosen(column: Column, ids: NDArray[np.int64] | None) -> Column:
     """The rows of a column by their ids; 0, or an empty list, for -1."""
     if ids is None:
         return column
     if isinstance(column, Lists):
         return column.chosen(ids)
     if not len(column):
-        return np.zeros(len(ids), column.dtype)
+        return np.zeros((len(ids), *column.shape[1:]), column.dtype)
     values = column[ids]
     values[ids < 0] = 0
     return values
+
+
+def _are_same(a: Column, b: Column) -> bool:
+    if isinstance(a, Lists) and isinstance(b, Lists):
+        return are_equal(a.lengths, b.lengths) and are_equal(a.values, b.values)
+    return are_equal(np.asarray(a), np.asarray(b))
 
 
 def _cast(values: Array, type_: str) -> Array:
@@ -207,206 +272,44 @@ def _custom(attributes: Mapping[str, Array], known: frozenset[str]) -> dict[str,
     return columns
 
 
-def _put_colors(
-    colors: NDArray[np.uint8],
-    table: Table | None,
-    ids: NDArray[np.int64] | None,
-    columns: dict[str, Array | Lists],
-    properties: list[PlyProperty],
-) -> set[str]:
-    """Add colours to the columns, unless they are those of the file already; the properties that have changed."""
+def _channels(colors: NDArray[np.uint8], table: Table | None, ids: NDArray[np.int64] | None) -> dict[str, Array]:
+    """The columns of colours: those of the file if they are these, else levels of its types, or bytes."""
     before = None if table is None else colors_of(table)
-    if before is not None and np.array_equal(_chosen(before, ids), colors):
-        return set()
-    changed = set()
-    channels = (*COLOR, ALPHA) if table is None or ALPHA in columns or (colors[:, 3] != 255).any() else COLOR
-    for k, name in enumerate(channels):
-        column = columns.get(name)
-        if column is None or isinstance(column, Lists):
-            columns[name] = colors[:, k]
-            properties.append(PlyProperty(name, "uchar"))
-            continue
-        kind = column.dtype
-        if kind.kind == "f":
-            top = 1.0 if not len(column) or np.nanmax(column) <= 1.0 else 255.0
-        else:
-            top = 255 if kind.itemsize == 1 or column.max(initial=0) <= 255 else np.iinfo(kind).max
-        scaled = colors[:, k] / 255.0 * top
-        columns[name] = (scaled if kind.kind == "f" else np.rint(scaled)).astype(kind)
-        changed.add(name)
-    return changed
+    if table is None or before is None:
+        return dict(zip((*COLOR, ALPHA) if table is None or (colors[:, 3] != 255).any() else COLOR, colors.T, strict=False))
+    names = (*COLOR, ALPHA) if ALPHA in table.columns or (colors[:, 3] != 255).any() else COLOR
+    own = {name: np.asarray(_chosen(column, ids)) for name in names if (column := table.numbers(name)) is not None}
+    if np.array_equal(np.asarray(_chosen(before, ids)), colors):
+        return own
+    return {name: _levels(colors[:, k], own.get(name)) for k, name in enumerate(names)}
 
 
-# -------------------------------------------------------------------------------------------------------------------- faces
+def _levels(levels: NDArray[np.uint8], like: Array | None) -> Array:
+    """Levels from 0 to 255 in the range of a column, see `colors_of`."""
+    if like is None:
+        return levels
+    if like.dtype.kind == "f":
+        return levels / 255.0 * (1.0 if not len(like) or np.nanmax(like) <= 1.0 else 255.0)
+    return levels / 255.0 * (255 if like.dtype.itemsize == 1 or like.max(initial=0) <= 255 else np.iinfo(like.dtype).max)
 
 
-def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[_Rows]:
-    table = document.tables.get("face")
-    corners = next((name for name in CORNERS if table is not None and table.lists(name) is not None), CORNERS[0])
-    unchanged = mesh.face_ids is None and mesh.vertex_ids is None
-    if document.has_other_faces:
-        own = {name for name in mesh.face_attributes if name not in ("selection", "normals")}
-        if unchanged and not own:
-            return [] if table is None else [_Rows(table.element, table.columns, table)]
-        table = None
-    if not len(mesh.faces):
-        if table is None:
-            return []
-        as_it_was = not table.element.count or table.lists(corners) is None  # rows that name no vertices
-        return [_Rows(table.element, table.columns, table) if as_it_was else _without_rows(table)]
-    wedges = mesh.face_attributes.get("wedge_texture_coordinates")
-    values: dict[str, Array] = {}
-    if (scalars := mesh.face_attributes.get("scalars")) is not None:
-        values[SCALAR] = scalars
-    if (numbers := mesh.face_attributes.get("texture")) is not None and len(mesh.textures) > 1:
-        values[TEXTURE_NUMBER] = numbers
-    if table is None:
-        corner_vertices = mesh.faces.reshape(-1)
-        polygon = mesh.face_attributes.get("polygon")
-        if polygon is not None and wedges is not None and (polygon >= 0).any():
-            notes.append("polygons are written as triangles: MeshLab opens none with texture coordinates at the corners of faces")
-            polygon = None
-        shape = outlines(mesh.faces, polygon)
-        notes += shape.notes
-        first = shape.triangles
-        rows = _rows(_with_faces(mesh, first), "face", None, None, {name: value[first] for name, value in values.items()})
-        lists: dict[str, Lists] = {CORNERS[0]: Lists(corner_vertices[shape.places], shape.lengths)}
-        if wedges is not None:
-            lists[WEDGES] = Lists(wedges.reshape(-1, 2)[shape.places].reshape(-1), 2 * shape.lengths)
-        properties = (
-            PlyProperty(CORNERS[0], "int", "uchar"),
-            *([PlyProperty(WEDGES, "float", "uchar")] if wedges is not None else []),
-        )
-        element = replace(rows.element, properties=(*properties, *rows.element.properties))
-        return [_Rows(element, {**lists, **rows.columns})]
-    if unchanged and are_equal(wedges, document.wedges):
-        return [_rows_of_same_faces(mesh, table, document, values)]
-    return [_rows_of_known_faces(mesh, table, document, corners, values, wedges, notes)]
+def _new_property(name: str, column: Column) -> PlyProperty:
+    """The declaration of a column that the file does not have."""
+    if isinstance(column, Lists):
+        return _wide_enough(PlyProperty(name, "float" if name == WEDGES else "int", "uchar"), column)
+    small = "uchar" if column.dtype.itemsize == 1 else "uint"
+    return PlyProperty(name, {"b": "uchar", "i": "int", "u": small}.get(column.dtype.kind, "double"))
 
 
-def _with_faces(mesh: MeshData, numbers: NDArray[np.int64]) -> MeshData:
-    attributes = {name: values[numbers] for name, values in mesh.face_attributes.items()}
-    return replace(mesh, faces=mesh.faces[numbers], face_attributes=attributes)
-
-
-def _without_rows(table: Table) -> _Rows:
-    none = np.empty(0, np.int64)
-    return _Rows(replace(table.element, count=0), {name: _chosen(column, none) for name, column in table.columns.items()})
-
-
-def _rows_of_same_faces(mesh: MeshData, table: Table, document: PlyDocument, values: dict[str, Array]) -> _Rows:
-    """The rows of a file's faces if no corner has changed; a polygon takes single numbers from its first triangle."""
-    if document.row_of_face is not None:
-        first = np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
-        values = {name: value[first] for name, value in values.items()}
-        mesh = _with_faces(mesh, first)
-    return _rows(mesh, "face", table, None, values)
-
-
-def _rows_of_known_faces(
-    mesh: MeshData,
-    table: Table,
-    document: PlyDocument,
-    corners: str,
-    values: dict[str, Array],
-    wedges: Array | None,
-    notes: list[str],
-) -> _Rows:
-    """The rows of a file's faces that are left, polygons whole where all their triangles are, then those of added ones."""
-    lists = table.lists(corners)
-    assert lists is not None
-    ids = np.arange(len(mesh.faces)) if mesh.face_ids is None else mesh.face_ids
-    row_of_face = np.arange(table.element.count) if document.row_of_face is None else document.row_of_face
-    row = np.where(ids < 0, -1, row_of_face[ids])
-    whole = np.bincount(row[row >= 0], minlength=table.element.count) == lists.lengths - 2
-    own_wedges = table.lists(WEDGES)
-    same_wedges = own_wedges is None and wedges is None
-    if own_wedges is not None and wedges is not None and document.wedges is not None:
-        same_wedges = are_equal(document.wedges[ids[ids >= 0]], wedges[ids >= 0])
-    if not same_wedges:
-        whole &= lists.lengths == 3
-    inside = (row >= 0) & whole[np.maximum(row, 0)]
-    first = np.ones(len(row), np.bool_)  # one row a polygon, in the place of its first triangle
-    order = np.flatnonzero(inside)
-    _, firsts = np.unique(row[order], return_index=True)
-    first[order] = False
-    first[order[firsts]] = True
-    if (broken := np.unique(row[(row >= 0) & ~inside & (lists.lengths[np.maximum(row, 0)] > 3)])).size:
-        notes.append(f"{len(broken):,} polygons that lost a part of theirs are written as triangles")
-    kept = np.flatnonzero(first)
-    row, inside = row[kept], inside[kept]
-    shown = {name: value[kept] for name, value in values.items()}
-    rows = _rows(_with_faces(mesh, kept), "face", table, row, shown)
-    columns = dict(rows.columns)
-    columns[corners] = _corners(mesh, lists, row, inside, kept)
-    properties = list(rows.element.properties)
-    if wedges is None:
-        columns.pop(WEDGES, None)
-        properties = [p for p in properties if p.name != WEDGES or not p.count_type]
-    elif not same_wedges or own_wedges is None or (~inside).any():
-        columns[WEDGES] = _mixed(columns.get(WEDGES), wedges[kept], inside if same_wedges else np.zeros(len(kept), np.bool_))
-        if own_wedges is None:
-            properties.append(PlyProperty(WEDGES, "float", "uchar"))
-    properties = [_wide_enough(p, columns[p.name]) for p in properties]
-    return _Rows(PlyElement("face", len(kept), tuple(properties)), columns)
-
-
-def _corners(mesh: MeshData, lists: Lists, row: NDArray[np.int64], inside: NDArray[np.bool_], kept: NDArray[np.int64]) -> Lists:
-    """The corners of polygons by the new numbers of the vertices; those of triangles as the mesh has them."""
-    mixed = _mixed(lists.chosen(row), mesh.faces[kept], inside)
-    if mesh.vertex_ids is None:
-        return mixed
-    assert mesh.source is not None
-    number = np.full(mesh.source.vertices, -1, np.int64)
-    old = np.flatnonzero(mesh.vertex_ids >= 0)
-    number[mesh.vertex_ids[old]] = old
-    of_old = np.repeat(inside, mixed.lengths)
-    values = mixed.values.astype(np.int64)
-    values[of_old] = number[values[of_old]]
-    return Lists(values, mixed.lengths)
-
-
-def _mixed(before: Array | Lists | None, triangles: Array, inside: NDArray[np.bool_]) -> Lists:
-    """The lists of some rows, and of the others what their triangles have."""
-    width = int(np.prod(triangles.shape[1:]))
-    flat = triangles.reshape(len(triangles), width)
-    if not isinstance(before, Lists) or not inside.any():
-        return Lists(flat.reshape(-1), np.full(len(flat), width, np.int64))
-    lengths = np.where(inside, before.lengths, width)
-    values = np.empty(int(lengths.sum()), np.result_type(before.values, flat))
-    starts = np.cumsum(lengths) - lengths
-    old = indices_of_runs(starts[inside], lengths[inside])
-    values[old] = before.chosen(np.flatnonzero(inside)).values
-    values[indices_of_runs(starts[~inside], lengths[~inside])] = flat[~inside].reshape(-1)
-    return Lists(values, lengths)
-
-
-def _wide_enough(p: PlyProperty, column: Array | Lists) -> PlyProperty:
+def _wide_enough(p: PlyProperty, column: Column) -> PlyProperty:
     """The property with types that hold its numbers: those of corners may have become too many for a small type."""
-    if not isinstance(column, Lists) or KINDS[p.type][0] == "f":
+    if not isinstance(column, Lists):
         return p
-    if len(column.values) and column.values.max() > np.iinfo(KINDS[p.type]).max:
+    if KINDS[p.type][0] != "f" and len(column.values) and column.values.max() > np.iinfo(KINDS[p.type]).max:
         p = replace(p, type="int")
     if p.count_type and KINDS[p.count_type][0] != "f" and column.lengths.max(initial=0) > np.iinfo(KINDS[p.count_type]).max:
         p = replace(p, count_type="int")
     return p
-
-
-# -------------------------------------------------------------------------------------------------------------------- edges
-
-
-def _edge_rows(mesh: MeshData, document: PlyDocument) -> list[_Rows]:
-    table = document.tables.get("edge")
-    if table is not None and mesh.edge_ids is None and mesh.vertex_ids is None:
-        return [_Rows(table.element, table.columns, table)]
-    if not len(mesh.edges):
-        return [] if table is None else [_without_rows(table)]
-    ends = dict(zip(EDGE, mesh.edges.T, strict=True))
-    if table is None:
-        return [_Rows(PlyElement("edge", len(mesh.edges), tuple(PlyProperty(name, "int") for name in EDGE)), ends)]
-    ids = np.arange(len(mesh.edges)) if mesh.edge_ids is None else mesh.edge_ids
-    columns = {name: ends[name] if name in ends else _chosen(column, ids) for name, column in table.columns.items()}
-    return [_Rows(replace(table.element, count=len(mesh.edges)), columns)]
 
 
 # ------------------------------------------------------------------------------------------------------------------- output

@@ -83,16 +83,13 @@ def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
             with Image.open(source, formats=IMAGES) as image:
                 width, height = image.size
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
-        if isinstance(error, Image.DecompressionBombError):
-            raise InputError(mesh, f"the texture {shown(name)} is too large an image") from error
-        raise InputError(mesh, f"the texture {shown(name)} is no image that MeshLab reads ({', '.join(IMAGES)})") from error
-    if width * height > LARGEST_IMAGE:
-        raise InputError(mesh, f"the texture {shown(name)} has {width:,} x {height:,} pixels; {LARGEST_IMAGE:,} are the most")
+        why = f"is no image that MeshLab reads ({', '.join(IMAGES)}), or too large a one"
+        raise InputError(mesh, f"the texture {shown(name)} {why}") from error
     size = source.stat().st_size if isinstance(source, Path) else source.seek(0, os.SEEK_END)
-    if width * height > max(_SMALL_IMAGE, _PIXELS_A_BYTE * size):
-        raise InputError(
-            mesh, f"the texture {shown(name)} declares {width:,} x {height:,} pixels in {size:,} bytes, which no picture has"
-        )
+    most = min(LARGEST_IMAGE, max(_SMALL_IMAGE, _PIXELS_A_BYTE * size))
+    if width * height > most:
+        why = f"has {width:,} x {height:,} pixels; in {size:,} bytes {most:,} are the most"
+        raise InputError(mesh, f"the texture {shown(name)} {why}")
 
 
 def shown(name: str, length: int = 80) -> str:

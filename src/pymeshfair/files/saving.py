@@ -3,7 +3,6 @@
 Textures have the bytes of the input, lie in the folder of the output, and never replace a file that no run wrote.
 """
 
-import importlib
 import os
 import re
 import shutil
@@ -17,7 +16,7 @@ import numpy as np
 from ..mesh_data import MeshData, Texture
 from ..operating_system import this_system
 from .errors import ContentsError, OutputError
-from .formats import WRITABLE, Format, attributes_of, extension
+from .formats import WRITABLE, Format, attributes_of, extension, load_function
 from .outputs import material_path
 from .provenance import recorded_digest, sha256_of
 from .writing import StagedFile, to_disk
@@ -109,20 +108,6 @@ class Writing:
 #: Writes a mesh without a matrix to an open file. Returns, in words, what is left out or otherwise than in the file that the mesh
 #: comes from. Raises `ContentsError` if the format cannot hold the mesh, or needs a package that is missing.
 Writer: TypeAlias = Callable[[MeshData, BinaryIO, Writing], tuple[str, ...]]
-#: the module and the function that writes a format
-_WRITERS: Mapping[str, tuple[str, str]] = {
-    "ply": ("ply_write", "write_ply"),
-    "obj": ("obj_write", "write_obj"),
-    "off": ("off", "write_off"),
-    "stl": ("stl", "write_stl"),
-    **dict.fromkeys(("xyz", "asc", "txt", "pts"), ("points", "write_points")),
-    **dict.fromkeys(("las", "laz"), ("las", "write_las")),
-    "glb": ("gltf_write", "write_glb"),
-    "3mf": ("three_mf", "write_3mf"),
-    "wrl": ("vrml", "write_vrml"),
-    "dxf": ("drawings", "write_dxf"),
-    "svg": ("drawings", "write_svg"),
-}
 
 
 def save_mesh(
@@ -168,8 +153,7 @@ def save_mesh(
         warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in missing]
     writing = Writing(resolution, names, material_path(output).name, [], extension(output))
     staged = stage / output.name
-    module, function = _WRITERS[extension(output)]
-    write: Writer = getattr(importlib.import_module(f".{module}", __package__), function)
+    write: Writer = load_function(kind.writer)
     with staged.open("xb") as file:
         try:
             warnings += [f"{output.name}: {note}" for note in write(mesh, file, writing)]
@@ -187,10 +171,9 @@ def save_mesh(
 
 def _check_precision(kind: Format, mesh: MeshData, resolve: Callable[[], float], output: Path) -> list[str]:
     """Whether the format can tell the vertices apart; raise `OutputError` if not, warn if it is close."""
-    if kind.rounding == (0.0, 0.0) or not (resolution := resolve()):
+    if kind.rounding == 0.0 or not (resolution := resolve()):
         return []
-    relative, absolute = kind.rounding
-    rounding = float(np.abs(mesh.vertices).max()) * relative + absolute
+    rounding = float(np.abs(mesh.vertices).max()) * kind.rounding
     if rounding < WORTH_A_WARNING * resolution:
         return []
     effect = f"rounds coordinates of this size by up to {rounding:.2g}, and the mean edge is {resolution:.2g}"

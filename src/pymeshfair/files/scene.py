@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData
-from .assembly import Assembly, levels, polygons, triangles_of, turned_over
+from .assembly import Assembly, levels, triangles_of, turned_over
 from .collada import turn
 from .errors import ContentsError
 from .indices import check_range, indices, numbers, rows
-from .reading import Reading
+from .inputs import Reading
 from .references import References, shown
 
 #: nodes that load, run or define something else
@@ -72,7 +72,7 @@ def read_nodes(nodes: list[tuple[str, Node]], path: Path, references: References
         reader.visit(Node("Group", parts=nodes), np.eye(4))
     if reader.unread and not reader.assembly:
         raise ContentsError(f"it has no shape that is known here, but nodes {', '.join(sorted(reader.unread))[:100]}")
-    extras = (*(f"nodes {type} ({n:,})" for type, n in sorted(reader.unread.items())), *reader.assembly.lost)
+    extras = [f"nodes {type} ({n:,})" for type, n in sorted(reader.unread.items())]
     return reader.assembly.reading(path, path.suffix[1:].lower(), extras)
 
 
@@ -251,9 +251,7 @@ def _made(
     if chosen is not None:
         of_corners = {name: values[chosen.ravel()] for name, values in of_corners.items()}
         corners, lengths = corners[chosen.ravel()], np.full(len(chosen), 3)
-    part, lost = polygons(points, corners, lengths, what, of_corners=of_corners, of_polygons=of_polygons)
-    assembly.lost |= dict.fromkeys(lost)
-    return part
+    return assembly.polygons(points, corners, lengths, what, of_corners, of_polygons)
 
 
 def _face_set(geometry: Node, assembly: Assembly) -> MeshData:

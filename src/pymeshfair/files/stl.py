@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..mesh_data import MeshData, Source
 from .equal_rows import numbered
 from .errors import ContentsError
-from .reading import Reading, unended
+from .inputs import Reading, unended
 from .references import References
 from .saving import Writing
 from .tokens import INTEGER, REAL, Tokens, at_line, joined, refuse, tokenise, word
@@ -125,9 +125,7 @@ def _text_corners(tokens: Tokens) -> NDArray[np.float64]:
 
 def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
     """Write the faces of a mesh as a binary file, with the head of the STL file that it comes from."""
-    document = mesh.source.document if mesh.source is not None else None
-    if not isinstance(document, StlDocument):
-        document = StlDocument(_HEAD)
+    document = mesh.document(StlDocument) or StlDocument(_HEAD)
     head = document.head[:80] if document.head[:5].lower() != b"solid" or document.bits is not None else _HEAD
     m = len(mesh.faces)
     if not m:

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData
-from .assembly import Assembly, levels, polygons
+from .assembly import Assembly, levels
 from .errors import ContentsError
 from .indices import check_range, indices, numbers, rows
-from .reading import Reading
+from .inputs import Reading
 from .references import References, check_image, shown
 from .saving import Writing
 from .xml_document import parse_xml
@@ -151,12 +151,12 @@ def read_3mf(path: Path, references: References) -> Reading:
         with zipfile.ZipFile(path) as archive:
             reader = _Reader(archive, path.stat().st_size, references)
             unit = reader.read_build()
-            lost = (*(f"its part {shown(name)}" for name in reader.parts.keys() - reader.used), *reader.assembly.lost)
     except ContentsError:
         raise
     except _BROKEN as error:
         raise ContentsError(f"it is no whole archive ({str(error)[:80]})") from error
-    extras = (*sorted(lost), *(f"{what} ({number:,})" for what, number in sorted(reader.unread().items())))
+    extras = [f"its part {shown(name)}" for name in sorted(reader.parts.keys() - reader.used)]
+    extras += [f"{what} ({number:,})" for what, number in sorted(reader.unread().items())]
     return reader.assembly.reading(path, "3mf", extras, unit)
 
 
@@ -275,17 +275,14 @@ class _Reader:
                 textures[places] = self.assembly.add_texture(name, functools.partial(self._image, name))
             elif group:
                 self.assembly.lost[f"what its property group {shown(group, 30)} says of triangles"] = None
-        wedges = None if (textures < 0).all() else uvs.reshape(-1, 2)
-        of_corners: dict[str, NDArray[Any] | None] = {"wedge_texture_coordinates": wedges}
-        of_polygons: dict[str, NDArray[Any] | None] = {"texture": None if wedges is None else textures}
+        of_corners = {"wedge_texture_coordinates": uvs.reshape(-1, 2)}
+        of_polygons: dict[str, NDArray[Any] | None] = {"texture": textures}
         if np.array_equal(colors, np.repeat(colors[:, :1], 3, axis=1), equal_nan=True):
             of_polygons["colors"] = None if np.isnan(colors).all() else levels(colors[:, 0])
         else:
             of_corners["colors"] = colors.reshape(-1, 4)
         what = f"the corners of {what}"
-        part, lost = polygons(points, corners, np.full(count, 3), what, of_corners=of_corners, of_polygons=of_polygons)
-        self.assembly.lost |= dict.fromkeys(lost)
-        return part
+        return self.assembly.polygons(points, corners, np.full(count, 3), what, of_corners, of_polygons)
 
     def _image(self, name: str) -> bytes:
         data = self._part(name)

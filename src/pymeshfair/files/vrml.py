@@ -1,18 +1,20 @@
-"""Reads scenes in VRML 2.0, and in X3D in the same words; writes VRML 2.0."""
+"""Reads scenes in VRML 2.0, and in X3D in the same words or in XML; writes VRML 2.0."""
 
 import re
 from pathlib import Path
 from typing import BinaryIO
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from ..mesh_data import MeshData
 from .assembly import MOST_PLACED
 from .errors import ContentsError
-from .reading import Reading
+from .inputs import Reading
 from .references import References, shown
 from .saving import Writing
 from .scene import Node, check_type, read_nodes
+from .xml_document import read_tree
 
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|#[^\n\r]*|[\[\]{}"]|[^\s,\[\]{}"#]+', re.DOTALL)
 _REMARK = re.compile(r"#[^\n\r]*")
@@ -123,6 +125,33 @@ class _Parser:
             return token
         node.parts.append((name, self._node(token)))
         return self._next()
+
+
+def read_x3d(path: Path, references: References) -> Reading:
+    """Read a scene in XML."""
+    root = read_tree(path.read_bytes())
+    scene = root.find("Scene")
+    if root.tag != "X3D" or scene is None:
+        raise ContentsError("it holds no X3D document with a scene")
+    if root.find("./head/unit") is not None:
+        raise ContentsError("it has units of its own, which are not known here")
+    names: dict[str, Node] = {}
+    return read_nodes([("children", _of_element(part, names)) for part in scene if part.tag not in _STATEMENTS], path, references)
+
+
+def _of_element(part: Element, names: dict[str, Node]) -> Node:
+    """The node that an element is."""
+    check_type(part.tag)
+    if (used := part.get("USE")) is not None:
+        if used not in names:
+            raise ContentsError(f"it uses {shown(used, 30)}, which is not defined before")
+        return names[used]
+    node = Node(part.tag, {name: text.replace(",", " ") if "url" not in name else text for name, text in part.attrib.items()})
+    node.parts = [
+        (child.get("containerField", "children"), _of_element(child, names)) for child in part if child.tag not in _STATEMENTS
+    ]
+    names[part.get("DEF", "")] = node
+    return node
 
 
 def write_vrml(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:

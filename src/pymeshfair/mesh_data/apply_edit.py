@@ -66,18 +66,12 @@ def _added(edit: Edit, layer: Layer) -> dict[str, Any]:
 def _checked_faces(faces: NDArray[Any], vertices: int) -> NDArray[np.int32]:
     if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
         raise MeshError(f"gave back added_faces of shape {faces.shape} and type {faces.dtype}; they must be (b, 3) whole numbers")
-    wrong = ((faces < 0) | (faces >= vertices)).any(axis=1)
+    wrong = ((faces < 0) | (faces >= vertices) | (faces == np.roll(faces, 1, axis=1))).any(axis=1)
     if wrong.any():
         first = int(wrong.argmax())
         raise MeshError(
-            f"gave back {int(wrong.sum())} added_faces with indices outside 0 to {vertices - 1}, first in row {first}: "
-            f"{faces[first].tolist()}"
-        )
-    twice = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
-    if twice.any():
-        first = int(twice.argmax())
-        raise MeshError(
-            f"gave back {int(twice.sum())} added_faces with the same vertex twice, first in row {first}: {faces[first].tolist()}"
+            f"gave back {int(wrong.sum())} added_faces that are no three different indices from 0 to {vertices - 1}, "
+            f"first in row {first}: {faces[first].tolist()}"
         )
     return faces.astype(np.int32, copy=False)
 
@@ -104,10 +98,14 @@ def adds(edit: Edit) -> bool:
     return any(value is not None and len(value) > 0 for value in (edit.added_vertices, edit.added_faces))
 
 
+def removes(edit: Edit) -> bool:
+    """Whether the edit removes vertices or faces of the layer."""
+    return any(x is not None and x.any() for x in (edit.delete_vertices, edit.delete_faces))
+
+
 def adds_or_removes(edit: Edit) -> bool:
     """Whether the edit changes how many elements or layers there are, so that it cannot be deferred."""
-    deletes = any(x is not None and x.any() for x in (edit.delete_vertices, edit.delete_faces))
-    return deletes or adds(edit) or bool(edit.new_layers)
+    return removes(edit) or adds(edit) or bool(edit.new_layers)
 
 
 def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
@@ -223,13 +221,17 @@ def _extended(values: NDArray[Any], count: int) -> NDArray[Any]:
 
 
 def _with_deletions(mesh: MeshData, edit: Edit) -> MeshData:
-    gone, gone_faces = edit.delete_vertices, edit.delete_faces
-    if not any(x is not None and x.any() for x in (gone, gone_faces)):
+    if not removes(edit):
         return mesh
-    kept = np.ones(len(mesh.vertices), np.bool_) if gone is None else ~gone
-    if len(mesh.edges) and (lost := ~kept[mesh.edges].all(axis=1)).any():
+    check_deletable(edit, mesh.edges, mesh.label)
+    kept = np.ones(len(mesh.vertices), np.bool_) if edit.delete_vertices is None else ~edit.delete_vertices
+    return mesh.part(kept, None if edit.delete_faces is None else ~edit.delete_faces)
+
+
+def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
+    """Refuse to delete vertices at which (e, 2) edges end."""
+    if edit.delete_vertices is not None and (lost := edit.delete_vertices[edges].any(axis=1)).any():
         raise MeshError(
-            f"the {int(lost.sum())} edges of {mesh.label!r} that end in vertices to be deleted would lose an end; "
+            f"the {int(lost.sum())} edges of {label!r} that end in vertices to be deleted would lose an end; "
             "select the vertices and build the polyline anew from the others"
         )
-    return mesh.part(kept, None if gone_faces is None else ~gone_faces)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from ..errors import MeshError
 VERTEX_ATTRIBUTES = frozenset(("normals", "colors", "scalars", "radii", "texture_coordinates", "selection"))
 FACE_ATTRIBUTES = frozenset(("normals", "colors", "scalars", "selection", "wedge_texture_coordinates", "texture", "polygon"))
 Array: TypeAlias = NDArray[Any]
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,6 @@ class Texture:
 
     name: str  # as the mesh file writes it
     image: Path | bytes | None  # the image file, or its bytes where it lies within the mesh file; None if it does not exist
-    painted: bool = False  # whether a step may have changed it since it was read
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +174,11 @@ class MeshData(Measures):
             face_ids=numbered(self.face_ids, len(self.faces))[kept_faces],
             edge_ids=numbered(self.edge_ids, len(self.edges))[kept_edges],
         )
+
+    def document(self, kind: type[_T]) -> _T | None:
+        """What the reader of a format keeps for its writer, if the mesh was read from a file of that format."""
+        document = None if self.source is None else self.source.document
+        return document if isinstance(document, kind) else None
 
     def without_matrix(self) -> MeshData:
         """The mesh with its matrix applied to its coordinates and normals."""

@@ -133,8 +133,8 @@ def _parameter_differences(rows: list[list[Any]], installed: Sequence[InstalledP
             yield f"{say} default {parameter.default!r}; in the table {default!r}"
         elif kind == "Enum" and more[0] != list(parameter.choices):
             yield f"{say} choices {', '.join(parameter.choices)}; in the table {', '.join(more[0])}"
-        elif kind == "Float" and more and None not in more and tuple(more) != parameter.bounds:
-            yield f"{say} bounds {parameter.bounds}; in the table {tuple(more)}"
+        elif kind == "Float" and more and None not in more and more != list(parameter.bounds or ()):
+            yield f"{say} bounds {parameter.bounds}; in the table {more}"
 
 
 def _same_default(kind: str, default: Any, installed: Any) -> bool:

@@ -15,7 +15,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -42,8 +42,8 @@ class InstalledParameter:
     name: str  # the Python name
     kind: str  # as pymeshlab lists it, e.g. ``float (bounded)``.
     default: Any  # on the unit cube; a length in mesh units, a choice as its index
-    bounds: tuple[float, float] | None = None  # on the unit cube, both ends, where it lists some
-    choices: tuple[str, ...] = ()  # the words of an enumeration
+    bounds: Sequence[float] | None = None  # on the unit cube, both ends, where it lists some
+    choices: Sequence[str] = ()  # the words of an enumeration
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Survey:
     """The installed pymeshlab: its version, and the parameters of each filter in order, by Python name."""
 
     version: str
-    filters: dict[str, tuple[InstalledParameter, ...]]
+    filters: Mapping[str, Sequence[InstalledParameter]]
 
 
 def survey_installed() -> Survey:
@@ -63,13 +63,7 @@ def survey_installed() -> Survey:
         last = done.stderr.strip().rpartition("\n")[2]
         raise SurveyError(f"pymeshlab could not be asked about its filters (exit {done.returncode}): {last}")
     answer = json.loads(done.stdout)
-    filters = {
-        name: tuple(
-            InstalledParameter(p["name"], p["kind"], p["default"], p["bounds"] and tuple(p["bounds"]), tuple(p["choices"]))
-            for p in parameters
-        )
-        for name, parameters in answer["filters"].items()
-    }
+    filters = {name: [InstalledParameter(**p) for p in parameters] for name, parameters in answer["filters"].items()}
     return Survey(answer["version"], filters)
 
 
@@ -86,7 +80,7 @@ def survey_in_this_process() -> Survey:
     filters = {}
     for name in names:
         defaults = {key: plain_value(value) for key, value in meshes.filter_parameter_values(name).items()}
-        filters[name] = tuple(_parameter(meshes, name, line, defaults) for line in _listed(listing, name))
+        filters[name] = [_parameter(meshes, name, line, defaults) for line in _listed(listing, name)]
     return Survey(importlib.metadata.version("pymeshlab"), filters)
 
 

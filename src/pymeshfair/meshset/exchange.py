@@ -11,6 +11,7 @@ import pymeshlab
 from numpy.typing import NDArray
 
 from ..declaration import Floats, Ints
+from ..filters.geometry import unit_vectors
 from ..mesh_data import as_levels
 from ..meshlab.errors import ForeignMeshError
 from ..write_back import Workbench, custom_attributes
@@ -85,8 +86,8 @@ def add_values(mesh: Any, arrays: Arrays) -> None:
 
 def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     """The arrays of the current layer, `mesh`; pymeshlab does not hand out the pictures of textures."""
-    points = mesh.vertex_matrix()
-    arrays = Arrays(points, mesh.face_matrix(), mesh.edge_matrix(), unit_normals(mesh))
+    normals = unit_vectors(coordinates(mesh.vertex_normal_matrix()))  # MeshLab's are as long as their faces are large
+    arrays = Arrays(mesh.vertex_matrix(), mesh.face_matrix(), mesh.edge_matrix(), normals)
     if mesh.has_vertex_color():
         arrays.colors = mesh.vertex_color_matrix()
     if len(arrays.faces) and mesh.has_face_color():
@@ -102,13 +103,6 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     if mesh.has_wedge_tex_coord() or mesh.texture_number():
         arrays.lost.append("the texture stays in MeshLab: save a file with it")
     return arrays
-
-
-def unit_normals(mesh: Any) -> Floats:
-    """(n, 3) the vertex normals, of length 1 or 0; MeshLab's are as long as their faces are large."""
-    normals = coordinates(mesh.vertex_normal_matrix())
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.asarray(normals / np.where(lengths > 0.0, lengths, 1.0))
 
 
 def coordinates(values: Any) -> Floats:

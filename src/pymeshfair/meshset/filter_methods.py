@@ -5,7 +5,6 @@ Plugins and the table of MeshLab's filters are loaded when a method is asked for
 
 from __future__ import annotations
 
-import functools
 from types import MethodType
 from typing import TYPE_CHECKING, Any
 
@@ -48,15 +47,12 @@ class FilterMethods(metaclass=LateMethods):
         _add_plugin_methods()
         if name in vars(FilterMethods):
             return getattr(self, name)
-        # Filters of plugins that were installed meanwhile; any other name gets a reason or a suggestion.
         try:
-            declared = listing.known_filter(name)
+            listing.known_filter(name)
         except errors.UnknownFilterError as error:
             hint = f"; {error.cause}" if error.cause else f"; did you mean {error.suggestion!r}?" if error.suggestion else ""
             raise AttributeError(f"{text}{hint}") from None
-        if declared is None or declared.python_name != name:
-            raise AttributeError(text)
-        return functools.partial(methods.filter_method(declared), self)
+        raise AttributeError(text)
 
     def __dir__(self) -> list[str]:
         _add_plugin_methods()
@@ -76,11 +72,12 @@ class _MadeWhenAskedFor:
         return method if instance is None else MethodType(method, instance)
 
 
-@functools.cache
 def _add_plugin_methods() -> None:
     for declared in registry.custom_filters():
-        if not hasattr(BASE, declared.python_name):  # a method of pymeshlab's that is no filter keeps its name
-            setattr(FilterMethods, declared.python_name, _MadeWhenAskedFor(declared.python_name))
+        name = declared.python_name
+        # A method of pymeshlab's that is no filter keeps its name.
+        if not hasattr(BASE, name) and name not in vars(FilterMethods):
+            setattr(FilterMethods, name, _MadeWhenAskedFor(name))
 
 
 for _name in pymeshlab.filter_list():

@@ -1,39 +1,135 @@
-"""Applies filters of both kinds, from calls and from steps of scripts."""
+"""Applies filters of both kinds to the layers of a pymeshlab mesh set, from calls and from steps of scripts.
+
+Results of plugins' filters are written to MeshLab when something needs them.
+"""
 
 import contextlib
 import logging
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import pymeshlab
 
 from ..calling import StoppedError, call, check_needs, resolved
-from ..declaration import Arity, Edit, Filter, Percentage
+from ..declaration import Arity, Edit, Filter, Layer, Percentage
 from ..errors import MeshError, ParameterError, UnknownNameError
+from ..mesh_data import adds, adds_or_removes
+from ..meshlab.base import BASE
 from ..meshlab.builtin_filters import BuiltinFilters, constant_defaults
-from ..meshlab.errors import FilterFailedError, FilterParameterError, UnknownFilterError, reason
+from ..meshlab.errors import FilterFailedError, FilterParameterError, UnknownFilterError, UnknownLayerError, reason
 from ..meshlab.values import as_length
 from ..registry import is_known
 from ..scripts.script import Step
-from ..write_back import MeshLayer, without_helpers
-from .layers import Layers
+from ..write_back import MeshLayer, Workbench, without_helpers, write_edit
 from .listing import known_filter
 
 _LOG = logging.getLogger("pymeshfair")
 
 
-class PluginFilters:
-    """Filters of plugins on the current layer of a mesh set.
+class Layers:
+    """Reads and edits the layers of one mesh set.
 
     Attributes:
-        on_progress: called with the share of the work that is done, from 0 to 1; it may raise to stop the filter.
-        on_note: called with each sentence that a filter wants to be read; None sends them to the logger ``pymeshfair``.
+        meshset: the mesh set; any `pymeshlab.MeshSet` serves.
+        bench: runs MeshLab's filters for the write-back.
     """
+
+    def __init__(self, meshset: Any, *, verbose: bool = False) -> None:
+        self.meshset = meshset
+        self.bench = Workbench(meshset)
+        self.bench.verbose = verbose
+        self._deferring = False
+        self._layer: MeshLayer | None = None
+
+    @contextlib.contextmanager
+    def deferred(self) -> Iterator[None]:
+        """Write results to MeshLab at the end of the context, or earlier when something of MeshLab's needs them."""
+        outer, self._deferring = self._deferring, True
+        try:
+            yield
+        finally:
+            self._deferring = outer
+            if not outer:
+                self.settle()
+
+    def settle(self) -> None:
+        """Write to MeshLab what waits to be written."""
+        layer, self._layer = self._layer, None
+        if layer is not None and layer.has_pending:
+            write_edit(self.bench, layer.pending)
+
+    def forget(self) -> None:
+        """Drop what was read of the current layer, because MeshLab is about to change it."""
+        self._layer = None
+
+    def clear(self) -> None:
+        """Drop everything: the mesh set loses its layers."""
+        self._layer = None
+        self.bench.helper_ids.clear()
+
+    def has_current(self) -> bool:
+        """Whether the mesh set has a current layer."""
+        try:
+            BASE.current_mesh_id(self.meshset)
+        except pymeshlab.PyMeshLabException:
+            return False
+        return True
+
+    def current(self) -> MeshLayer:
+        """The current layer, results that still wait included; an empty one if there is none."""
+        if self._layer is not None:
+            return self._layer
+        layer = self._read(BASE.current_mesh(self.meshset) if self.has_current() else None)
+        if self._deferring:
+            self._layer = layer
+        return layer
+
+    def take(self, layer: MeshLayer, edit: Edit) -> tuple[str, ...]:
+        """Make the current layer what the edit says, now or when something needs it.
+
+        Returns:
+            What could not be kept, in sentences.
+        """
+        if adds(edit):
+            self.settle()
+            return write_edit(self.bench, edit)
+        after = layer.edited(edit)
+        if self._deferring and not adds_or_removes(edit):
+            self._layer = after
+            return ()
+        self._layer = None
+        more = {name: getattr(edit, name) for name in ("delete_vertices", "delete_faces", "new_layers")}
+        return write_edit(self.bench, replace(after.pending, **more))
+
+    def check(self, mesh_id: int, where: str = "") -> None:
+        """Raise `UnknownLayerError`, its message beginning with `where`, if there is no layer of that id."""
+        if mesh_id >= 0 and BASE.mesh_id_exists(self.meshset, mesh_id):
+            return
+        there = ", ".join(f"{m.id()} {m.label()!r}" for m in BASE.__iter__(self.meshset)) or "none"
+        gaps = "; ids skip numbers, see current_mesh_id() after a layer is made" if self.bench.helper_ids else ""
+        raise UnknownLayerError(f"{where}there is no layer {mesh_id} in the mesh set (it has {there}{gaps})")
+
+    def check_named(self, declared: Filter, values: dict[str, Any]) -> None:
+        """Raise `UnknownLayerError` if a parameter of the filter names a layer that is not there."""
+        for name, mesh_id in declared.layers(values).items():
+            self.check(mesh_id, f"{declared.python_name}: parameter {name!r}: ")
+
+    def _read(self, mesh: Any) -> MeshLayer:
+        return MeshLayer(mesh, self.bench, other=self._other, settle=self.settle)
+
+    def _other(self, mesh_id: int) -> Layer:
+        self.check(mesh_id)
+        if self.has_current() and mesh_id == BASE.current_mesh_id(self.meshset):
+            return self.current()
+        return self._read(BASE.mesh(self.meshset, mesh_id))
+
+
+class PluginFilters:
+    """Filters of plugins on the current layer of a mesh set, whose `on_progress` and `on_note` are called if it has them."""
 
     def __init__(self, layers: Layers) -> None:
         self._layers = layers
-        self.on_progress: Callable[[float], None] | None = None
-        self.on_note: Callable[[str], None] | None = None
 
     def check(self, declared: Filter, given: Mapping[str, Any]) -> dict[str, Any]:
         """The given values, checked as declared; the only check between a caller and the filter's function.
@@ -70,9 +166,10 @@ class PluginFilters:
 
     def tell(self, sentences: Iterable[str], level: int) -> None:
         """Pass on sentences of a filter."""
+        on_note = getattr(self._layers.meshset, "on_note", None)
         for text in sentences:
-            if self.on_note is not None:
-                self.on_note(text)
+            if on_note is not None:
+                on_note(text)
             else:
                 _LOG.log(level, "%s", text)
 
@@ -85,7 +182,7 @@ class PluginFilters:
             inputs = resolved(declared, values, layer)
             if self._layers.bench.verbose or self._layers.bench.tells_parameters:
                 print(f"\nApplying filter {declared.python_name} with the following parameters:\n{inputs}\n")
-            edit = call(declared, inputs, layer, self.on_progress)
+            edit = call(declared, inputs, layer, getattr(self._layers.meshset, "on_progress", None))
             return edit, self._layers.take(layer, edit)
         except StoppedError as error:
             raise error.__cause__ or error from None

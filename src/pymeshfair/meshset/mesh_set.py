@@ -6,7 +6,6 @@ import functools
 import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from html import escape
 from typing import TYPE_CHECKING, Any
 
 import pymeshlab
@@ -18,14 +17,13 @@ from .filter_methods import FilterMethods, LateMethods
 if TYPE_CHECKING:
     from .. import recipe
     from ..scripts.script import Script, Step
-    from . import exchange, filter_runner, layers, listing, script_log
+    from . import exchange, filter_runner, listing, script_log
     from .pymeshlab_classes import _MeshSet as _Typed
 else:  # importing them takes longer than importing pymeshlab
     _Typed = BASE
     recipe = ImportedWhenUsed("pymeshfair.recipe")
-    exchange, filter_runner, layers, listing, script_log = (
-        ImportedWhenUsed(f"pymeshfair.meshset.{name}")
-        for name in ("exchange", "filter_runner", "layers", "listing", "script_log")
+    exchange, filter_runner, listing, script_log = (
+        ImportedWhenUsed(f"pymeshfair.meshset.{name}") for name in ("exchange", "filter_runner", "listing", "script_log")
     )
 
 
@@ -42,7 +40,15 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     A filter that moves the vertices of a mesh with faces uses up one of MeshLab's ids, and one that adds elements two, so those
     of layers made later skip numbers. Scripts do not count them.
+
+    Attributes:
+        on_progress: called with the share of the work that is done, from 0 to 1, while a plugin's filter works; it may raise to
+            stop it.
+        on_note: called with each sentence that a filter wants to be read; None sends them to the logger ``pymeshfair``.
     """
+
+    on_progress: Callable[[float], None] | None = None
+    on_note: Callable[[str], None] | None = None
 
     @staticmethod
     def filter_list() -> list[str]:
@@ -51,7 +57,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     def __init__(self, verbose: bool = False) -> None:
         BASE.__init__(self, verbose)
-        self._layers = layers.Layers(self, verbose=verbose)
+        self._layers = filter_runner.Layers(self, verbose=verbose)
         self._filters = filter_runner.FilterRunner(self._layers)
         self._script = script_log.ScriptLog()
 
@@ -108,24 +114,6 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         Also those of saving a file, given its extension.
         """
         return self._filters.values(filter_name, kwargs)
-
-    @property
-    def on_progress(self) -> Callable[[float], None] | None:
-        """Called with the share of the work that is done, from 0 to 1, while a plugin's filter works; it may raise to stop it."""
-        return self._filters.plugins.on_progress
-
-    @on_progress.setter
-    def on_progress(self, receiver: Callable[[float], None] | None) -> None:
-        self._filters.plugins.on_progress = receiver
-
-    @property
-    def on_note(self) -> Callable[[str], None] | None:
-        """Called with each sentence that a filter wants to be read; None sends them to the logger ``pymeshfair``."""
-        return self._filters.plugins.on_note
-
-    @on_note.setter
-    def on_note(self, receiver: Callable[[str], None] | None) -> None:
-        self._filters.plugins.on_note = receiver
 
     # ---------------------------------------------------------------------------------------------------------- scripts
 
@@ -288,36 +276,18 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     # ------------------------------------------------------------------------------------------------------------ shown
 
-    def __str__(self) -> str:
-        rows = self._layer_rows()
-        return "\n".join([f"MeshSet of {_count(rows)}", *(f"  {number:<4} {name}: {size}" for number, name, size in rows)])
-
     def __repr__(self) -> str:
-        rows = self._layer_rows()
-        current = [f", current {number.rstrip('*')} {name!r}: {size}" for number, name, size in rows if number.endswith("*")]
-        return f"<{type(self).__name__} of {_count(rows)}{''.join(current)}>"
-
-    def _repr_html_(self) -> str:
-        """The layers as a table of HTML; the current one is bold."""
-        lines = ["<table>", "<tr><th>layer</th><th>name</th><th>size</th></tr>"]
-        for row in self._layer_rows():
-            cells = (f"<b>{escape(cell)}</b>" if row[0].endswith("*") else escape(cell) for cell in row)
-            lines.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
-        return "\n".join([*lines, "</table>"])
-
-    def _layer_rows(self) -> list[tuple[str, str, str]]:
-        """(number, name, size) of every layer; the number of the current layer ends with ``*``."""
+        """The layers, one a line with its number, name and size; the number of the current one ends with ``*``."""
         current = self.current_mesh_id() if self.mesh_number() else -1
-        rows = []
+        lines = []
         for mesh in self:
             counts = ((mesh.vertex_number(), "vertices"), (mesh.face_number(), "faces"), (mesh.edge_number(), "edges"))
             size = ", ".join(f"{count:,} {what}" for count, what in counts if count or what == "vertices")
-            rows.append((f"{mesh.id()}{'*' if mesh.id() == current else ''}", mesh.label(), size))
-        return rows
+            number = f"{mesh.id()}{'*' if mesh.id() == current else ''}"
+            lines.append(f"  {number:<4} {mesh.label()}: {size}")
+        return "\n".join([f"MeshSet of {len(lines)} {'layer' if len(lines) == 1 else 'layers'}", *lines])
 
-
-def _count(layers: list[tuple[str, str, str]]) -> str:
-    return f"{len(layers)} {'layer' if len(layers) == 1 else 'layers'}"
+    __str__ = __repr__  # pymeshlab's own gives None
 
 
 def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:

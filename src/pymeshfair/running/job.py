@@ -7,7 +7,7 @@ from typing import Any, Literal, TypeAlias
 
 from ..declaration import Length
 from ..declaration.units import PhysicalLength, unit_of_scan
-from ..files.formats import WITH_UNIT, extension
+from ..files.formats import READABLE, extension
 from ..files.outputs import MadeFrom
 from ..files.provenance import read_provenance
 from ..recipe import Recipe
@@ -86,7 +86,8 @@ class Job:
             ParameterError: there is such a limit, or `unit` is none of `METRES`.
         """
         unit = self.unit_of(None)
-        if extension(self.input) not in WITH_UNIT:
+        kind = READABLE.get(extension(self.input))
+        if kind is None or not kind.has_unit:
             self.lengths_in(unit)
 
     def lengths_in(self, unit: str | None) -> tuple[Guards, Length]:

@@ -13,9 +13,8 @@ from ..calling import StoppedError
 from ..errors import FilterInputError, Place, StepFailedError
 from ..files.errors import InputError, OutputError
 from ..files.formats import ATTRIBUTES, attributes_of
-from ..files.inputs import read_file
+from ..files.inputs import Reading, read_file
 from ..files.provenance import described_file, read_provenance
-from ..files.reading import Reading
 from ..files.saving import save_mesh
 from ..files.writing import StagedFile
 from ..filters.compilation import on_compilation

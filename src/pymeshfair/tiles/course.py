@@ -12,10 +12,9 @@ from typing import Any
 from ..errors import FilterInputError, ParameterError, Place, RunError, StepFailedError
 from ..files.errors import ContentsError, InputError, OutputError
 from ..files.formats import extension
-from ..files.inputs import check_input, check_magic
+from ..files.inputs import check_input, check_magic, unchanged
 from ..files.outputs import check_output
 from ..files.provenance import described_file
-from ..files.reading import unchanged
 from ..files.writing import StagedFile
 from ..filters.execution import part_of
 from ..operating_system import this_system

@@ -16,9 +16,8 @@ import pymeshlab
 from ..declaration import Floats
 from ..errors import MeshError
 from ..meshlab.base import BASE
-from .arrays import read_array
 from .refill import PREFIX, SPARE, refill_faces, refill_vertices
-from .workbench import Workbench
+from .workbench import Workbench, read_array
 
 Element: TypeAlias = Literal["vertex", "face"]
 ELEMENTS: tuple[Element, Element] = ("vertex", "face")
@@ -31,15 +30,13 @@ SAVED_AS: dict[str, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 _POINTS_SAVED_AS: dict[str, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
 
 
-#: Names that can stand in an expression, apart from the constants of muParser.
+#: Names that can stand in an expression, apart from constants of muParser and the variables of MeshLab that a write-back uses.
 _WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
-_CONSTANTS = {"_pi", "_e"}
-_ALLOWED = "a name may have the letters a to z, digits and _, and no digit first"
-#: The variables of MeshLab that the expressions of a write-back use.
-_VARIABLES: dict[Element, set[str]] = {
-    "vertex": {"vi", "x", "y", "z", "nx", "ny", "nz"},
-    "face": {"fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
+_TAKEN: dict[Element, set[str]] = {
+    "vertex": {"_pi", "_e", "vi", "x", "y", "z", "nx", "ny", "nz"},
+    "face": {"_pi", "_e", "fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
 }
+_ALLOWED = "MeshLab computes with names of the letters a to z, digits and _, no digit first, that are no words of its expressions"
 #: How many spellings of each kind are tried, ten microseconds each; enough for every one of a name of twelve letters.
 _MOST_SPELLINGS = 2**12
 
@@ -88,18 +85,11 @@ def saved_attributes(meshset: Any, prefix: str) -> list[str]:
 def check_names(bench: Workbench, mesh: Any) -> None:
     """Raise `MeshError` if the name of a custom attribute keeps MeshLab from computing on the current layer."""
     for element, listed, points, name in _own(bench, mesh):
-        if name is None:
-            what = "MeshLab lists it in lower case, and none of the spellings tried is its name"
-        elif not _WORD.fullmatch(name) or (not points and name in _CONSTANTS):
-            what = f"MeshLab cannot compute on a mesh with it: {_ALLOWED}"
-        elif not points and name in _VARIABLES[element]:
-            what = "it hides a variable of that name in MeshLab's expressions"
-        else:
-            continue
-        raise MeshError(
-            f"nothing can be added to {mesh.label()!r} because of the name of its custom {element} attribute "
-            f"{name or listed!r}; {what}; save the mesh without it, or give it another name"
-        )
+        if name is None or not _WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
+            raise MeshError(
+                f"nothing can be added to {mesh.label()!r} because of the name of its custom {element} attribute "
+                f"{name or listed!r}: {_ALLOWED}; save the mesh without it, or give it another name"
+            )
 
 
 def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
@@ -182,6 +172,6 @@ def explain(bench: Workbench, error: Exception) -> MeshError:
     if own and "unknown exception" in str(error):
         return MeshError(
             f"MeshLab cannot compute on this mesh, most likely because of its custom attributes ({', '.join(map(repr, own))}): "
-            f"{_ALLOWED}; save the mesh without the attribute whose name has other characters"
+            f"{_ALLOWED}; save the mesh without the attribute that has another name"
         )
     return MeshError(f"MeshLab could not take the result: {error}")

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Ints
 from ..errors import MeshError
-from .arrays import read_array
-from .workbench import Workbench
+from .workbench import Workbench, read_array
 
 
 def check_growable(mesh: Any) -> None:

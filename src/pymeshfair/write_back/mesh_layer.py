@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from ..declaration import Bools, Edit, Floats, Ints, Layer
 from ..errors import MeshError
 from ..mesh_data.mesh_data import Has, Measures
-from .arrays import EDITABLE, empty_array, read_array
-from .workbench import Workbench
+from .workbench import EDITABLE, Workbench, empty_array, read_array
 
 _T = TypeVar("_T")
 

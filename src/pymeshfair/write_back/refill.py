@@ -16,8 +16,7 @@ import pymeshlab
 from numpy.typing import NDArray
 
 from ..declaration import Floats, Ints
-from .arrays import read_array
-from .workbench import Workbench
+from .workbench import Workbench, read_array
 
 #: every helper attribute's name begins with this
 PREFIX = "pymeshfair_helper_"

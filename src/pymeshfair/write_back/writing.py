@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 from ..declaration import Bools, Edit, Floats, Ints, NewLayer
 from ..errors import MeshError
 from ..mesh_data import MeshData, Texture, adds
-from ..mesh_data.apply_edit import faces_that_give, with_additions
+from ..mesh_data.apply_edit import check_deletable, faces_that_give, removes, with_additions
 from ..meshlab.base import BASE
-from .arrays import EDITABLE, attributes_of, read_array
 from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room
 from .growth import check_growable, grow, shrink
 from .refill import move_points
-from .workbench import Workbench
+from .workbench import EDITABLE, Workbench, attributes_of, read_array
 
 _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
 
@@ -93,17 +92,14 @@ class _Before:
                 lost.append("texture coordinates of vertices")
         # Normals come last: they change with the coordinates. Helper attributes may use up the selection on their way in.
         for name in (*(name for name in EDITABLE if not name.endswith("selection")), "vertex_selection", "face_selection"):
-            if name in self._values and not _same(mesh, name, self._values[name]):
-                changes: dict[str, Any] = {name: self._values[name]}
+            values = self._values.get(name)
+            if values is not None and not np.array_equal(read_array(mesh, name), values, equal_nan=values.dtype.kind == "f"):
+                changes: dict[str, Any] = {name: values}
                 try:
                     write_values(bench, mesh, replace(Edit(), **changes))
                 except _FAILURES:
                     lost.append(name.replace("_", " "))
         return lost
-
-
-def _same(mesh: Any, name: str, wanted: Any) -> bool:
-    return np.array_equal(read_array(mesh, name), wanted, equal_nan=wanted.dtype.kind == "f")
 
 
 def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
@@ -124,7 +120,7 @@ def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
     notes: tuple[str, ...] = ()
     if mesh is not None:
         try:
-            _check_deletable(mesh, edit)
+            check_deletable(edit, read_array(mesh, "edges"), mesh.label())
             if adds(edit):
                 with undone_on_failure(bench, mesh):
                     edit, notes = add_elements(bench, mesh, edit)
@@ -140,20 +136,8 @@ def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
     return notes
 
 
-def _check_deletable(mesh: Any, edit: Edit) -> None:
-    gone = edit.delete_vertices
-    if gone is None or not gone.any():
-        return
-    edges = read_array(mesh, "edges")
-    if len(edges) and gone[edges].any():
-        raise MeshError(
-            f"MeshLab cannot delete edges, so the {int(gone[edges].any(axis=1).sum())} edges of {mesh.label()!r} that end in "
-            "vertices to be deleted would lose an end; select the vertices and build the polyline anew from the others"
-        )
-
-
 def _delete(bench: Workbench, mesh: Any, edit: Edit) -> None:
-    if not any(x is not None and x.any() for x in (edit.delete_vertices, edit.delete_faces)):
+    if not removes(edit):
         return
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
     selected = [read_array(mesh, f"{element}_selection") for element in ELEMENTS]

@@ -243,7 +243,7 @@ ROWS = (
         (3, 1),
     ),
     ("ok.glb", mkglb(bj, P + I), (3, 1)),
-    ("ver1.glb", mkglb(bj, P + I, ver=1), "it is glTF of version 1, not 2"),
+    ("ver1.glb", mkglb(bj, P + I, ver=1), "it does not begin with a document of glTF 2"),
     ("len_more.glb", mkglb(bj, P + I, length=99999), "it declares 99,999 bytes, but has 532"),
     ("len_less.glb", mkglb(bj, P + I, length=100), "it declares 100 bytes, but has 532"),
     ("nobin.glb", mkglb(bj), "its buffer 0 declares 44 bytes, but has 0"),
@@ -260,10 +260,10 @@ ROWS = (
     (
         "binfirst.glb",
         mkglb(bj, chunks=[(b"BIN\x00", P + I), (b"JSON", _padded(bj))]),
-        "it does not begin with a glTF document",
+        "it does not begin with a document of glTF 2",
     ),
     ("binshort.glb", mkglb(bj, P), "its buffer 0 declares 44 bytes, but has 36"),
-    ("nochunks.glb", mkglb(bj, chunks=[(b"XXXX", b"")]), "it does not begin with a glTF document"),
+    ("nochunks.glb", mkglb(bj, chunks=[(b"XXXX", b"")]), "it does not begin with a document of glTF 2"),
     ("trailing.glb", mkglb(bj, P + I) + b"garbage!", "it declares 532 bytes, but has 540"),
     ("bin_longer.glb", mkglb(bj, P + I + b"12345678"), (3, 1)),
 )

@@ -111,7 +111,7 @@ ROWS = (
     ("comment_only.obj", "# nothing\n", "no vertex could be read from it"),
     ("mtl_only.obj", "mtllib a.mtl\n", "no vertex could be read from it"),
     ("vn_short.obj", O + "vn 0 0\nf 1//1 2//1 3//1\n", "its line 4, 'vn 0 0', has 2 values and not 3"),
-    ("vt1.obj", O + "vt 0.5\nf 1/1 2/1 3/1\n", "its line 4, 'vt 0.5', has 1 value and not 2 or 3"),
+    ("vt1.obj", O + "vt 0.5\nf 1/1 2/1 3/1\n", "its line 4, 'vt 0.5', has 1 values and not 2 or 3"),
     ("vt_nan.obj", O + "vt nan 0\nf 1/1 2/1 3/1\n", (3, 1)),
     ("vn_nan.obj", O + "vn nan 0 0\nf 1//1 2//1 3//1\n", (3, 1, "normals of corners")),
     ("vn_zero.obj", O + "vn 0 0 0\nf 1//1 2//1 3//1\n", (3, 1, "normals of corners")),

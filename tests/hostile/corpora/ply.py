@@ -36,12 +36,12 @@ ROWS = (
     (
         "more_faces_than_declared.ply",
         H + V + F.replace("face 4", "face 2") + VR + FR,
-        "line 7 behind its header, '3 1 2 3', is one more than its header declares",
+        "line 16, '3 1 2 3', is one more than its header declares",
     ),
     (
         "more_vertices_than_declared.ply",
         H + V.replace("4", "3") + F.replace("face 4", "face 1") + VR + "3 0 1 2\n",
-        "line 4 behind its header, '0 0 1', has more than is declared",
+        "line 13, '0 0 1', has more than is declared",
     ),
     (
         "cut_index.ply",
@@ -57,29 +57,29 @@ ROWS = (
     (
         "frac_idx.ply",
         H + V + F + VR + FR.replace("3 1 2 3", "3 1 2.5 3"),
-        "line 7 behind its header, '3 1 2.5 3', has a 'vertex_indices' that is no int",
+        "line 16, '3 1 2.5 3', has a 'vertex_indices' that is no int",
     ),
     ("neg_idx.ply", H + V + F + VR + FR.replace("3 1 2 3", "3 1 -2 3"), "a face of it names a vertex that is none of its 4"),
     ("oor_idx.ply", H + V + F + VR + FR.replace("3 1 2 3", "3 1 2 4"), "a face of it names a vertex that is none of its 4"),
     (
         "huge_idx.ply",
         H + V + F + VR + FR.replace("3 1 2 3", "3 1 2 4294967297"),
-        "line 7 behind its header, '3 1 2 4294967297', has a 'vertex_indices' that is no int",
+        "line 16, '3 1 2 4294967297', has a 'vertex_indices' that is no int",
     ),
     (
         "len_neg.ply",
         H + V + F.replace("uchar", "char") + VR + FR.replace("3 1 2 3", "-1 1 2 3"),
-        "line 7 behind its header, '-1 1 2 3', does not say how long its list 'vertex_indices' is",
+        "line 16, '-1 1 2 3', does not say how long its list 'vertex_indices' is",
     ),
     (
         "len_huge.ply",
         H + V + F + VR + FR.replace("3 1 2 3", "255 1 2 3"),
-        "line 7 behind its header, '255 1 2 3', does not say how long its list 'vertex_indices' is",
+        "line 16, '255 1 2 3', does not say how long its list 'vertex_indices' is",
     ),
     (
         "len_frac.ply",
         H + V + F + VR + FR.replace("3 1 2 3", "3.5 1 2 3"),
-        "line 7 behind its header, '3.5 1 2 3', does not say how long its list 'vertex_indices' is",
+        "line 16, '3.5 1 2 3', does not say how long its list 'vertex_indices' is",
     ),
     ("face0.ply", H + V + F + VR + FR.replace("3 1 2 3", "0"), "its face 3 has 0 vertices"),
     ("face1.ply", H + V + F + VR + FR.replace("3 1 2 3", "1 2"), "its face 3 has 1 vertices"),
@@ -124,7 +124,7 @@ ROWS = (
     (
         "no_x.ply",
         H + V.replace("property float x\n", "") + F + VR.replace("0 0 0", "0 0") + FR,
-        "line 2 behind its header, '1 0 0', has more than is declared",
+        "line 10, '1 0 0', has more than is declared",
     ),
     (
         "no_z.ply",
@@ -134,7 +134,7 @@ ROWS = (
     (
         "x_list.ply",
         H + V.replace("float x", "list uchar float x") + F + VR + FR,
-        "line 2 behind its header, '1 0 0', ends before its 'z'",
+        "line 11, '1 0 0', ends before its 'z'",
     ),
     ("x_char.ply", H + V.replace("float", "char") + F + VR + FR, (4, 4)),
     ("x_unknown.ply", H + V.replace("float x", "float128 x") + F + VR + FR, "line 4 of its header is 'property float128 x'"),
@@ -169,7 +169,7 @@ ROWS = (
     (
         "big_x.ply",
         H + V + F + VR.replace("1 0 0", "1e39 0 0") + FR,
-        "line 2 behind its header, '1e39 0 0', has a 'x' that is no float",
+        "line 11, '1e39 0 0', has a 'x' that is no float",
     ),
     (
         "huge_x.ply",
@@ -184,40 +184,40 @@ ROWS = (
     (
         "words_x.ply",
         H + V + F + VR.replace("1 0 0", "a b c") + FR,
-        "line 2 behind its header, 'a b c', has a 'x' that is no float",
+        "line 11, 'a b c', has a 'x' that is no float",
     ),
     (
         "comma_x.ply",
         H + V + F + VR.replace("1 0 0", "1,5 0 0") + FR,
-        "line 2 behind its header, '1,5 0 0', has a 'x' that is no float",
+        "line 11, '1,5 0 0', has a 'x' that is no float",
     ),
     (
         "hexfloat.ply",
         H + V + F + VR.replace("1 0 0", "0x1p0 0 0") + FR,
-        "line 2 behind its header, '0x1p0 0 0', has a 'x' that is no float",
+        "line 11, '0x1p0 0 0', has a 'x' that is no float",
     ),
     (
         "underscore.ply",
         H + V + F + VR.replace("1 0 0", "1_0 0 0") + FR,
-        "line 2 behind its header, '1_0 0 0', has a 'x' that is no float",
+        "line 11, '1_0 0 0', has a 'x' that is no float",
     ),
     (
         "fortran.ply",
         H + V + F + VR.replace("1 0 0", "1.0d0 0 0") + FR,
-        "line 2 behind its header, '1.0d0 0 0', has a 'x' that is no float",
+        "line 11, '1.0d0 0 0', has a 'x' that is no float",
     ),
     (
         "long_row.ply",
         H + V + F + VR.replace("1 0 0", "1 0 0 7") + FR,
-        "line 2 behind its header, '1 0 0 7', has more than is declared",
+        "line 11, '1 0 0 7', has more than is declared",
     ),
-    ("short_row.ply", H + V + F + VR.replace("1 0 0", "1 0") + FR, "line 2 behind its header, '1 0', ends before its 'z'"),
+    ("short_row.ply", H + V + F + VR.replace("1 0 0", "1 0") + FR, "line 11, '1 0', ends before its 'z'"),
     ("one_line.ply", H + V + F + (VR + FR).replace("\n", " ") + "\n", "it declares 4 of 'vertex', but 1 lines follow"),
     ("blank_lines.ply", H + V + F + VR.replace("\n", "\n\n") + FR, (4, 4)),
     (
         "uchar_range.ply",
         H + V.replace("property float z", "property uchar z") + F + VR.replace("0 0 1", "0 0 300") + FR,
-        "line 4 behind its header, '0 0 300', has a 'z' that is no uchar",
+        "line 13, '0 0 300', has a 'z' that is no uchar",
     ),
     ("prop_before_element.ply", H + "property float x\n" + V + F + VR + FR, "line 3 of its header is 'property float x'"),
     ("unknown_keyword.ply", H + "elemnt x\n" + V + F + VR + FR, "line 3 of its header is 'elemnt x'"),
@@ -234,7 +234,7 @@ ROWS = (
     (
         "extra_in_face.ply",
         H + V + F + VR + FR.replace("3 1 2 3", "3 1 2 3 9"),
-        "line 7 behind its header, '3 1 2 3 9', has more than is declared",
+        "line 16, '3 1 2 3 9', has more than is declared",
     ),
     (
         "strips.ply",
@@ -316,7 +316,7 @@ ROWS = (
         + F
         + VR.replace("\n", " 300 -1 2\n")
         + FR,
-        "line 1 behind its header, '0 0 0 300 -1 2', has a 'red' that is no uchar",
+        "line 13, '0 0 0 300 -1 2', has a 'red' that is no uchar",
     ),
     (
         "color_one.ply",

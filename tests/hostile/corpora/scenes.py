@@ -27,9 +27,9 @@ ROWS = (
         D(corners="0 1 1"),
         (3, 1),
     ),
-    ("empty.dae", D(corners=""), "its 1 triangles take 3 indices, but 0 are there"),
+    ("empty.dae", D(corners=""), "it declares 1 triangles, but has 0"),
     ("extra.dae", D(corners="0 1 2 0"), "its 1 triangles take 3 indices, but 4 are there"),
-    ("two.dae", D(corners="0 1 2 0 1 2"), "its 1 triangles take 3 indices, but 6 are there"),
+    ("two.dae", D(corners="0 1 2 0 1 2"), "it declares 1 triangles, but has 2"),
     ("matrix.dae", D().replace('<node id="n">', '<node id="n"><matrix>2 0 0 0 0 2 0 0 0 0 2 0 0 0 0 1</matrix>'), (3, 1)),
     (
         "matrix15.dae",
