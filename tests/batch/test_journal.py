@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.batch.inputs import Asked
-from pymeshfair.batch.journal import BatchError, Journal, read_journal
-from pymeshfair.batch.outcome import Outcome
+from pymeshfair.batch.journal import BatchError, Journal, Outcome, read_journal
 from pymeshfair.batch.plan import Scan, job_of, plan_scans
 from pymeshfair.batch.work import done_before
 from pymeshfair.files.provenance import provenance_path

@@ -13,7 +13,7 @@ from ..files.writing import StagedFile, check_target, place, stage_file
 from ..processes.order import Order
 from ..processes.pool import Lender
 from ..running.plain_values import plain
-from .outcome import digests_of
+from .journal import digests_of
 
 #: the folder of pages, in that of the batch
 PAGES = "reports"

@@ -3,7 +3,7 @@
 import os
 import signal
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from queue import Empty
 from typing import Any, Protocol
@@ -11,8 +11,7 @@ from typing import Any, Protocol
 from ..processes.cluster import LostSchedulerError
 from ..processes.process import Items
 from ..running.interrupts import Interrupted
-from .journal import Journal
-from .outcome import Outcome
+from .journal import Journal, Outcome
 from .plan import Scan
 from .station import Kind, Workers
 
@@ -86,19 +85,21 @@ class Course:
             raise Interrupted
         self.left -= 1
         scan, result = item
-        if kind == "draw":
-            self._take_page(scan, result)
-        else:
-            self._take(scan, result)
-
-    def _take(self, scan: Scan, result: Callable[[], Outcome]) -> None:
-        """Record the outcome of a scan that has ended."""
         try:
-            outcome = result()
+            made = result()
         except LostSchedulerError:
             raise
         except Exception as error:
-            outcome = Outcome.of_error(scan.input, scan.output, error, 0.0, "")
+            lost = {"problem": f"its worker was lost: {error}"}
+            made = lost if kind == "draw" else Outcome.of_error(scan.input, scan.output, error, 0.0, "")
+        if kind == "clean":
+            self._take(scan, made)
+        elif self.pages is not None:
+            self.pages[scan.number] = made
+            self.listener.page(scan, made)
+
+    def _take(self, scan: Scan, outcome: Outcome) -> None:
+        """Record the outcome of a scan that has ended."""
         self.journal.append(outcome)
         self.outcomes[scan.number] = outcome
         self.listener.outcome(scan, outcome)
@@ -107,15 +108,3 @@ class Course:
             self.left = 0
         elif outcome.status != "failed" and self.pages is not None:
             self.submit("draw", scan)
-
-    def _take_page(self, scan: Scan, result: Callable[[], Mapping[str, Any]]) -> None:
-        """Record the page of a scan, or the problem."""
-        try:
-            made = result()
-        except LostSchedulerError:
-            raise
-        except Exception as error:
-            made = {"problem": f"its worker was lost: {error}"}
-        if self.pages is not None:
-            self.pages[scan.number] = made
-        self.listener.page(scan, made)

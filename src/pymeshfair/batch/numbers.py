@@ -5,7 +5,7 @@ import statistics
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from .outcome import Outcome
+from .journal import Outcome
 
 #: of a robust z beyond which a number counts as far from the others [iglewicz1993]
 FAR = 3.5

@@ -10,8 +10,8 @@ from urllib.parse import quote
 from ..report.comparison_page import Verdict
 from ..report.page import render
 from .drawing import page_path
+from .journal import Outcome
 from .numbers import area_change, displacement_in_edges, largest_in_edges, worst_first
-from .outcome import Outcome
 from .summary import Summary, write_text
 
 NAME = "batch.html"

@@ -17,8 +17,8 @@ from ..processes.versions import versions
 from ..running.job import Job
 from ..running.plain_values import plain
 from .inputs import labels
+from .journal import Outcome
 from .numbers import as_row, outliers
-from .outcome import Outcome
 
 SCHEMA = "pymeshfair-batch-1"
 TABLE, DOCUMENT = "batch.csv", "batch.json"
@@ -89,6 +89,6 @@ class Summary:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a file that appears whole, in place of that of a former batch; see `pymeshfair.batch.checks.check_own_files`."""
+    """Write a file that appears whole, in place of that of a former batch; see `Task`."""
     write_file(path, text.encode("utf-8", "surrogateescape"), overwrite=True)
     return path

@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from ..batch.journal import Outcome
 from ..batch.numbers import displacement_in_edges
-from ..batch.outcome import Outcome
 from ..batch.plan import Scan
 from .streams import Talk, printable, say, talk
 

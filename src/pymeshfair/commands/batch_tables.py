@@ -5,11 +5,10 @@ from typing import Any
 
 import typer
 
-from ..batch.checks import Prospect
+from ..batch.journal import Outcome
 from ..batch.numbers import area_change, displacement_in_edges, largest_in_edges, worst_first
-from ..batch.outcome import Outcome
 from ..batch.summary import Summary
-from ..batch.work import Task
+from ..batch.work import Prospect, Task
 from .batch_progress import counted_warnings
 from .streams import Talk, complain, talk
 from .tables import console, table

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .json_document import print_document
-from .options import Json, Overwrite
+from .options import Json, Overwrite, Timeout
 from .streams import say
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def spectrum(
         str, typer.Option(metavar="LENGTH", help="The longest wave of a band; four detail sizes if not given.")
     ] = "",
     modes: Annotated[int, typer.Option(help="How many modes are listed one by one, from the lowest.", min=0)] = 50,
-    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
+    timeout: Timeout = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .json_document import print_document
-from .options import Json, Overwrite
+from .options import Json, Overwrite, Timeout
 from .standard_files import STANDARD, check_text, save_text
 from .streams import say
 
@@ -41,7 +41,7 @@ def suggest(
             help="Write there a recipe that denoises it, every value said; - is standard output.",
         ),
     ] = None,
-    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
+    timeout: Timeout = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:

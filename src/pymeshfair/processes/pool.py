@@ -60,16 +60,25 @@ class Pool:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def close(self) -> None:
-        """End all processes; tasks that were submitted are not begun or fail."""
+    def stop(self) -> None:
+        """Kill the processes that are lent, and lend no more; tasks that were submitted are not begun or fail."""
         self._callers.shutdown(wait=False, cancel_futures=True)
         with self._lock:
             self._is_over = True
             lent = list(self._lent)
         for process in lent:
             process.kill()
+
+    def close(self) -> None:
+        """End all processes, as `stop` does, and leave nothing of them."""
+        self.stop()
         self._callers.shutdown()
         self.rest()
+
+    def check_open(self) -> None:
+        """Raise `RunError` once it is stopped."""
+        if self._is_over:
+            raise RunError("the workers are ended")
 
     def prepare(self) -> None:
         """Start all processes ahead: as copies of this one, which loads the modules for that, where that is sound."""
@@ -92,8 +101,7 @@ class Pool:
         """A process, for as long as the context lasts."""
         with self._free:
             with self._lock:
-                if self._is_over:
-                    raise RunError("the workers are ended")
+                self.check_open()
                 process = self._idle.pop() if self._idle else Process(self._threads, self._modules)
                 self._lent.add(process)
             try:
