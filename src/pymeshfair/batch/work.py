@@ -28,12 +28,11 @@ from ..running.job import Job
 from ..running.read import inspect_mesh
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
-from .engine import Course, Listener
 from .journal import NAME, BatchError, Journal, Outcome, now, read_journal
 from .page import NAME as PAGE
 from .page import write_page
 from .plan import Scan
-from .station import Station, ThisMachine, Workers, pool_of
+from .station import Course, Listener, Station, ThisMachine, Workers, pool_of
 from .summary import DOCUMENT, TABLE, Summary
 
 #: so many scans are opened for each one that is chosen

@@ -95,7 +95,7 @@ def batch(
 
 
 def _look_ahead(task: Task, *, json: bool) -> None:
-    from .batch_tables import prospect_document, show_prospect
+    from .batch_progress import prospect_document, show_prospect
 
     prospect = task.look_ahead()
     if json:
@@ -107,8 +107,7 @@ def _look_ahead(task: Task, *, json: bool) -> None:
 
 
 def _carry_out(task: Task, *, json: bool) -> None:
-    from .batch_progress import batch_progress
-    from .batch_tables import show_summary
+    from .batch_progress import batch_progress, show_summary
 
     with task.processes() as pool, batch_progress() as show:
         summary = task.carry_out(show, pool)

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from .failure import Failure
+from .group import Failure
 from .json_document import print_document
 from .options import Json
 from .standard_files import open_recipe

@@ -158,7 +158,7 @@ class RunOptions:
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     """The command with the fields of its groups of options, which are dataclasses, as options of its own."""
     hints = get_type_hints(command, include_extras=True)
-    groups = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
+    groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
 
     @wraps(command)
     def called(**values: Any) -> None:

@@ -13,8 +13,7 @@ from typing import Any, Literal, TypeAlias, TypeGuard
 
 from ..errors import DeclarationError, ParameterError, UnknownNameError
 from .layer import Edit, Layer
-from .parameter import Parameter
-from .parameters import Enum, Mesh
+from .parameters import Enum, Mesh, Parameter
 from .values import nearest
 
 

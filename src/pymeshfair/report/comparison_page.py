@@ -33,9 +33,8 @@ from ..looking.words import (
 )
 from ..running.report import steps_of
 from .charts import Chart, histogram, section_chart, spectrum_chart
-from .display import Shown, shown_mesh
 from .page import Figure, figure_of, render
-from .scene import Marker, Scene, pack_scene
+from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 
 #: pixels of a picture of a whole mesh, and of one of the views of the distances
 _PICTURE, _VIEW = 400, 300

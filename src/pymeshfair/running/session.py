@@ -25,13 +25,11 @@ from ..recipe import RecipeInfo
 from ..scripts.script import Script, Step
 from ..scripts.warnings import lengths_out_of_proportion
 from .document import Document, State
-from .guarding import breaches
-from .intervention import stage_map
+from .guarding import PRINTABLE, breaches, print_faults, wall_words, wrap_words
 from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepReport, StepStarted
 from .measuring import Found, Measuring, change_of
-from .origins import Origins, find_origins
+from .origins import Origins, find_origins, stage_map
 from .plain_values import plain
-from .printable import PRINTABLE, print_faults, wall_words, wrap_words
 from .report import Report
 from .shape_change import ShapeChange, milder, warnings_of
 from .suitability import ERASED, instead, traits_asked_for

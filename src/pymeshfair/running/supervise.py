@@ -34,9 +34,9 @@ from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
 from .errors import GuardBroken, OutOfMemory, RunTimeout, WorkerDied, WorkerError
 from .interrupts import Interrupted, Interrupts
-from .intervention import removed_path
 from .job import Compiling, Event, Job, Message, PhaseStarted, RunResult, StepProgress, StepStarted
 from .memory import default_memory
+from .origins import removed_path
 from .report import Report, record_of, result_of
 from .talk import parse_talk
 

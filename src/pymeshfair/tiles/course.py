@@ -31,11 +31,9 @@ from ..scripts.problems import ScriptError
 from .cloud import Cloud, do_step, write_cloud
 from .memory import Budget, budget, cloud_room, slice_rows, surface_room
 from .mesh import MeshFile, MeshTiles, cut, do_move
-from .moves import NORMALS, cost_of
-from .plan import LOOP, POINT_NORMALS, STRAYS, CloudStep, Move, Plan, plan_of
+from .plan import LOOP, NORMALS, POINT_NORMALS, STRAYS, CloudStep, Move, Plan, cost_of, plan_of
 from .sources import CLOUD_FORMATS, E57Cloud, Source, file_cloud, open_cloud
-from .work_folder import work_folder, work_path
-from .workers import FullDiskError, Tasks, open_tasks
+from .workers import FullDiskError, Tasks, open_tasks, work_folder, work_path
 
 #: bytes of memory where the system does not say how many there are
 _USUAL_MEMORY = 4_000_000_000

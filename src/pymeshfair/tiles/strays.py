@@ -24,8 +24,7 @@ from ..filters.outliers import (
 from .cells import Cells
 from .columns import Column, Part, Stored, joined
 from .division import Floats, Longs
-from .links import Links
-from .neighbours import TilePoints, search_tile
+from .neighbours import Links, TilePoints, search_tile
 
 
 @dataclass(frozen=True)
