@@ -20,25 +20,16 @@ AUTO = "auto"
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
-    """One parameter of a filter.
+    """One parameter of a filter."""
 
-    Attributes:
-        name: the Python name, which is also the name in .mlx scripts unless `xml_name` says otherwise.
-        label: the words before the input field in a dialog; those of the name if it is empty.
-        help: the tooltip: what it means, in which unit, and which direction does what.
-        default: the value when none is given; None in a built-in filter whose default depends on the mesh.
-        advanced: whether a dialog hides it at first.
-        xml_name: the name in .mlx scripts, MeshLab's C++ name.
-        automatic: the number that stands for "auto" where nothing else can: in .mlx scripts, whose types are MeshLab's, and for
-            the filter's function. None if nothing is automatic.
-    """
-
-    name: str = ""
-    label: str = ""
-    help: str = ""
-    default: Any = None
-    advanced: bool = False
-    xml_name: str = ""
+    name: str = ""  # in Python, and in .mlx scripts unless `xml_name` says otherwise
+    label: str = ""  # the words before the input field in a dialog; those of the name if it is empty
+    help: str = ""  # the tooltip: what it means, in which unit, and which direction does what
+    default: Any = None  # the value when none is given; None in a built-in filter whose default depends on the mesh
+    advanced: bool = False  # whether a dialog hides it at first
+    xml_name: str = ""  # in .mlx scripts, MeshLab's C++ name
+    #: the number that stands for "auto" where nothing else can: in .mlx scripts, whose types are MeshLab's, and for the filter's
+    #: function; None if nothing is automatic
     automatic: float | None = None
 
     #: the word for the kind of value in messages, e.g. "a whole number"

@@ -11,13 +11,13 @@ import signal
 import time
 from collections import defaultdict, deque
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext
 from dataclasses import replace
 from datetime import datetime, timezone
 from functools import partial
 from pathlib import Path
-from queue import Empty, SimpleQueue
-from typing import TypeAlias
+from queue import SimpleQueue
+from typing import Any, TypeAlias
 
 from ..errors import Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError
@@ -26,9 +26,9 @@ from ..files.outputs import check_maps, check_output
 from ..files.provenance import formatted, provenance_path
 from ..files.staging import clear_up, output_lock, remove_folder, staging_folder
 from ..files.writing import StagedFile, place, stage_file
-from ..processes.order import Answer, DefectError, Order
+from ..processes.order import DefectError, Order
 from ..processes.pool import Lender, Pool
-from ..processes.process import Items, Process
+from ..processes.process import Items, LostProcessError, Process
 from ..processes.worker import report as report_event
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
@@ -67,45 +67,37 @@ class Watch:
         self._speaker = 0
         self._load_seconds = 0.0
         self._load_deadline = self._load_left = math.inf
-        self._answer: Answer | None = None
         self._said: defaultdict[int, list[str]] = defaultdict(list)
         self._warned: defaultdict[int, list[str]] = defaultdict(list)
         self._tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
-    def until_done(self, started: float) -> Report:
-        """The final report of the worker of a job that began at `started` (`time.monotonic`)."""
+    def until_done(self, order: Order, started: float) -> Report:
+        """The report of the worker to which the order is given, of a job that began at `started` (`time.monotonic`)."""
         timeout = math.inf if self._job.timeout is None else self._job.timeout
-        missing = {"answer", "silent"}
-        while missing:
+
+        def pulse() -> float:
             now = time.monotonic()
             if now >= started + timeout:
                 raise RunTimeout(self._place, timeout)
             if now >= self._load_deadline:
                 raise RunTimeout(self._place, self._load_seconds, is_given=False)
-            deadline = min(started + timeout, self._load_deadline)
-            try:
-                kind, item = self._items.get(timeout=min(_PULSE, deadline - now))
-            except Empty:
-                if self._answer is not None:
-                    break  # a process that the worker started holds its pipes open
-                kind = "end" if self._worker.has_ended() else ""
-            if kind == "signal":
-                raise Interrupted
-            if kind == "end" and self._answer is None:
-                self._hear_the_rest()
-                raise self._death()
-            missing.discard(kind)
-            if kind == "talk":
-                self._hear(item)
-            elif kind == "event":
-                self._take(item)
-            elif kind == "answer":
-                self._answer = item
-        assert self._answer is not None
-        if self._answer.error is not None:
-            raise self._failure(self._answer.error, self._answer.details)
-        self._worker.is_idle = not missing and not self._answer.is_used_up
-        return self._with_talk(self._answer.result, self._answer.peak_memory)
+            return min(_PULSE, started + timeout - now, self._load_deadline - now)
+
+        try:
+            answer = self._worker.do(order, self._take_item, items=self._items, pulse=pulse)
+        except LostProcessError as error:
+            raise self._death(error.status) from None
+        if answer.error is not None:
+            raise self._failure(answer.error, answer.details)
+        return self._with_talk(answer.result, answer.peak_memory)
+
+    def _take_item(self, kind: str, item: Any) -> None:
+        if kind == "signal":
+            raise Interrupted
+        if kind == "talk":
+            self._hear(item)
+        elif kind == "event":
+            self._take(item)
 
     def _take(self, event: Event) -> None:
         if isinstance(event, PhaseStarted):
@@ -156,15 +148,7 @@ class Watch:
         )
         return replace(report, steps=tuple(steps), warnings=(*report.warnings, *warnings), peak_memory=peak_memory)
 
-    def _hear_the_rest(self) -> None:
-        """Read what a process that has ended said last."""
-        with suppress(Empty):
-            while (item := self._items.get(timeout=_PULSE))[0] != "end":
-                if item[0] == "talk":
-                    self._hear(item[1])
-
-    def _death(self) -> RunError:
-        status = self._worker.wait()
+    def _death(self, status: int) -> RunError:
         if self._place.doing.startswith("writing") and self._disk_is_full():
             return OutputError(self._job.output, "the disk is full")
         is_crash = status != -getattr(signal, "SIGKILL", 0) and self._place.doing.startswith("reading")
@@ -287,9 +271,9 @@ def _in_one_piece(pool: Lender, started: float, job: Job, stage: Path, items: It
     """Let one process do the work."""
     limit = default_memory() if job.memory_limit is None else job.memory_limit
     if_lost = partial(clear_up, stage, job.output)
+    order = Order.of(carry_out, job, stage, memory_limit=limit, if_lost=if_lost)
     with pool.lend() as worker:
-        worker.give(Order.of(carry_out, job, stage, memory_limit=limit, if_lost=if_lost), items)
-        return Watch(job, worker, items, on_event).until_done(started)
+        return Watch(job, worker, items, on_event).until_done(order, started)
 
 
 def carry_out(job: Job, stage: Path) -> Report:

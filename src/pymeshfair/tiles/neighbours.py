@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,10 @@ from numpy.typing import NDArray
 from ..filters.execution import ignore_progress, in_parallel
 from ..filters.neighbours import Nearest, build_tree, cells_within, leaf_ranges, offer_cells, reaching_out, search_leaves
 from ..filters.outliers import NO_LINK
-from .cells import Cells
-from .columns import Column
+from .cells import Cells, Ranges
+from .columns import Column, Part
 from .division import Floats, Longs
+from .workers import Tasks
 
 #: points of the cells around a tile that are in memory at once, as a share of the points of a tile
 _AROUND = 0.125
@@ -96,6 +98,38 @@ def search_tile(cells: Cells, k: int, most: int, first: int, last: int, inside: 
         around(tile, rows, theirs)
         at += len(rows)
     return tile
+
+
+@dataclass(frozen=True)
+class PointTiles:
+    """The tasks of a step on a cloud in cells; each may be done twice."""
+
+    cells: Cells  # the cloud
+    values: Mapping[str, Any]  # the parameters of the step
+    k: int  # neighbours of a point
+    most: int  # points of a tile
+
+    result: ClassVar[tuple[str, int]]  # of a point, the type and how many numbers
+
+    def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
+        """All tasks, after which `part` is there of every tile; `size` rows of a file may be in memory."""
+        raise NotImplementedError
+
+    def part(self, first: int) -> Part:
+        """The results of the tile that begins with the cell `first`."""
+        return Part(self.cells.folder / f"result-{first}", *self.result)
+
+    def aside(self, first: int) -> Path:
+        """The file of what a tile leaves to a later task."""
+        return self.cells.folder / f"aside-{first}.npz"
+
+    def links(self) -> Column:
+        """The slots of the neighbours."""
+        return Column(self.cells.folder / "links", "<i8", self.k)
+
+    def search(self, first: int, last: int, inside: Inside, around: Around) -> TilePoints:
+        """Find the neighbours of the points in the cells from `first` to before `last`, see `search_tile`."""
+        return search_tile(self.cells, self.k, self.most, first, last, inside, around)
 
 
 def _own_nearest(tile: TilePoints, asking: NDArray[np.intp]) -> Nearest:
