@@ -14,7 +14,7 @@ import pytest
 
 from pymeshfair.errors import ParameterError, RunError
 from pymeshfair.files.provenance import sha256_of
-from pymeshfair.processes.order import DefectError, Order
+from pymeshfair.processes.order import DefectError
 from pymeshfair.processes.pool import Pool
 from pymeshfair.processes.process import LostProcessError, Process
 from pymeshfair.processes.worker import use_up
@@ -104,15 +104,6 @@ def test_a_process_that_is_used_up_is_not_lent_again() -> None:
         number = pool.submit(number_of_this).result().result
         assert pool.submit(use_up).result().is_used_up
         assert pool.submit(number_of_this).result().result != number
-
-
-def test_processes_rest() -> None:
-    """A pool that is not used ends its processes, and starts others when it is."""
-    with Pool(rest_after=0.2) as pool:
-        with pool.lend() as process:
-            assert process.do(Order.of(number_of_this)).result == process.pid
-        process._process.wait(30)
-        assert pool.submit(number_of_this).result().result != process.pid
 
 
 def test_a_closed_pool_lends_nothing() -> None:

@@ -20,9 +20,6 @@ from ..running.job import Job
 from .plan import Scan
 from .station import Kind, Station, pool_of
 
-#: seconds without work after which a worker ends its processes
-_IDLE = 120.0
-
 
 @contextmanager
 def workers_of_scheduler(
@@ -114,7 +111,7 @@ class _Plugin(WorkerPlugin):
             return
         template: Job = pickle.loads(self._template)
         slots = worker.state.nthreads
-        self.station = Station(template, self._folder, slots, pool_of(slots, rest_after=_IDLE))
+        self.station = Station(template, self._folder, slots, pool_of(slots))
 
     def teardown(self, worker: Worker) -> None:
         """Called by dask when the batch or the worker ends."""

@@ -42,9 +42,9 @@ def share_of_threads(slots: int) -> int:
     return max(1, this_system().processors() // slots)
 
 
-def pool_of(slots: int, *, rest_after: float | None = None) -> Pool:
+def pool_of(slots: int) -> Pool:
     """Processes for so many tasks at a time, see `pymeshfair.processes.pool.Pool`."""
-    return workers_of_runs(slots, share_of_threads(slots), rest_after=rest_after)
+    return workers_of_runs(slots, share_of_threads(slots))
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ def picture(
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
     from ..looking.camera import view_angles
-    from ..looking.coloring_names import check_coloring
+    from ..looking.coloring import check_coloring
     from ..running.read import read_mesh
     from .streams import say, warn
 

@@ -185,9 +185,9 @@ MODULES = ("pymeshfair.running.session",)
 Work: TypeAlias = "Callable[[Job, Path, Items, Callable[[Event], None]], Report]"
 
 
-def workers_of_runs(most: int = 1, threads: int | None = None, *, rest_after: float | None = None) -> Pool:
+def workers_of_runs(most: int = 1, threads: int | None = None) -> Pool:
     """Processes for `run_job`, see `pymeshfair.processes.pool.Pool`."""
-    return Pool(most, threads, MODULES, rest_after=rest_after)
+    return Pool(most, threads, MODULES)
 
 
 def run_job(

@@ -15,6 +15,7 @@ import stat
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Future
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from queue import Empty
@@ -36,28 +37,23 @@ from .memory import Budget
 _JOURNAL = "journal"
 
 
+@dataclass(frozen=True)
 class WorkFolder:
-    """The folder and its journal.
+    """The folder and its journal."""
 
-    Attributes:
-        path: the folder.
-        note: why the files of a former run are not used; empty if they are, or if there are none.
-    """
-
-    def __init__(self, path: Path, journal: BinaryIO, answers: dict[tuple[int, int], Answer], note: str) -> None:
-        self.path = path
-        self.note = note
-        self._journal = journal
-        self._answers = answers
+    path: Path  # the folder
+    note: str  # why the files of a former run are not used; empty if they are, or if there are none
+    journal: BinaryIO
+    answers: Mapping[tuple[int, int], Answer]  # those of a former run
 
     def answer(self, call: int, number: int) -> Answer | None:
         """The answer of a finished task: the `number`-th of the `call`-th group of tasks."""
-        return self._answers.get((call, number))
+        return self.answers.get((call, number))
 
     def append(self, call: int, number: int, answer: Answer) -> None:
         """Write down that a task is finished."""
-        self._journal.write(pickle.dumps((call, number, answer)))
-        self._journal.flush()
+        self.journal.write(pickle.dumps((call, number, answer)))
+        self.journal.flush()
 
 
 def work_path(output: Path) -> Path:
@@ -97,7 +93,7 @@ def work_folder(
         except OSError as error:
             raise OutputError(output, f"cannot make a folder beside it: {error.strerror or error}") from error
         try:
-            yield WorkFolder(path, journal, answers, note)
+            yield WorkFolder(path, note, journal, answers)
         except keep:
             raise
         except BaseException:
@@ -143,39 +139,21 @@ class FullDiskError(RunError):
     """There is no room for what a task has to write."""
 
 
+@dataclass
 class Tasks:
-    """Does tasks on workers, and gives their results in the order of the tasks.
+    """Does tasks on workers, and gives their results in the order of the tasks."""
 
-    Attributes:
-        work: the folder of the files of the tasks; None without a journal.
-        peaks: by process, the most bytes that it has held, as far as that is known.
-        seconds: processor time of all tasks.
-    """
+    submit: Callable[..., Future[Answer]]  # does a task with its arguments on some worker
+    items: Items  # of `pymeshfair.running.interrupts.Interrupts`
+    timeout: float | None = None  # seconds from now in which all must be done
+    check: Callable[[], None] = lambda: None  # called every moment; may raise to stop
+    work: WorkFolder | None = None  # the folder of the files of the tasks; None without a journal
+    peaks: dict[str, int] = field(default_factory=dict)  # by process, the most bytes that it has held, as far as that is known
+    seconds: float = 0.0  # processor time of all tasks
 
-    def __init__(
-        self,
-        submit: Callable[..., Future[Answer]],
-        items: Items,
-        *,
-        timeout: float | None = None,
-        check: Callable[[], None] = lambda: None,
-    ) -> None:
-        """See the class.
-
-        Args:
-            submit: does a task with its arguments on some worker.
-            items: of `pymeshfair.running.interrupts.Interrupts`.
-            timeout: seconds from now in which all must be done.
-            check: called every moment; may raise to stop.
-        """
-        self._submit = submit
-        self._items = items
-        self._timeout = math.inf if timeout is None else timeout
+    def __post_init__(self) -> None:
+        self._timeout = math.inf if self.timeout is None else self.timeout
         self._deadline = time.monotonic() + self._timeout
-        self._check = check
-        self.work: WorkFolder | None = None
-        self.peaks: dict[str, int] = {}
-        self.seconds = 0.0
         self._calls = 0
 
     def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
@@ -216,18 +194,18 @@ class Tasks:
         progress: Callable[[float], None],
         note: Callable[[int, Answer], None] = lambda number, done: None,
     ) -> list[Answer]:
-        futures = [self._submit(task, *arguments) for arguments in tasks]
+        futures = [self.submit(task, *arguments) for arguments in tasks]
         for future in futures:
-            future.add_done_callback(lambda done: self._items.put(("done", done)))
+            future.add_done_callback(lambda done: self.items.put(("done", done)))
         numbers = {future: number for number, future in enumerate(futures)}
         results: dict[int, Answer] = {}
         try:
             while len(results) < len(futures):
                 if time.monotonic() >= self._deadline:
                     raise RunTimeout(Place("working by tiles"), self._timeout)
-                self._check()
+                self.check()
                 try:
-                    kind, item = self._items.get(timeout=_PULSE)
+                    kind, item = self.items.get(timeout=_PULSE)
                 except Empty:
                     continue
                 if kind == "signal":
