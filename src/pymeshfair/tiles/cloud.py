@@ -163,21 +163,29 @@ class Cloud:
         for block in in_order(parts, count, size):
             found.append(block)
 
+    def with_found(self, found: Column, size: int) -> Iterator[tuple[int, NDArray[np.bool_], NDArray[Any]]]:
+        """Of the points of the file, `size` at a time: the first, which are left, and what was found of those, in their order."""
+        total, done = len(self.source), 0
+        for first in range(0, total, size):
+            left = self.left(first, min(first + size, total))
+            count = int(left.sum())
+            yield first, left, found.read(done, done + count)
+            done += count
+
+    def update(self, column: Column, first: int, left: NDArray[np.bool_], values: NDArray[Any]) -> None:
+        """Give the points of the file from one on that are left other values in a column, which is made if need be."""
+        if not column.path.exists():
+            column.create(len(self.source))
+        whole = column.read(first, first + len(left))
+        whole[left] = values
+        column.write(first, whole)
+
     def give_normals(self, parts: tuple[Part, ...], count: int, size: int) -> None:
         """Give the points that are left the normals of the tiles."""
-        found, done = Column(self.folder / "found", "<f8", 3), 0
+        found = Column(self.folder / "found", "<f8", 3)
         self.put_in_order(found, parts, count, size)
-        total = len(self.source)
-        if not self.normals.path.exists():
-            self.normals.create(total)
-        for first in range(0, total, size):
-            last = min(first + size, total)
-            normals = self.normals.read(first, last)
-            left = self.left(first, last)
-            here = int(left.sum())
-            normals[left] = found.read(done, done + here)
-            self.normals.write(first, normals)
-            done += here
+        for first, left, values in self.with_found(found, size):
+            self.update(self.normals, first, left, values)
         found.path.unlink()
 
 
@@ -207,23 +215,14 @@ class Judgement:
 
     def select(self, spread: float, size: int) -> dict[str, Any]:
         """Write down what is left, and probabilities if there are any; what the filter reports."""
-        cloud, total, done = self.cloud, len(self.cloud.source), 0
         probable = self.selection.filter == LOOP
-        if probable and not cloud.scalars.path.exists():
-            cloud.scalars.create(total)
-        self.target.create(total)
+        self.target.create(len(self.cloud.source))
         selected, largest, sums = 0, 0.0, []
-        for first in range(0, total, size):
-            last = min(first + size, total)
-            left = cloud.left(first, last)
-            count = int(left.sum())
-            goes = found = self.found.read(done, done + count)
-            done += count
+        for first, left, found in self.cloud.with_found(self.found, size):
+            goes = found
             if probable:
                 probabilities = probabilities_of(found, spread)
-                scalars = cloud.scalars.read(first, last)
-                scalars[left] = probabilities
-                cloud.scalars.write(first, scalars)
+                self.cloud.update(self.cloud.scalars, first, left, probabilities)
                 goes = probabilities > self.selection.values["threshold"]
                 largest = max(largest, float(probabilities.max(initial=0.0)))
                 sums.append(float(probabilities.sum()))

@@ -1,4 +1,4 @@
-"""The worker of the page: a process that runs what was asked for last."""
+"""The workers of the page: one for the last request, and a spare one in case the first is killed."""
 
 import asyncio
 import contextlib
@@ -112,6 +112,7 @@ class Workshop:
         self._numbers = itertools.count(1)
         self._number = 0  # of the run that was begun last; 0 once it was stopped
         self._worker: Worker | None = None
+        self._spare: Worker | None = None
         self._busy: asyncio.Task[Result] | None = None
         self._opening: Result | None = None
         self._lock = asyncio.Lock()
@@ -129,6 +130,7 @@ class Workshop:
         async with self._lock:
             await self._stop()
             self._worker = self._worker or self._started()
+            self._spare = self._spare or self._started()
             self._number = number
             self._busy = asyncio.create_task(self._done(self._worker, self._worker.run(number, script, on_event)))
             return self._busy
@@ -150,12 +152,13 @@ class Workshop:
         """Kill everything."""
         async with self._lock:
             await self._stop()
-            if self._worker is not None:
-                await self._worker.end()
-            self._worker = None
+            for worker in (self._worker, self._spare):
+                if worker is not None:
+                    await worker.end()
+            self._worker = self._spare = None
 
     async def _stop(self) -> None:
-        """As `stop`. What does not stop by itself is killed, and the next run starts another worker."""
+        """As `stop`. What does not stop by itself is killed, and the spare worker takes its place."""
         task, self._busy, self._number = self._busy, None, 0
         if task is None or task.done() or self._worker is None:
             return
@@ -166,14 +169,14 @@ class Workshop:
         task.cancel()
         with contextlib.suppress(asyncio.CancelledError, RunError):
             await task
-        killed, self._worker = self._worker, None
+        killed, self._worker, self._spare = self._worker, self._spare, None
         await killed.end()
 
     async def _done(self, worker: Worker, work: Coroutine[Any, Any, Result]) -> Result:
         try:
             return await work
-        except LostProcessError as error:
-            self._worker = None
+        except LostProcessError as error:  # the spare one takes its place
+            self._worker, self._spare = self._spare, None
             await worker.end()
             raise RunError(f"{error}; the filter probably crashed on this mesh") from error
 
