@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pymeshfair.batch.journal import Outcome
-from pymeshfair.batch.numbers import FAR, outliers, robust_z, worst_first
+from pymeshfair.batch.summary import FAR, outliers, robust_z, worst_first
 
 
 def outcome(name: str, *, rms: float = 0.1, area: float = 1.0, status: str = "done") -> Outcome:

@@ -27,8 +27,8 @@ from ..running.interrupts import Interrupted
 from ..running.job import Job, RunResult
 from ..running.memory import default_memory
 from ..running.supervise import run_job, workers_of_runs
-from .drawing import draw, page_path
 from .journal import Journal, Outcome, now
+from .page import draw, page_path
 from .plan import Scan, job_of
 
 #: seconds to wait for another run of the same output: of a lost worker, which may still be clearing up
@@ -163,7 +163,7 @@ class Listener(Protocol):
         """A scan has ended; its outcome is in the journal."""
 
     def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
-        """A page was drawn: the result of `pymeshfair.batch.drawing.draw`, or ``"problem"`` with the reason of a failure."""
+        """A page was drawn: the result of `pymeshfair.batch.page.draw`, or ``"problem"`` with the reason of a failure."""
 
     def note(self, text: str) -> None:
         """A message about the workers for the user."""

@@ -20,9 +20,9 @@ from ..files.outputs import check_output
 from ..files.provenance import formatted, provenance_path, read_provenance, recorded_digest, sha256_of
 from ..files.writing import check_place, check_target, write_file
 from ..processes.cluster import Scheduler
+from ..processes.environment import PACKAGES, packages_here
 from ..processes.pool import Pool
 from ..processes.process import Items
-from ..processes.versions import PACKAGES, packages_here
 from ..running.interrupts import Interrupts
 from ..running.job import Job
 from ..running.read import inspect_mesh

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from . import options
-from .json_document import print_document
 from .options import Json
-from .streams import warn
+from .streams import print_document, warn
 
 if TYPE_CHECKING:
     from ..batch.work import Task
@@ -61,8 +60,7 @@ def batch(
     Each file is cleaned in a process of its own; a failure stops only that file. FOLDER also gets batch.csv and batch.json with a
     row for each file, and batch.jsonl, the journal from which --resume continues.
     """
-    from ..batch.inputs import expand, without_outputs
-    from ..batch.plan import plan_scans
+    from ..batch.plan import expand, plan_scans, without_outputs
     from ..batch.work import Task
     from ..operating_system import this_system
 

@@ -13,9 +13,8 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from ..batch.journal import Outcome
-from ..batch.numbers import area_change, displacement_in_edges, largest_in_edges, worst_first
 from ..batch.plan import Scan
-from ..batch.summary import Summary
+from ..batch.summary import Summary, area_change, displacement_in_edges, largest_in_edges, worst_first
 from ..batch.work import Prospect, Task
 from .streams import Talk, complain, printable, say, talk
 from .tables import console, table

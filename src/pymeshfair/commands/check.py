@@ -6,10 +6,8 @@ from typing import Annotated, Any
 import typer
 
 from .group import Failure
-from .json_document import print_document
 from .options import Json
-from .standard_files import open_recipe
-from .streams import Talk, talk
+from .streams import Talk, open_recipe, print_document, talk
 
 
 def check(

@@ -5,10 +5,8 @@ from typing import Annotated
 
 import typer
 
-from .json_document import print_document
 from .options import Json, Overwrite, Recipe
-from .standard_files import STANDARD, check_text, open_recipe, save_text
-from .streams import say
+from .streams import STANDARD, check_text, open_recipe, print_document, save_text, say
 
 
 def export(

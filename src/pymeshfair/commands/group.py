@@ -14,8 +14,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from .folder_options import folder_options, used_options
-from .json_document import print_document
-from .streams import Talk, complain, failure_of_stdout, secure_streams, talk, warn
+from .streams import Talk, complain, failure_of_stdout, print_document, secure_streams, talk, warn
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from .standard_files import open_recipe
+from .streams import open_recipe
 
 if TYPE_CHECKING:
     from ..declaration import Length

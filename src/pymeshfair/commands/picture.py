@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from . import options
-from .json_document import print_document
+from .streams import print_document
 
 if TYPE_CHECKING:
     from ..running.read import ReadMesh

@@ -60,6 +60,6 @@ def compared_files(before: MeshState, after: MeshState, *, tolerance: float | No
 
 def page_numbers(numbers: Mapping[str, Any]) -> dict[str, Any]:
     """The document of a command in terms of JSON, with names of files alone, as a page has it."""
-    from .json_document import plain
+    from .streams import plain
 
     return dict(plain({**numbers, "files": {key: path and path.name for key, path in numbers["files"].items()}}))

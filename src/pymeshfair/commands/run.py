@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from . import options
-from .json_document import print_document
 from .report_file import Report, Up, check_report
-from .streams import Talk, complain, printable, say, talk, warn
+from .streams import Talk, complain, print_document, printable, say, talk, warn
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

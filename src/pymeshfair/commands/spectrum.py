@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .json_document import print_document
 from .options import Json, Overwrite, Timeout
-from .streams import say
+from .streams import print_document, say
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

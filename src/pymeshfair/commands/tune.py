@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from .json_document import print_document
 from .options import Json
+from .streams import print_document
 
 
 def tune(

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .json_document import print_document
 from .options import AllowOutside, Json, Memory, Timeout, Unchecked, memory_limit
-from .streams import printable
+from .streams import print_document, printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable

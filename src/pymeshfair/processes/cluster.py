@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import RunError, missing_package
-from .versions import packages_here
+from .environment import packages_here
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -19,7 +19,6 @@ from ..looking.coloring import COLORINGS, Numbers, in_unit
 from ..looking.comparison import Comparison, Distances
 from ..looking.mesh_state import MeshState
 from ..looking.picture import Appearance, draw_meshes
-from ..looking.section import Plane
 from ..looking.words import (
     area_headers,
     area_rows,
@@ -32,7 +31,7 @@ from ..looking.words import (
     verdict_text,
 )
 from ..running.report import steps_of
-from .charts import Chart, histogram, section_chart, spectrum_chart
+from .charts import Chart, Plane, histogram, section_chart, spectrum_chart
 from .page import Figure, figure_of, render
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 

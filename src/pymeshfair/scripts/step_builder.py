@@ -1,5 +1,7 @@
 """Checks the elements of a script: a ``<filter>`` becomes a step, a ``<Param>`` one of its values."""
 
+import math
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -10,14 +12,77 @@ from ..declaration import Enum, Filter, Length, Parameter, String, nearest
 from ..errors import ParameterError, UnknownNameError
 from ..meshlab.former import former_filter, former_parameters
 from ..registry import find_filter
-from .elements import Document, FilterElement, ParamElement
 from .expressions import expression_error, is_expression
-from .param_types import WHOLE, Attributes, Complaint, parsed, type_complaints
 from .problems import MOST_PROBLEMS, Problem, ScriptError, shortened
-from .script import Script, Step
-from .settings import Setting, is_name
+from .script import Document, FilterElement, ParamElement, Script, Setting, Step, is_name
 from .suggestions import close_spelling, former_parameter_hint, gone, invented, renamed, same_but_case, suggested_filter
 from .value_text import parse_value
+
+Attributes = Mapping[str, str]
+#: the mistake, and the text to write instead
+Complaint = tuple[str, "str | None"]
+
+_NUMBERS = frozenset({"RichFloat", "RichDynamicFloat", "RichAbsPerc"})
+_POINTS = frozenset({"RichPosition", "RichDirection"})
+#: the types that MeshLab reads into the same kind of value, by the parameter's own type
+_ACCEPTED: Mapping[str, frozenset[str]] = {
+    "RichFloat": _NUMBERS,
+    "RichDynamicFloat": _NUMBERS,
+    "RichAbsPerc": _NUMBERS,
+    "RichEnum": frozenset({"RichEnum", "RichInt"}),
+    "RichMesh": frozenset({"RichMesh", "RichInt"}),
+    "RichPosition": _POINTS,
+    "RichDirection": _POINTS,
+    "RichOpenFile": frozenset({"RichOpenFile", "RichString"}),
+    "RichSaveFile": frozenset({"RichSaveFile", "RichString"}),
+}
+#: the attributes that MeshLab needs to keep a parameter of that type, and whether each is a whole number
+_REQUIRED: Mapping[str, Mapping[str, bool]] = {
+    "RichDynamicFloat": {"min": False, "max": False},
+    "RichAbsPerc": {"min": False, "max": False},
+    "RichEnum": {"enum_cardinality": True},
+    "RichOpenFile": {"exts_cardinality": True},
+}
+#: names that types once had
+OLD_TYPES = frozenset({"RichPoint3f"})
+#: MeshLab allocates as many words as a script announces
+_MOST_CHOICES = 1000
+
+WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_MOST_DIGITS = 400
+
+
+def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Complaint]:
+    """Faults by which MeshLab cannot read the value: a type of another kind, or a missing attribute."""
+    written = attributes.get("type")
+    if written is None:
+        yield "the attribute type is missing; MeshLab would drop the parameter and take its default", parameter.xml_type
+        return
+    if written not in _ACCEPTED.get(parameter.xml_type, {parameter.xml_type}):
+        if written in OLD_TYPES:
+            yield f"type {written!r} is an old name", parameter.xml_type
+        else:
+            yield (
+                f"has the type {parameter.xml_type}, not {shortened(written)!r}; MeshLab would take 0 or the default",
+                parameter.xml_type,
+            )
+        return
+    for name, whole in _REQUIRED.get(written, {}).items():
+        text = attributes.get(name)
+        if text is None:
+            yield f"the attribute {name} is missing; MeshLab would drop the parameter and take its default", None
+        elif not (WHOLE.fullmatch(text) and 0 <= int(text) <= _MOST_CHOICES if whole else parsed(text) is not None):
+            needed = f"a whole number from 0 to {_MOST_CHOICES}" if whole else "a number"
+            yield f"the attribute {name} must be {needed}, got {shortened(text)!r}", None
+
+
+def parsed(text: str) -> float | None:
+    """The finite number that the text spells as MeshLab reads it, with blanks around it; None if it spells none."""
+    if len(text) > _MOST_DIGITS or _NUMBER.fullmatch(text.strip()) is None:
+        return None
+    number = float(text)
+    return number if math.isfinite(number) else None
 
 
 class _RefusedError(Exception):

@@ -7,9 +7,8 @@ from ..declaration import Arity
 from ..errors import UnknownNameError
 from ..meshlab.former import former_parameters
 from ..registry import find_filter
-from .elements import FilterElement
 from .problems import Change
-from .script import Script, Step
+from .script import FilterElement, Script, Step
 
 _DELETE = "delete_current_mesh"
 _CLOSE_HOLES = "meshing_close_holes"

@@ -14,8 +14,7 @@ from ..errors import PymeshfairError
 from ..files.formats import extension
 from ..files.writing import write_file
 from .guards import ATTRIBUTES as GUARDS
-from .script import Script
-from .settings import ATTRIBUTES as SETTING
+from .script import SETTING_ATTRIBUTES, Script
 
 #: The bounding-box diagonal that absolute values are written for unless a mesh is given: "1%" then reads as 1 of 100.
 NOMINAL_DIAGONAL = 100.0
@@ -60,7 +59,7 @@ def _lines(script: Script, diagonal: float, mean_edge: float) -> Iterator[str]:
     yield _element("FilterScript", unit | {GUARDS[name]: text for name, text in script.guards.texts().items()}, ">")
     for setting in script.settings:
         yield "  " + _element(
-            "setting", {name: text for name in SETTING if (text := getattr(setting, name)) or name == "default"}
+            "setting", {name: text for name in SETTING_ATTRIBUTES if (text := getattr(setting, name)) or name == "default"}
         )
     for step in script.steps:
         given = [p for p in step.filter.parameters if p.name in step.values]

@@ -19,8 +19,8 @@ from ..files.writing import StagedFile
 from ..filters.execution import part_of
 from ..operating_system import this_system
 from ..processes.cluster import LostSchedulerError, Scheduler
+from ..processes.environment import packages_here
 from ..processes.process import Items
-from ..processes.versions import packages_here
 from ..running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepReport, StepStarted
 from ..running.memory import default_memory
 from ..running.plain_values import plain
