@@ -14,10 +14,8 @@ from .report_file import Report, Up, check_report
 from .streams import Talk, complain, print_document, printable, say, talk, warn
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
-    from ..files.writing import StagedFile
-    from ..processes.pool import Lender
     from ..running.job import Event, Job, RunResult
 
 
@@ -78,37 +76,30 @@ def run(
                 )
             from ..tiles.course import Tiling, run_by_tiles
 
-            carry_out(job, json=json, carry=lambda job, show: run_by_tiles(job, Tiling(scheduler, resume=resume), show))
+            carry_out(job, lambda show: run_by_tiles(job, Tiling(scheduler, resume=resume), show), json=json)
             return
+        from ..running.supervise import run_job
+
         if report is None:
-            carry_out(job, json=json, workers=workers)
+            carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)
             return
         from .run_report import reporting
 
         with reporting(job, report, up) as page:
-            carry_out(job, json=json, workers=workers, also=page, report=report)
+            carry_out(job, lambda show: run_job(job, show, workers=workers, also=page), json=json, report=report)
 
 
-def carry_out(
-    job: Job,
-    *,
-    json: bool,
-    also: Callable[[RunResult], Sequence[StagedFile]] | None = None,
-    report: Path | None = None,
-    carry: Callable[[Job, Callable[[Event], None]], RunResult] | None = None,
-    workers: Lender | None = None,
-) -> None:
+def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *, json: bool, report: Path | None = None) -> None:
     """Run the job with its progress on stderr, then print what came of it on stdout.
 
-    `carry` runs it, or if that is None `run_job` in a process that `workers` lend; `also` makes the page `report`.
+    `carry` runs it, and is given what shows the events; `report` is the page that it makes.
     """
     from ..looking import words  # noqa: F401  # for `_show`, while the worker still loads MeshLab
-    from ..running.supervise import run_job
     from . import tables  # noqa: F401
     from .progress import progress
 
     with progress() as show:
-        result = carry(job, show) if carry else run_job(job, show, workers=workers, also=also)
+        result = carry(show)
     for warning in result.warnings:
         warn(warning)
     if report is not None:
