@@ -116,12 +116,7 @@ class BatchError(PymeshfairError):
 
 
 class Journal:
-    """The journal in a folder; a context manager that locks the folder against other batches.
-
-    Attributes:
-        path: the file.
-        before: the outcomes of earlier batches by output, whether the file keeps them or not.
-    """
+    """The journal in a folder; a context manager that locks the folder against other batches."""
 
     def __init__(self, folder: Path, *, resume: bool) -> None:
         """Open and lock the journal in the folder of outputs; without `resume` its lines are deleted when the first scan ends."""
@@ -135,7 +130,7 @@ class Journal:
             raise BatchError(f"another batch is writing to {folder} at this moment; wait for it, or name another folder")
         self._is_old = not resume
         try:
-            self.before = read_journal(self.path)
+            self.before = read_journal(self.path)  # the outcomes of earlier batches by output, whether the file keeps them or not
             self._end_torn_line()
         except OSError as error:
             self._file.close()

@@ -126,7 +126,7 @@ _COLUMNS = (
 
 
 def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, Any]]) -> Path:
-    """Write the page; `made` has of each output what `pymeshfair.batch.drawing.draw` gave back, ``"problem"``, or nothing."""
+    """Write the page; `made` has of each output what `draw` gave back, ``"problem"``, or nothing."""
     told = {outcome.output: (name, far) for outcome, name, far in summary.rows}
     moved = sorted(summary.outcomes, key=lambda outcome: -(displacement_in_edges(outcome) or 0.0))
     pictured = {outcome.output for outcome in [o for o in moved if "source" in made.get(o.output, {})][:_PICTURES]}

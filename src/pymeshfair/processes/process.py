@@ -29,15 +29,11 @@ _PULSE = 0.5
 
 
 class LostProcessError(RunError):
-    """A process ended in the middle of a task.
-
-    Attributes:
-        status: its exit status; minus the signal's number if a signal ended it.
-    """
+    """A process ended in the middle of a task."""
 
     def __init__(self, status: int) -> None:
         super().__init__(f"the worker process ended with status {status}")
-        self.status = status
+        self.status = status  # its exit status; minus the signal's number if a signal ended it
 
 
 class Process:

@@ -106,7 +106,7 @@ def _requirement(word: str, number: int | None, measures: Mapping[str, Any]) -> 
     elif word == "oriented" and not measures["oriented"]:
         yield Breach("require", "the result is not oriented: neighbouring faces look to different sides")
     elif word == "printable":
-        return  # seen on the written file, see `pymeshfair.running.printable`
+        return  # seen on the written file, see `print_faults`
     elif word == "manifold":
         edges, vertices = measures["non_manifold_edges"], measures["non_manifold_vertices"]
         if edges or vertices:

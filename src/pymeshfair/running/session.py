@@ -54,14 +54,10 @@ class Outcome:
 
 
 class Earlier:
-    """Measures and intermediate states of earlier runs on one mesh: after a change of a later step only that step runs again.
-
-    Args:
-        states: how many states of the mesh are kept, the ones used last.
-    """
+    """Measures and intermediate states of earlier runs on one mesh: after a change of a later step only that step runs again."""
 
     def __init__(self, states: int = 8) -> None:
-        """See the class; nothing is kept yet."""
+        """See the class; so many states of the mesh are kept, the ones used last."""
         self._states = states
         self._measured: tuple[RecipeInfo, _Measured] | None = None
         self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...]]] = []  # the one used last is the last
@@ -89,15 +85,11 @@ class Earlier:
 
 
 class Session:
-    """One run in this process.
-
-    Attributes:
-        warnings: those so far.
-    """
+    """One run in this process."""
 
     def __init__(self, job: Job, stage: Path, on_event: Callable[[Event], None]) -> None:
         """See the class; the paths of the job are absolute, and `new` in the staging folder takes what is written."""
-        self.warnings: list[str] = []
+        self.warnings: list[str] = []  # those so far
         self._job = job
         self._stage = stage
         self._steps = job.recipe.script.steps

@@ -39,11 +39,7 @@ class Stopped(RunError):  # noqa: N818 - says what happened
 
 
 class Bench:
-    """One scan, and what recipes make of it.
-
-    Args:
-        scan: the file to run recipes on.
-    """
+    """One scan, and what recipes make of it."""
 
     def __init__(self, scan: Path) -> None:
         """Read and measure the scan."""

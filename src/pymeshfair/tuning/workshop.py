@@ -98,15 +98,10 @@ class Worker:
 
 
 class Workshop:
-    """Runs the recipe that was asked for last, on one scan.
-
-    Args:
-        scan: the file.
-        folder: for what is made; it comes to be when it is needed.
-    """
+    """Runs the recipe that was asked for last, on one scan."""
 
     def __init__(self, scan: Path, folder: Path) -> None:
-        """See the class; nothing is started before `open`."""
+        """See the class; nothing is started before `open`, and the folder for what is made comes to be when it is needed."""
         self._scan = scan
         self._folder = folder
         self._numbers = itertools.count(1)
