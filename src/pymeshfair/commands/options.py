@@ -16,7 +16,6 @@ from .streams import open_recipe
 
 if TYPE_CHECKING:
     from ..declaration import Length
-    from ..declaration.units import PhysicalLength
     from ..filters.inspection import Limits as Ends
     from ..processes.cluster import Scheduler
     from ..running.job import Job
@@ -192,7 +191,7 @@ def memory_limit(text: str | None) -> int | None:
         raise typer.BadParameter(str(error), param_hint="--memory") from None
 
 
-def map_tolerance(text: str | None, path: Path | None) -> Length | PhysicalLength | None:
+def map_tolerance(text: str | None, path: Path | None) -> Length | None:
     """The length that ``--map-tolerance`` means, None without it."""
     from ..declaration.units import parse_length
 
@@ -232,14 +231,11 @@ def limits_in_mesh_units(text: str | None, unit: str | None, diagonal: float, me
 
 
 def _in_mesh_units(text: str, unit: str | None, diagonal: float, mean_edge: float) -> float:
-    from ..declaration.units import PhysicalLength, check_unit, parse_length
+    from ..declaration.units import check_unit, parse_length
 
     if unit is not None:
         check_unit(unit)
-    length = parse_length(text)
-    if isinstance(length, PhysicalLength):
-        length = length.in_mesh_units(unit)
-    return length.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
+    return parse_length(text).in_mesh_units(unit).resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
 
 
 # ---------------------------------------------------------------------------------- of commands with a scheduler of dask

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from .layer import Floats
-from .units import Length
+from .units import METRES, Length
 from .values import as_float, nearest, shown
 
 #: the word for a value that the filter chooses for the mesh
@@ -186,7 +186,7 @@ class Percentage(_Bounded):
                 f"parameter {self.name!r} is a length, and {text} has no unit: write '{text}edge' for {text} mean edges, "
                 f"'{text}%' of the bounding box's diagonal, or '{text}' in quotes for mesh units"
             )
-        if not isinstance(value, Length) or not self.is_within(value.amount):
+        if not isinstance(value, Length) or value.unit in METRES or not self.is_within(value.amount):
             raise self.refusal(value)
         self.refuse_what_meshlab_cannot_hold(value.amount)
         return value
