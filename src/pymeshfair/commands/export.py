@@ -25,7 +25,7 @@ def export(
     Every parameter is written, in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is replaced by one
     that does the same, or refused.
     """
-    from ..scripts.export import MeshFacts, export_script
+    from ..scripts.write import MeshFacts, export_script
 
     check_text(output, ("mlx",), overwrite=overwrite, json=json)
     script = open_recipe(recipe).script

@@ -94,7 +94,7 @@ def spectrum(
 
 def _measured(mesh: Path, modes: int, timeout: float | None) -> dict[str, Any]:
     """The spectrum of a mesh file, with the progress of the process that measures it."""
-    from ..looking.spectrum import measured_spectrum
+    from ..running.read import measured_spectrum
     from .progress import progress
 
     with progress() as show:
