@@ -15,7 +15,7 @@ from ..files.provenance import read_provenance
 from ..files.staging import clear_up, staging_folder
 from ..files.writing import StagedFile, check_target, place, stage_file
 from ..processes.order import Order
-from ..processes.pool import Lender
+from ..processes.pool import Pool
 from ..report.comparison_page import Verdict
 from ..report.page import render
 from ..running.plain_values import plain
@@ -34,7 +34,7 @@ def page_path(folder: Path, output: Path) -> Path:
     return folder / PAGES / place.with_name(f"{place.name}.html")
 
 
-def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Lender) -> dict[str, Any]:
+def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Pool) -> dict[str, Any]:
     """Write the page of a scan that was done; its small picture. Both are taken from what was written before if nothing changed.
 
     Returns:

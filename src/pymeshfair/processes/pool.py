@@ -6,8 +6,8 @@ import importlib
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager, contextmanager
-from typing import Any, Protocol
+from contextlib import contextmanager
+from typing import Any
 
 from ..errors import RunError
 from .forked import can_fork
@@ -16,13 +16,6 @@ from .process import LostProcessError, Process
 
 #: the count of processes that may be lost with one task
 _LOST = 4
-
-
-class Lender(Protocol):
-    """Lends processes."""
-
-    def lend(self) -> AbstractContextManager[Process]:
-        """A process, for as long as the context lasts."""
 
 
 class Pool:

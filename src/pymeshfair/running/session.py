@@ -27,11 +27,11 @@ from ..scripts.warnings import lengths_out_of_proportion
 from .document import Document, State
 from .guarding import PRINTABLE, breaches, print_faults, wall_words, wrap_words
 from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepReport, StepStarted
-from .measuring import Found, Measuring, change_of
+from .measuring import Found, Measuring
 from .origins import Origins, find_origins, stage_map
 from .plain_values import plain
 from .report import Report
-from .shape_change import ShapeChange, milder, warnings_of
+from .shape_change import ShapeChange, milder, shape_change, warnings_of
 from .suitability import ERASED, instead, traits_asked_for
 from .talk import mark
 
@@ -239,7 +239,9 @@ class Session:
         self._lose(self._gone(before.mesh, outcome.result, present))
         after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"))
         origins = find_origins(after.mesh, before.mesh)
-        if change := change_of(origins, before, after):
+        change = None
+        if before.measures is not None and after.measures is not None:
+            change = shape_change(origins, (before.measures, after.measures))
             other_recipe = cache(lambda: instead(self._job.recipe, before, present))  # measures the scan
             for text in warnings_of(change, self._steps, other_recipe):
                 self._warn(text)

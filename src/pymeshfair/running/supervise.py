@@ -27,7 +27,7 @@ from ..files.provenance import formatted, provenance_path
 from ..files.staging import clear_up, output_lock, remove_folder, staging_folder
 from ..files.writing import StagedFile, place, stage_file
 from ..processes.order import DefectError, Order
-from ..processes.pool import Lender, Pool
+from ..processes.pool import Pool
 from ..processes.process import Items, LostProcessError, Process
 from ..processes.worker import report as report_event
 from ..scripts.guards import refuse_unmeasured
@@ -194,7 +194,7 @@ def run_job(
     job: Job,
     on_event: Callable[[Event], None] = lambda event: None,
     *,
-    workers: Lender | None = None,
+    workers: Pool | None = None,
     work: Work | None = None,
     also: Callable[[RunResult], Sequence[StagedFile]] | None = None,
 ) -> RunResult:
@@ -267,7 +267,7 @@ def _check_outputs(job: Job) -> None:
         check_maps((job.map, removed_path(job.map)), job.output, job.made_from, overwrite=job.overwrite)
 
 
-def _in_one_piece(pool: Lender, started: float, job: Job, stage: Path, items: Items, on_event: Callable[[Event], None]) -> Report:
+def _in_one_piece(pool: Pool, started: float, job: Job, stage: Path, items: Items, on_event: Callable[[Event], None]) -> Report:
     """Let one process do the work."""
     limit = default_memory() if job.memory_limit is None else job.memory_limit
     if_lost = partial(clear_up, stage, job.output)

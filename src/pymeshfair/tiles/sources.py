@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO, ClassVar, Protocol, TypeAlias
+from typing import Any, BinaryIO, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,48 +145,28 @@ CLOUD_FORMATS = ("ply", "las", "laz")
 Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], dict[str, NDArray[np.float64]]]]
 
 
-class Source(Protocol):
-    """A cloud in a file; reading raises `ContentsError` if the file is not as its header declares."""
-
-    names: ClassVar[Mapping[str, tuple[str, ...]]]  # of what points may get: "scalars", which are probabilities, and "normals"
-
-    @property
-    def row(self) -> int:
-        """Bytes of a point in memory."""
-
-    def __len__(self) -> int:
-        """The number of points."""
-
-    @property
-    def unit(self) -> str | None:
-        """The unit of its coordinates, None if the file says none."""
-
-    def points(self, size: int) -> Iterator[NDArray[np.float64]]:
-        """(m, 3) coordinates, `size` points at a time."""
-
-    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """Write `count` of the points to another file, unchanged but for what is added."""
-
-
 @dataclass(frozen=True)
 class LasCloud:
-    """The points of a LAS or LAZ file; see `pymeshfair.tiles.sources.Source`."""
+    """The points of a LAS or LAZ file; reading raises `ContentsError` if it is not as its header declares."""
 
     path: Path
+    #: in the file, of what points may get: "scalars", which are probabilities, and "normals"
     names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": ("outlier_probability",), "normals": NORMAL}
 
     @property
     def row(self) -> int:
+        """Bytes of a point in memory."""
         with opened(self.path) as reader:
             return int(reader.header.point_format.size)
 
     def __len__(self) -> int:
+        """The number of points."""
         with opened(self.path) as reader:
             return int(reader.header.point_count)
 
     @property
     def unit(self) -> str | None:
-        """That of its coordinate reference system."""
+        """That of its coordinate reference system; None without one."""
         return las_unit(self.path)
 
     def _chunks(self, size: int) -> Iterator[Any]:
@@ -194,11 +174,12 @@ class LasCloud:
             yield from chunks(reader, size)
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
+        """(m, 3) coordinates, `size` points at a time."""
         for chunk in self._chunks(size):
             yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """See `Source`; what is added becomes dimensions of its own."""
+        """Write `count` of the points to another file, unchanged but for what is added, which becomes dimensions of its own."""
         import laspy
 
         with opened(self.path) as reader:
@@ -221,7 +202,7 @@ class LasCloud:
 
 
 class PlyCloud(PlySlices):
-    """The vertices of a binary PLY file without faces."""
+    """The vertices of a binary PLY file without faces, with what `LasCloud` has."""
 
     unit = None
     names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": (SCALAR,), "normals": ("nx", "ny", "nz")}
@@ -245,6 +226,10 @@ class PlyCloud(PlySlices):
             for rows, (kept, values) in zip(self.vertices.slices(size), marks, strict=True)
         )
         self.rewrite(target, [element], columns, size)
+
+
+#: a cloud in a file that is read by slices
+Source: TypeAlias = LasCloud | PlyCloud
 
 
 @dataclass(frozen=True)
