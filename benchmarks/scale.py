@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.running.memory import parse_memory
-from pymeshfair.tiles.ply_slices import PlySlices
+from pymeshfair.tiles.sources import PlySlices
 
 NEIGHBORS, EXTENT, THRESHOLD = 20, 3.0, 0.5
 LOOP = f"""<!DOCTYPE FilterScript>

@@ -224,7 +224,7 @@ def test_lengths_refuse_amounts_and_units_that_are_none() -> None:
         with pytest.raises(ParameterError, match="finite number"):
             Length(amount)  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match="unit"):
-        Length(1.0, "mm")  # type: ignore[arg-type]
+        Length(1.0, "furlong")  # type: ignore[arg-type]
     assert str(Length(np.float64(0.25), "edge")) == "0.25edge"
 
 

@@ -19,8 +19,7 @@ from .scripts.fits import Condition, parse_fits
 from .scripts.overrides import override
 from .scripts.problems import Change
 from .scripts.read import parse_document, parse_script, read_bytes
-from .scripts.script import Script, paragraphs
-from .scripts.settings import Setting
+from .scripts.script import Script, Setting, paragraphs
 from .scripts.upgrade import upgrade_script
 from .scripts.write import format_script
 

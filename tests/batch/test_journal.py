@@ -10,13 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.batch.inputs import Asked
-from pymeshfair.batch.journal import BatchError, Journal, read_journal
-from pymeshfair.batch.outcome import Outcome
-from pymeshfair.batch.plan import Scan, job_of, plan_scans
+from pymeshfair.batch.journal import BatchError, Journal, Outcome, read_journal
+from pymeshfair.batch.plan import Asked, Scan, job_of, plan_scans
 from pymeshfair.batch.work import done_before
 from pymeshfair.files.provenance import provenance_path
-from pymeshfair.processes import versions
+from pymeshfair.processes import environment
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
@@ -89,8 +87,8 @@ def test_what_is_there_whole_is_done(done: tuple[Scan, Job]) -> None:
 
 def other_version(monkeypatch: pytest.MonkeyPatch) -> None:
     """Another version of numba is installed now."""
-    true = versions._version
-    monkeypatch.setattr(versions, "_version", lambda name: "0.1" if name == "numba" else true(name))
+    true = environment._version
+    monkeypatch.setattr(environment, "_version", lambda name: "0.1" if name == "numba" else true(name))
 
 
 @pytest.mark.parametrize(

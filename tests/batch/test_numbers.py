@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pymeshfair.batch.numbers import FAR, outliers, robust_z, worst_first
-from pymeshfair.batch.outcome import Outcome
+from pymeshfair.batch.journal import Outcome
+from pymeshfair.batch.summary import FAR, outliers, robust_z, worst_first
 
 
 def outcome(name: str, *, rms: float = 0.1, area: float = 1.0, status: str = "done") -> Outcome:

@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from pymeshfair.batch.outcome import Outcome
+from pymeshfair.batch.journal import Outcome
 from pymeshfair.batch.page import warning_kinds, write_page
 from pymeshfair.batch.summary import Summary
 from pymeshfair.recipe import load_recipe

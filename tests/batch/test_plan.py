@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.batch.inputs import expand
-from pymeshfair.batch.plan import plan_scans
+from pymeshfair.batch.plan import expand, plan_scans
 from pymeshfair.errors import ParameterError
 from pymeshfair.recipe import load_recipe
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pymeshfair.tiles.ply_slices import PlySlices
+from pymeshfair.tiles.sources import PlySlices
 from tests.commands.command_line import run_process
 from tests.running.test_supervise import slowness
 from tests.tiles.test_clouds import uneven

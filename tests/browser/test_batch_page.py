@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pymeshfair.batch.outcome import Outcome
+from pymeshfair.batch.journal import Outcome
 from pymeshfair.batch.page import write_page
 from pymeshfair.batch.summary import Summary
 from pymeshfair.recipe import load_recipe

@@ -24,8 +24,8 @@ from pymeshfair.errors import RunError
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts.script import Script, Step
 from pymeshfair.scripts.write import write_script
-from pymeshfair.tuning.access import redirecting_file
 from pymeshfair.tuning.notebook import Tuning
+from pymeshfair.tuning.server import redirecting_file
 from tests.browser.conftest import note_errors
 from tests.browser.pixels import canvas_pixels, halves, share_changed, soon
 from tests.commands.command_line import COMMAND, document, run_process

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.batch.inputs import Asked
-from pymeshfair.batch.outcome import Outcome
-from pymeshfair.batch.plan import Scan, plan_scans
+from pymeshfair.batch.journal import Outcome
+from pymeshfair.batch.plan import Asked, Scan, plan_scans
 from pymeshfair.commands.batch_progress import BatchBar, BatchLines
 from pymeshfair.recipe import load_recipe
 

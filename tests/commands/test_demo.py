@@ -41,7 +41,7 @@ def test_commands_to_try_next_can_be_copied(tmp_path: Path, monkeypatch: pytest.
     from pymeshfair.commands import demo
 
     jobs = []
-    monkeypatch.setattr(demo, "carry_out", lambda job, **options: jobs.append(job))
+    monkeypatch.setattr(demo, "carry_out", lambda job, carry, **options: jobs.append(job))
     folder = tmp_path / "a folder"
     done = invoke("demo", "-o", folder)
     assert done.exit_code == 0

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pymeshfair.commands.json_document import plain, print_document
+from pymeshfair.commands.streams import plain, print_document
 
 
 class Colours(enum.IntFlag):

@@ -15,11 +15,10 @@ from pymeshfair.files.saving import Writing
 from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.looking.coloring import COLORINGS, in_unit
 from pymeshfair.mesh_data import MeshData
-from pymeshfair.scripts.export import export_script
 from pymeshfair.scripts.guards import Guards
 from pymeshfair.scripts.problems import ScriptError
 from pymeshfair.scripts.read import parse_script
-from pymeshfair.scripts.write import format_script
+from pymeshfair.scripts.write import export_script, format_script
 from tests.commands.command_line import document, invoke, run_process
 from tests.meshes import icosphere, noisy
 from tests.running.runs import SMOOTH, ply_bytes, recipe_of, xyz

@@ -18,7 +18,6 @@ from pymeshfair.filters.inspection import Limits
 from pymeshfair.looking.annotation import round_length
 from pymeshfair.looking.camera import VIEWS, close_up, fitting_camera, view_angles, view_rows
 from pymeshfair.looking.coloring import COLORINGS
-from pymeshfair.looking.coloring_names import NUMBERS
 from pymeshfair.looking.picture import Appearance, draw_meshes
 from pymeshfair.looking.shading import DepthBuffer, Scene, draw_triangles, render
 from pymeshfair.mesh_data import MeshData, Texture
@@ -165,11 +164,6 @@ def test_rendering_is_the_same_every_time() -> None:
     camera = fitting_camera([vertices], view_rows(20, 10), 1.0)
     first, second = (render(Scene(vertices, faces, NO_EDGES), camera, 100, 100) for _ in range(2))
     np.testing.assert_array_equal(first, second)
-
-
-def test_every_coloring_has_its_name() -> None:
-    """The names that are checked before anything is loaded are those of the colorings that there are."""
-    assert tuple(COLORINGS) == NUMBERS
 
 
 def test_scale_bars_have_round_lengths() -> None:

@@ -11,8 +11,8 @@ import pytest
 from pymeshfair.errors import ParameterError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.looking.comparison import deviations_file
-from pymeshfair.looking.section import Plane, outline
 from pymeshfair.mesh_data import MeshData
+from pymeshfair.report.charts import Plane, outline
 from tests.meshes import cube, icosphere
 
 

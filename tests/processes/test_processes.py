@@ -9,18 +9,19 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
 from pymeshfair.errors import ParameterError, RunError
 from pymeshfair.files.provenance import sha256_of
-from pymeshfair.processes.order import DefectError, Order
+from pymeshfair.processes.order import DefectError
 from pymeshfair.processes.pool import Pool
 from pymeshfair.processes.process import LostProcessError, Process
 from pymeshfair.processes.worker import use_up
 from pymeshfair.running.errors import RunTimeout, WorkerDied
 from pymeshfair.running.job import Job
-from pymeshfair.running.supervise import run_job, workers_of_runs
+from pymeshfair.running.supervise import MODULES, run_job, workers_of_runs
 from tests.running.runs import BONE, CRASHES, SLOW, SMOOTH, Given, names_in, recipe_of
 
 IMPLICIT: Given = ("apply_coord_implicit_fairing", {})
@@ -106,15 +107,6 @@ def test_a_process_that_is_used_up_is_not_lent_again() -> None:
         assert pool.submit(number_of_this).result().result != number
 
 
-def test_processes_rest() -> None:
-    """A pool that is not used ends its processes, and starts others when it is."""
-    with Pool(rest_after=0.2) as pool:
-        with pool.lend() as process:
-            assert process.do(Order.of(number_of_this)).result == process.pid
-        process._process.wait(30)
-        assert pool.submit(number_of_this).result().result != process.pid
-
-
 def test_a_closed_pool_lends_nothing() -> None:
     """It has ended its processes, also those that were lent."""
     with Pool() as pool, pool.lend() as process:
@@ -149,24 +141,21 @@ def test_a_crash_costs_its_worker_alone(tmp_path: Path) -> None:
         run_job(Job(recipe_of(SMOOTH), BONE, tmp_path / "out.ply"), workers=pool)
 
 
-class _Known:
-    """Lends the process of a pool, and remembers its number."""
+class _Known(Pool):
+    """A pool that remembers the numbers of the processes that it lent."""
 
-    def __init__(self, pool: Pool) -> None:
-        self.pool = pool
-        self.numbers: list[int] = []
+    numbers: ClassVar[list[int]] = []
 
     @contextmanager
     def lend(self) -> Iterator[Process]:
-        with self.pool.lend() as process:
+        with super().lend() as process:
             self.numbers.append(process.pid)
             yield process
 
 
 def test_a_worker_that_hangs_is_ended(tmp_path: Path) -> None:
     """When its time is up a worker is killed and waited for."""
-    with workers_of_runs() as pool:
-        known = _Known(pool)
+    with (known := _Known(modules=MODULES)):
         with pytest.raises(RunTimeout, match="step 1 of 1, 'Taubin Smooth'"):
             run_job(Job(recipe_of(SLOW), BONE, tmp_path / "out.ply", timeout=3.0), workers=known)
         with pytest.raises(ProcessLookupError):

@@ -19,8 +19,7 @@ from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.inspection import Limits
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.report.charts import histogram, round_numbers, spectrum_chart
-from pymeshfair.report.display import shown_mesh
-from pymeshfair.report.scene import Marker, Scene, pack_scene
+from pymeshfair.report.scene import Marker, Scene, pack_scene, shown_mesh
 from tests.commands.command_line import COMMAND, invoke
 from tests.meshes import icosphere, torus
 from tests.running.runs import RANGE_MAP

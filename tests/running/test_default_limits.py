@@ -11,7 +11,7 @@ from threading import Timer
 
 import pytest
 
-from pymeshfair.processes.order import Answer
+from pymeshfair.processes.order import Answer, Order
 from pymeshfair.processes.process import Items, Process
 from pymeshfair.running.errors import RunTimeout
 from pymeshfair.running.job import Compiling, Event, Job, PhaseStarted
@@ -56,15 +56,15 @@ def test_compiling_is_no_part_of_the_time_for_reading(tmp_path: Path, monkeypatc
         items.put(("answer", Answer(compiled)))
         items.put(("silent", None))
 
-    process = Process()  # it does nothing
+    process, order = Process(), Order.of(time.sleep, 60.0)  # it says nothing
     try:
         say(PhaseStarted("reading"), Compiling(1, 0.0, True))
         Timer(2.0, finish).start()
-        assert Watch(job, process, items, lambda event: None).until_done(time.monotonic()) == compiled
+        assert Watch(job, process, items, lambda event: None).until_done(order, time.monotonic()) == compiled
         say(PhaseStarted("reading"), Compiling(1, 0.0, True), Compiling(1, 2.0, False))
         began = time.monotonic()
         with pytest.raises(RunTimeout, match="probably damaged"):
-            Watch(job, process, items, lambda event: None).until_done(began)
+            Watch(job, process, items, lambda event: None).until_done(order, began)
         assert time.monotonic() - began >= 1.0
     finally:
         process.close()

@@ -12,7 +12,6 @@ import pymeshlab
 import pytest
 
 from pymeshfair.declaration import Length
-from pymeshfair.declaration.units import PhysicalLength
 from pymeshfair.errors import ParameterError
 from pymeshfair.files.errors import OutputError
 from pymeshfair.recipe import Recipe, load_recipe
@@ -160,7 +159,7 @@ def test_what_moved_less_than_the_tolerance_is_kept_in_the_map(tmp_path: Path) -
     whole = Read(tmp_path / "map.ply")
     assert set(whole.face_scalars) == {1.0}
     tolerance = float(np.median(whole.vertex_scalars))
-    run_job(job(tmp_path, map=tmp_path / "map.ply", map_tolerance=PhysicalLength(1000.0 * tolerance, "mm"), unit="m"))
+    run_job(job(tmp_path, map=tmp_path / "map.ply", map_tolerance=Length(1000.0 * tolerance, "mm"), unit="m"))
     shown = Read(tmp_path / "map.ply")
     np.testing.assert_array_equal(shown.vertex_scalars, whole.vertex_scalars)
     beyond = shown.vertex_scalars[shown.faces].max(axis=1)
@@ -170,7 +169,7 @@ def test_what_moved_less_than_the_tolerance_is_kept_in_the_map(tmp_path: Path) -
     record = json.loads((tmp_path / "out.ply.provenance.json").read_bytes())
     assert float(record["guards"]["map_tolerance"]) == pytest.approx(tolerance)
     with pytest.raises(ParameterError, match=r"0\.05 on a scan in mm"):
-        run_job(job(tmp_path, map=tmp_path / "map.ply", map_tolerance=PhysicalLength(0.05, "mm")))
+        run_job(job(tmp_path, map=tmp_path / "map.ply", map_tolerance=Length(0.05, "mm")))
 
 
 def test_map_survives_meshlab(tmp_path: Path) -> None:

@@ -14,8 +14,7 @@ import pytest
 from pymeshfair.declaration import Length
 from pymeshfair.files.provenance import formatted
 from pymeshfair.operating_system import this_system
-from pymeshfair.processes.environment import worker_environment
-from pymeshfair.processes.versions import thread_settings, versions
+from pymeshfair.processes.environment import thread_settings, versions, worker_environment
 from pymeshfair.running.job import Job, Message, PhaseStarted, StepProgress
 from pymeshfair.running.plain_values import plain
 from pymeshfair.running.talk import Talk, mark, parse_talk

@@ -15,7 +15,7 @@ from pymeshfair import MeshSet
 from pymeshfair.commands.verify import EXIT_CODES
 from pymeshfair.files.errors import OutputError
 from pymeshfair.files.provenance import described_file, provenance_path
-from pymeshfair.processes.versions import versions
+from pymeshfair.processes.environment import versions
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job

@@ -16,7 +16,7 @@ from pymeshfair.errors import ParameterError, UnknownNameError
 from pymeshfair.recipe import load_recipe, shipped_heads
 from pymeshfair.scripts import Script, format_script, parse_script, read_script
 from pymeshfair.scripts.overrides import override
-from pymeshfair.scripts.settings import Setting
+from pymeshfair.scripts.script import Setting
 from tests.scripts.texts import problems, script
 
 SIZE = '<Param type="RichAbsPerc" name="TargetLen" value="1" min="0" max="100" relative="1%" setting="size"/>'

@@ -20,8 +20,7 @@ from pymeshfair.tiles import cells as cells_module
 from pymeshfair.tiles.cloud import Cloud, do_step, write_cloud
 from pymeshfair.tiles.division import divide
 from pymeshfair.tiles.plan import CloudStep
-from pymeshfair.tiles.ply_slices import PlySlices
-from pymeshfair.tiles.sources import PlyCloud
+from pymeshfair.tiles.sources import PlyCloud, PlySlices
 from pymeshfair.tiles.workers import Tasks
 from tests.tiles import tiling
 from tests.tiles.tiling import duplicates, loop, normals, strays, surplus

@@ -15,8 +15,7 @@ from pymeshfair.files.errors import ContentsError
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.outliers import local_outlier_probability
 from pymeshfair.tiles.cloud import Cloud, do_step, write_cloud
-from pymeshfair.tiles.ply_slices import PlySlices
-from pymeshfair.tiles.sources import LasCloud
+from pymeshfair.tiles.sources import LasCloud, PlySlices
 from pymeshfair.tiles.workers import Tasks
 from tests.commands.command_line import invoke
 from tests.files.test_e57 import survey

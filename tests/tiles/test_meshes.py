@@ -21,8 +21,7 @@ from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
 from pymeshfair.registry import find_filter
 from pymeshfair.tiles import cells as cells_module
 from pymeshfair.tiles.mesh import MeshFile, MeshTiles, cut, do_move
-from pymeshfair.tiles.moves import MESHLAB, why_not
-from pymeshfair.tiles.plan import Move
+from pymeshfair.tiles.plan import MESHLAB, Move, why_not
 from pymeshfair.tiles.workers import Tasks
 from tests.meshes import icosphere
 from tests.tiles.tiling import Here, write_mesh

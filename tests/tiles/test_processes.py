@@ -15,7 +15,7 @@ import pytest
 
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.outliers import local_outlier_probability
-from pymeshfair.tiles.ply_slices import PlySlices
+from pymeshfair.tiles.sources import PlySlices
 from tests.batch.batches import with_module
 from tests.commands.command_line import COMMAND, invoke, run_process
 from tests.meshes import icosphere

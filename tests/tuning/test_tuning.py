@@ -16,9 +16,9 @@ from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.running.read import read_mesh
 from pymeshfair.scripts.read import parse_script
 from pymeshfair.scripts.write import format_script
-from pymeshfair.tuning.access import Guarded
 from pymeshfair.tuning.controls import ChoiceError, StepChoices, choices_of, controls, in_mesh_units, saved_comment, script_with
 from pymeshfair.tuning.scan import prepared_scan
+from pymeshfair.tuning.server import Guarded
 from tests.meshes import icosphere
 
 

@@ -12,7 +12,7 @@ from ..scripts import Script, Step
 from ..scripts.expressions import check_expressions
 from ..scripts.guards import ATTRIBUTES as LIMITS
 from ..scripts.guards import Guards
-from ..scripts.settings import Setting, is_name
+from ..scripts.script import Setting, is_name
 from ..scripts.value_text import parse_value
 
 

@@ -18,10 +18,7 @@ from ..processes.cluster import ClusterError, Conditions, LostSchedulerError, Sc
 from ..processes.process import Items
 from ..running.job import Job
 from .plan import Scan
-from .station import Kind, Station, do_task, pool_of
-
-#: seconds without work after which a worker ends its processes
-_IDLE = 120.0
+from .station import Kind, Station, pool_of
 
 
 @contextmanager
@@ -101,7 +98,7 @@ class _Plugin(WorkerPlugin):
     def __init__(self, batch: str, template: bytes, folder: Path, wanted: Conditions) -> None:
         """See the class; `batch` is what the names of its tasks begin with, and `template` a pickled `Job`."""
         self.name = batch
-        self.folder = folder
+        self._folder = folder
         self.station: Station | None = None
         self._template = template
         self._wanted = wanted
@@ -114,23 +111,22 @@ class _Plugin(WorkerPlugin):
             return
         template: Job = pickle.loads(self._template)
         slots = worker.state.nthreads
-        self.station = Station(template, slots, pool_of(slots, rest_after=_IDLE))
+        self.station = Station(template, self._folder, slots, pool_of(slots))
 
     def teardown(self, worker: Worker) -> None:
         """Called by dask when the batch or the worker ends."""
         if self.station is not None:
-            self.station.close()
+            self.station.pool.close()
 
     def transition(self, key: Any, start: str, finish: str, **more: Any) -> None:
-        """Called by dask for every task: one that is not wanted any more is ended, also when the batch itself was killed."""
+        """Called by dask for every task: once one is not wanted any more the batch was given up or killed, and all are ended."""
         if (start, finish) == ("executing", "released") and self.station is not None and str(key).startswith(self.name):
-            self.station.cancel(str(key))
+            self.station.pool.stop()
 
 
 def _do(batch: str, kind: Kind, scan: Scan) -> Any:
     """A task, on whichever worker dask gives it to."""
-    worker = get_worker()
-    plugin = cast("_Plugin", worker.plugins[batch])
+    plugin = cast("_Plugin", get_worker().plugins[batch])
     if plugin.station is None:
         raise Reschedule
-    return do_task(plugin.station, kind, scan, plugin.folder, str(worker.get_current_task()))
+    return plugin.station.do(kind, scan)

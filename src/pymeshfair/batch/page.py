@@ -1,25 +1,119 @@
-"""``batch.html``: one page with a row a scan, failures first."""
+"""``batch.html``, one page with a row a scan, failures first; and the page of each scan, made in a process of its own."""
 
+import json
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from ..files.errors import InputError
+from ..files.provenance import read_provenance
+from ..files.staging import clear_up, staging_folder
+from ..files.writing import StagedFile, check_target, place, stage_file
+from ..processes.order import Order
+from ..processes.pool import Pool
 from ..report.comparison_page import Verdict
 from ..report.page import render
-from .drawing import page_path
-from .numbers import area_change, displacement_in_edges, largest_in_edges, worst_first
-from .outcome import Outcome
-from .summary import Summary, write_text
+from ..running.plain_values import plain
+from .journal import Outcome, digests_of
+from .summary import Summary, area_change, displacement_in_edges, largest_in_edges, worst_first, write_text
+
+#: the folder of pages, in that of the batch
+PAGES = "reports"
+#: pixels of a small picture
+_SMALL = 128
+
+
+def page_path(folder: Path, output: Path) -> Path:
+    """The path of the page of a scan: ``reports/scan.ply.html`` in the folder of the batch, for its output ``scan.ply``."""
+    place = output.relative_to(folder)
+    return folder / PAGES / place.with_name(f"{place.name}.html")
+
+
+def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Pool) -> dict[str, Any]:
+    """Write the page of a scan that was done; its small picture. Both are taken from what was written before if nothing changed.
+
+    Returns:
+        ``"source"``, the picture as a ``data:`` address, ``"width"`` and ``"height"`` in pixels.
+
+    Raises:
+        RunError: a file cannot be read or must not be replaced, or the process died.
+    """
+    record = read_provenance(output)
+    if record is None:
+        raise InputError(output, "no provenance says what it was made from")
+    digests, kept = digests_of(record), page.with_suffix(".json")
+    page.parent.mkdir(parents=True, exist_ok=True)
+    former = _former(kept)
+    if page.exists() and former.pop("digests", None) == digests:
+        return former
+    check_target(kept, ("json",), overwrite=overwrite or bool(former))
+    check_target(page, ("html",), overwrite=overwrite or bool(former))
+    with staging_folder(page) as stage:
+        order = Order.of(_drawn, input, output, stage, memory_limit=memory, if_lost=partial(clear_up, stage, page))
+        with workers.lend() as worker:
+            answer = worker.do(order)
+        if answer.error is not None:
+            raise answer.error
+        small: dict[str, Any] = answer.result
+        known = stage_file(stage / "new" / "small.json", kept, json.dumps({"digests": digests, **small}).encode())
+        place([known, StagedFile(stage / "new" / "page.html", page)], stage)
+    return small
+
+
+def _former(kept: Path) -> dict[str, Any]:
+    """The digests and picture of a page that was made before; empty if there is none."""
+    try:
+        found = json.loads(kept.read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) and {"digests", "source", "width", "height"} <= found.keys() else {}
+
+
+def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
+    """Write the page into the staging folder; the small picture."""
+    from ..looking.comparison import compare
+    from ..looking.mesh_state import state_of
+    from ..looking.picture import Appearance, draw_meshes
+    from ..report.comparison_page import Compared, comparison_page, verdict_of
+    from ..report.page import figure_of
+    from ..running.read import read_mesh
+
+    meshes = [read_mesh(path, allow_outside=True, unchecked=True) for path in (input, output)]
+    before, after = map(state_of, meshes)
+    found, distances = compare(before, after)
+    found = replace(found, displacement=None)  # how far vertices moved is what the run said
+    record = read_provenance(output)
+    assert record is not None
+    change = record["measures"]["change"] or {}
+    page = comparison_page(
+        Compared(before, after, found, distances, {}),
+        title=f"{meshes[0].path.name}: {record['recipe']['name']}",
+        subtitle=f"The recipe {record['recipe']['name']} on {meshes[0].path.name}, written to {output.name}.",
+        numbers={"change": change, "comparison": plain(asdict(found))},
+        verdict=verdict_of(found, change, record["measures"]["unit"]),
+        unit=record["measures"]["unit"],
+        warnings=record["warnings"],
+        left_out=["No spectrum: `pymeshfair spectrum` tells it."],
+        run=record,
+        provenance=json.dumps(record, indent=2, ensure_ascii=False),
+    )
+    (stage / "new" / "page.html").write_bytes(page)
+    picture = draw_meshes([read.mesh for read in meshes], ["", ""], Appearance(width=_SMALL, height=_SMALL, titles=False))
+    small = figure_of(picture, "", "")
+    return {"source": small.source, "width": small.width, "height": small.height}
+
 
 NAME = "batch.html"
 #: so many scans, those that moved most, have pictures on the page
 _PICTURES = 10
 #: so many scans are named with each kind of warning
 _EXAMPLES = 5
-#: the head of each column of numbers, and in which of `pymeshfair.batch.numbers.QUESTIONS` it tells outliers
+#: the head of each column of numbers, and in which of `pymeshfair.batch.summary.QUESTIONS` it tells outliers
 _COLUMNS = (
     ("moved (edges)", "displacement"),
     ("at most", ""),
@@ -32,7 +126,7 @@ _COLUMNS = (
 
 
 def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, Any]]) -> Path:
-    """Write the page; `made` has of each output what `pymeshfair.batch.drawing.draw` gave back, ``"problem"``, or nothing."""
+    """Write the page; `made` has of each output what `draw` gave back, ``"problem"``, or nothing."""
     told = {outcome.output: (name, far) for outcome, name, far in summary.rows}
     moved = sorted(summary.outcomes, key=lambda outcome: -(displacement_in_edges(outcome) or 0.0))
     pictured = {outcome.output for outcome in [o for o in moved if "source" in made.get(o.output, {})][:_PICTURES]}

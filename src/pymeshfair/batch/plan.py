@@ -1,18 +1,190 @@
-"""The plan of a batch: every scan with its recipe and its output; no two outputs are the same file."""
+"""The plan of a batch: the scans that a command line means, each with its recipe, its output and a short name.
 
+They are named by files, folders, patterns, lists and tables. No two outputs are the same file.
+"""
+
+import csv
+import glob
 import os
-from collections import defaultdict
-from collections.abc import Sequence
+import sys
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ..declaration import nearest
 from ..errors import ParameterError
-from ..files.formats import WRITABLE, extension
-from ..files.provenance import provenance_path
+from ..files.formats import READABLE, WRITABLE, extension
+from ..files.provenance import provenance_path, read_provenance
 from ..recipe import Recipe
 from ..running.job import Job
 from ..scripts.warnings import traps
-from .inputs import Asked, labels
+
+#: extensions that are skipped in a folder, as they are rarely scans; a pattern takes them all the same
+_RARELY_A_MESH = frozenset(("txt",))
+_COLUMNS = ("input", "output")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """One scan as it was asked for."""
+
+    input: Path  # the mesh file, an absolute path; whether it exists is seen when its turn comes
+    #: its folder below the folder, or the fixed part of the pattern, of the command line; None of a file named there
+    folder: Path | None = None
+    output: str | None = None  # its output relative to the folder of the batch, where a table names it
+    overrides: tuple[str, ...] = ()  # ``STEP.PARAM=VALUE``, from the columns of a table
+
+
+def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Asked]:
+    """The scans that arguments mean, in their order, each once.
+
+    An argument is a mesh file; a folder, with the mesh files in it and below it in the order of their paths, but without hidden
+    and .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one of these a line; or a table
+    ``*.csv``. ``@-`` and ``-`` are a list and a table on standard input. What a list or a table names is relative to its own
+    folder.
+    """
+    scans: dict[tuple[object, ...], Asked] = {}
+    for argument in arguments:
+        for scan in _expanded(argument, Path.cwd(), settings):
+            scans.setdefault((scan.input, scan.output, scan.overrides), scan)
+    return list(scans.values())
+
+
+def without_outputs(scans: Sequence[Asked], folder: Path) -> tuple[list[Asked], list[Path]]:
+    """Scans without the outputs of earlier runs on them, and these outputs.
+
+    Of the files of folders and patterns those are left out that lie in the folder of outputs, or that a run made of another scan.
+    A file that the command line names stays.
+    """
+    inputs = {scan.input for scan in scans}
+    kept: list[Asked] = []
+    outputs: list[Path] = []
+    for scan in scans:
+        is_output = scan.folder is not None and (folder in scan.input.parents or _source(scan.input) in inputs)
+        if is_output:
+            outputs.append(scan.input)
+        else:
+            kept.append(scan)
+    return kept, outputs
+
+
+def _source(path: Path) -> Path | None:
+    """The file that a run made this one of; None where no record says that."""
+    record = read_provenance(path)
+    return None if record is None else Path(str(record["input"].get("path")))
+
+
+def labels(inputs: Sequence[Path], outputs: Sequence[Path]) -> list[str]:
+    """A short name for each scan: as few of the last parts of its input as no other input ends with.
+
+    An input with several outputs has the name of the output, too.
+    """
+    ends = Counter(end for path in set(inputs) for end in _ends(path))
+    rows = Counter(inputs)
+    names = [next((end for end in _ends(path) if ends[end] == 1), str(path)) for path in inputs]
+    return [
+        name if rows[input] == 1 else f"{name} to {output.name}"
+        for name, input, output in zip(names, inputs, outputs, strict=True)
+    ]
+
+
+def _ends(path: Path) -> Iterator[str]:
+    """The last part of a path, its last two, and so on."""
+    parts = path.parts
+    for count in range(1, len(parts) + 1):
+        yield Path(*parts[-count:]).as_posix()
+
+
+def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[Asked]:
+    if argument.startswith("@"):
+        yield from _listed(base / argument[1:], settings)
+        return
+    path = base / argument
+    if path.is_dir():
+        root = path.absolute()
+        files = sorted(_scans_below(root))
+        if not files:
+            raise ParameterError(f"the folder {path} holds no mesh files, nor do the folders below it")
+    elif not path.exists() and glob.has_magic(argument):
+        parts = path.absolute().parts
+        root = Path(*parts[: next(k for k, part in enumerate(parts) if glob.has_magic(part))])
+        files = sorted(p for p in map(Path, glob.glob(str(path), recursive=True)) if p.is_file())  # noqa: PTH207 - patterns with folders
+        if not files:
+            raise ParameterError(f"no file fits the pattern {argument!r} (looked for {path})")
+    elif argument == "-" or extension(path) == "csv":
+        yield from _table(path, settings)
+        return
+    elif extension(path) in ("html", "htm"):
+        raise ParameterError(f"{argument} is a page, not a scan; --report takes no name, it writes batch.html to the folder")
+    else:
+        yield Asked(path.absolute())
+        return
+    for file in files:
+        yield Asked(file.absolute(), file.absolute().parent.relative_to(root))
+
+
+def _scans_below(root: Path) -> Iterator[Path]:
+    """The mesh files in a folder and in those below it."""
+    for parent, folders, names in os.walk(root):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        for path in (Path(parent, name) for name in names if not name.startswith(".")):
+            if extension(path) in READABLE and extension(path) not in _RARELY_A_MESH and path.is_file():
+                yield path
+
+
+def _listed(path: Path, settings: Sequence[str]) -> Iterator[Asked]:
+    for number, line in enumerate(_text(path).splitlines(), 1):
+        entry = line.strip()
+        if not entry or entry.startswith("#"):
+            continue
+        if entry.startswith("@"):
+            raise ParameterError(f"{path}:{number}: a list cannot name another list, {entry!r}")
+        yield from _expanded(entry, path.absolute().parent, settings)
+
+
+def _table(path: Path, settings: Sequence[str]) -> Iterator[Asked]:
+    rows = csv.reader(_text(path).splitlines(), strict=True)
+    try:
+        header = [name.strip() for name in next(rows, [])]
+        _check_header(path, header, settings)
+        for number, row in enumerate(rows, 2):
+            if not any(cell.strip() for cell in row):
+                continue
+            if len(row) != len(header):
+                raise ParameterError(f"{path}:{number}: it has {len(row)} cells, but the table has {len(header)} columns")
+            cells = {name: cell.strip() for name, cell in zip(header, row, strict=True) if not name.startswith("#")}
+            if not cells["input"]:
+                raise ParameterError(f"{path}:{number}: the cell of the column input is empty")
+            overrides = tuple(f"{name}={cell}" for name, cell in cells.items() if name not in _COLUMNS and cell)
+            yield Asked(path.absolute().parent / cells["input"], None, cells.get("output") or None, overrides)
+    except csv.Error as error:
+        raise ParameterError(f"{path}:{rows.line_num}: {error}") from None
+
+
+def _check_header(path: Path, header: Sequence[str], settings: Sequence[str]) -> None:
+    if "input" not in header:
+        raise ParameterError(f"{path}:1: a table needs a column 'input'; it has {', '.join(map(repr, header)) or 'none at all'}")
+    for name in header:
+        if header.count(name) > 1:
+            raise ParameterError(f"{path}:1: the column {name!r} is there twice")
+        if name not in (*_COLUMNS, *settings) and "." not in name and not name.startswith("#"):
+            near = nearest(name, (*_COLUMNS, *settings))
+            hint = f"did you mean {near!r}? " if near else ""
+            raise ParameterError(
+                f"{path}:1: {name!r} is no column that is known; {hint}"
+                f"Columns are {', '.join((*_COLUMNS, *settings))} and STEP.PARAM, "
+                "and one whose name begins with # is passed over"
+            )
+
+
+def _text(path: Path) -> str:
+    try:
+        return sys.stdin.read() if path.name == "-" else path.read_text("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise ParameterError(f"cannot read {path}: {(reason or str(error)).lower()}") from None
+
 
 #: placeholders in the name of outputs, which stand for parts of the input's path
 PLACEHOLDERS = ("{stem}", "{name}", "{extension}", "{folder}", "{parent}", "{number}")

@@ -1,28 +1,34 @@
-"""Does the tasks of a batch on one machine: each scan is cleaned, and its page drawn, in a process that is lent for it."""
+"""Does the tasks of a batch: the workers of a machine, and the loop that gives them scans and writes down the outcomes.
+
+Each scan is cleaned, and its page drawn, in a process that is lent for it.
+"""
 
 from __future__ import annotations
 
+import os
+import signal
 import socket
+import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
+from queue import Empty
 from typing import Any, Literal, Protocol, TypeAlias
 
-from ..errors import RunError
 from ..files.errors import OutputBusyError
 from ..operating_system import this_system
+from ..processes.cluster import LostSchedulerError
 from ..processes.pool import Pool
-from ..processes.process import Items, Process
+from ..processes.process import Items
 from ..running.errors import OutOfMemory, WorkerDied
+from ..running.interrupts import Interrupted
 from ..running.job import Job, RunResult
 from ..running.memory import default_memory
 from ..running.supervise import run_job, workers_of_runs
-from .drawing import draw, page_path
-from .outcome import Outcome, now
+from .journal import Journal, Outcome, now
+from .page import draw, page_path
 from .plan import Scan, job_of
 
 #: seconds to wait for another run of the same output: of a lost worker, which may still be clearing up
@@ -36,79 +42,54 @@ def share_of_threads(slots: int) -> int:
     return max(1, this_system().processors() // slots)
 
 
-def pool_of(slots: int, *, rest_after: float | None = None) -> Pool:
+def pool_of(slots: int) -> Pool:
     """Processes for so many tasks at a time, see `pymeshfair.processes.pool.Pool`."""
-    return workers_of_runs(slots, share_of_threads(slots), rest_after=rest_after)
+    return workers_of_runs(slots, share_of_threads(slots))
 
 
+@dataclass(frozen=True)
 class Station:
     """Does the tasks of a batch in this process and those that it starts. May be used from several threads."""
 
-    def __init__(self, template: Job, slots: int, pool: Pool) -> None:
-        """See the class.
+    template: Job  # the options that all runs share
+    folder: Path  # of the batch
+    slots: int  # tasks at a time; each takes its share of processors and memory
+    pool: Pool  # lends the processes, see `pool_of`; tasks fail once it is stopped
 
-        Args:
-            template: the options that all runs share.
-            slots: tasks at a time; each takes its share of processors and memory.
-            pool: lends the processes, see `pool_of`; it is closed with the station.
-        """
-        self._template = template
-        self._host = socket.gethostname()
-        self._threads = share_of_threads(slots)
-        memory = default_memory()
-        self._memory = None if memory is None else memory // slots
-        self._pool = pool
-        self._lent: dict[str, Process] = {}
-        self._cancelled: set[str] = set()
-
-    def close(self) -> None:
-        """End all that is going on."""
-        self._pool.close()
-
-    def cancel(self, key: str) -> None:
-        """End the task of that key, or refuse it when it begins."""
-        self._cancelled.add(key)
-        if process := self._lent.get(key):
-            process.kill()
-
-    def clean(self, key: str, scan: Scan) -> Outcome:
-        """Clean one scan in this thread."""
-        started = time.monotonic()
+    def do(self, kind: Kind, scan: Scan) -> Any:
+        """Do a task in this thread: an `Outcome`, or what `draw` gives, with ``"problem"`` the reason why there is no page."""
+        if kind == "clean":
+            return self._clean(scan)
+        memory, overwrite = self.template.memory_limit or self._memory(), self.template.overwrite
+        page = page_path(self.folder, scan.output)
         try:
-            job = job_of(self._template, scan, threads=self._threads, memory=self._memory)
-            record = self._run(key, job).record
-            return replace(Outcome.of_record(record, job.input, job.output), finished=now(), host=self._host)
-        except Exception as error:
-            return Outcome.of_error(scan.input, scan.output, error, time.monotonic() - started, self._host)
-
-    def draw(self, key: str, scan: Scan, page: Path) -> dict[str, Any]:
-        """Make the page of one scan in this thread, see `pymeshfair.batch.drawing.draw`; ``"problem"`` says why there is none."""
-        limit = self._template.memory_limit or self._memory
-        try:
-            return draw(
-                scan.input,
-                scan.output,
-                page,
-                memory=limit,
-                overwrite=self._template.overwrite,
-                workers=_Lender(self._pool, key, self._lent, self._cancelled),
-            )
+            return draw(scan.input, scan.output, page, memory=memory, overwrite=overwrite, workers=self.pool)
         except Exception as error:
             return {"problem": str(error)}
 
-    def _check_wanted(self, key: str) -> None:
-        if key in self._cancelled:
-            raise RunError("the batch was given up")
+    def _memory(self) -> int | None:
+        """Bytes that a task may take by default."""
+        memory = default_memory()
+        return None if memory is None else memory // self.slots
 
-    def _run(self, key: str, job: Job) -> RunResult:
+    def _clean(self, scan: Scan) -> Outcome:
+        started, host = time.monotonic(), socket.gethostname()
+        try:
+            job = job_of(self.template, scan, threads=share_of_threads(self.slots), memory=self._memory())
+            record = self._run(job).record
+            return replace(Outcome.of_record(record, job.input, job.output), finished=now(), host=host)
+        except Exception as error:
+            return Outcome.of_error(scan.input, scan.output, error, time.monotonic() - started, host)
+
+    def _run(self, job: Job) -> RunResult:
         from ..tiles.course import can_be_cut, run_by_tiles
 
         deadline, is_first = time.monotonic() + _PATIENCE, True
         job.output.parent.mkdir(parents=True, exist_ok=True)
         while True:
             try:
-                return run_job(job, workers=_Lender(self._pool, key, self._lent, self._cancelled))
-            except OutputBusyError:  # noqa: PERF203
+                return run_job(job, workers=self.pool)
+            except OutputBusyError:
                 if time.monotonic() > deadline:
                     raise
                 time.sleep(0.2)
@@ -116,33 +97,12 @@ class Station:
                 if not can_be_cut(job):
                     raise
                 note = "it needed more memory than it was given, so that it was cut into tiles"
-                job = replace(job, warnings=(*job.warnings, note))
-                return run_by_tiles(job, check_wanted=partial(self._check_wanted, key))
+                return run_by_tiles(replace(job, warnings=(*job.warnings, note)), check_wanted=self.pool.check_open)
             except WorkerDied as error:
-                if error.signal != "SIGKILL" or not is_first or key in self._cancelled:
+                if error.signal != "SIGKILL" or not is_first:
                     raise
                 is_first = False  # by hand, or for want of memory while others ran
-
-
-@dataclass(frozen=True)
-class _Lender:
-    """Lends the processes of a pool for one task, whose process is known while it lasts and killed if the task is cancelled."""
-
-    pool: Pool
-    key: str
-    lent: dict[str, Process]
-    cancelled: set[str]
-
-    @contextmanager
-    def lend(self) -> Iterator[Process]:
-        with self.pool.lend() as process:
-            self.lent[self.key] = process
-            try:
-                if self.key in self.cancelled:
-                    process.kill()
-                yield process
-            finally:
-                del self.lent[self.key]
+            self.pool.check_open()
 
 
 class Workers(Protocol):
@@ -162,43 +122,123 @@ class Workers(Protocol):
 
 
 class ThisMachine:
-    """Threads of this process with a station; see `Workers`. A context manager that ends them."""
+    """Threads of this process at a station; see `Workers`. A context manager that ends them."""
 
-    def __init__(self, template: Job, folder: Path, slots: int, items: Items, pool: Pool) -> None:
-        """See the class; `slots` tasks are done at a time, in processes that `pool` lends."""
-        self._station = Station(template, slots, pool)
-        self._folder = folder
+    def __init__(self, station: Station, items: Items) -> None:
+        self._station = station
         self._items = items
-        self._threads = ThreadPoolExecutor(slots)
-        self._keys: set[str] = set()
+        self._threads = ThreadPoolExecutor(station.slots)
 
     def __enter__(self) -> ThisMachine:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.give_up()
-        self._station.close()
 
     def submit(self, kind: Kind, scan: Scan) -> None:
-        key = f"{kind}-{scan.number}"
-        self._keys.add(key)
-        future = self._threads.submit(do_task, self._station, kind, scan, self._folder, key)
-        result: Callable[[], Any] = future.result
-        future.add_done_callback(lambda done: None if done.cancelled() else self._items.put((kind, (scan, result))))
+        future = self._threads.submit(self._station.do, kind, scan)
+        future.add_done_callback(lambda done: None if done.cancelled() else self._items.put((kind, (scan, done.result))))
 
     def give_up(self) -> None:
         """See `Workers`; returns when all has been cleared up."""
         self._threads.shutdown(wait=False, cancel_futures=True)
-        for key in self._keys:
-            self._station.cancel(key)
+        self._station.pool.close()
         self._threads.shutdown()
 
     def look(self) -> str | None:
         return None
 
 
-def do_task(station: Station, kind: Kind, scan: Scan, folder: Path, key: str) -> Any:
-    """Do a task at a station: an `Outcome`, or what `pymeshfair.batch.drawing.draw` gives."""
-    if kind == "clean":
-        return station.clean(key, scan)
-    return station.draw(key, scan, page_path(folder, scan.output))
+#: seconds between checks of the workers
+_PULSE = 1.0
+
+
+class Listener(Protocol):
+    """Called on the events of a batch, in the thread that runs it. An exception of a method ends the batch."""
+
+    def begin(self, total: int) -> None:
+        """So many scans are to do."""
+
+    def outcome(self, scan: Scan, outcome: Outcome) -> None:
+        """A scan has ended; its outcome is in the journal."""
+
+    def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
+        """A page was drawn: the result of `pymeshfair.batch.page.draw`, or ``"problem"`` with the reason of a failure."""
+
+    def note(self, text: str) -> None:
+        """A message about the workers for the user."""
+
+
+@dataclass
+class Course:
+    """Cleans scans, reports each outcome once it is in the journal, and draws pages of the cleaned scans."""
+
+    workers: Workers
+    journal: Journal
+    items: Items
+    listener: Listener
+    outcomes: dict[int, Outcome]  # takes those of the scans by their numbers
+    pages: dict[int, Mapping[str, Any]] | None  # takes the drawn pages; None draws none
+    stop: bool  # after the first scan that fails
+    left: int = 0  # tasks that have not ended
+
+    def run(self, scans: Sequence[Scan], drawn: Sequence[Scan]) -> None:
+        """Clean the scans, and draw the pages of others that are done.
+
+        Raises:
+            ClusterError: a worker was lost, or the scheduler stopped.
+            BatchError: the journal cannot be written.
+            KeyboardInterrupt: Ctrl-C, within a second; a second one ends the process at once.
+        """
+        for scan in scans:
+            self.submit("clean", scan)
+        for scan in drawn:
+            self.submit("draw", scan)
+        try:
+            while self.left:
+                self._next()
+        except BaseException:
+            self.workers.give_up()
+            raise
+
+    def submit(self, kind: Kind, scan: Scan) -> None:
+        """Let the workers do a task."""
+        self.workers.submit(kind, scan)
+        self.left += 1
+
+    def _next(self) -> None:
+        try:
+            kind, item = self.items.get(timeout=_PULSE)
+        except Empty:
+            if note := self.workers.look():
+                self.listener.note(note)
+            return
+        if kind == "signal":
+            if threading.current_thread() is threading.main_thread():
+                signal.signal(signal.SIGINT, lambda number, frame: os._exit(130))
+            raise Interrupted
+        self.left -= 1
+        scan, result = item
+        try:
+            made = result()
+        except LostSchedulerError:
+            raise
+        except Exception as error:
+            lost = {"problem": f"its worker was lost: {error}"}
+            made = lost if kind == "draw" else Outcome.of_error(scan.input, scan.output, error, 0.0, "")
+        if kind == "clean":
+            self._take(scan, made)
+        elif self.pages is not None:
+            self.pages[scan.number] = made
+            self.listener.page(scan, made)
+
+    def _take(self, scan: Scan, outcome: Outcome) -> None:
+        """Record the outcome of a scan that has ended."""
+        self.journal.append(outcome)
+        self.outcomes[scan.number] = outcome
+        self.listener.outcome(scan, outcome)
+        if outcome.status != "done" and self.stop:
+            self.workers.give_up()
+            self.left = 0
+        elif outcome.status != "failed" and self.pages is not None:
+            self.submit("draw", scan)

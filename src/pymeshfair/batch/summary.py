@@ -1,24 +1,137 @@
-"""``batch.json`` and ``batch.csv``: every scan of a batch, those included that were done before it was resumed."""
+"""``batch.json`` and ``batch.csv``: every scan of a batch, those included that were done before it was resumed.
+
+Of every scan there is one number for every question that is asked of all of them; some lie far from those of the others.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
 import json
+import math
+import statistics
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from ..files.writing import write_file
-from ..processes.versions import versions
+from ..processes.environment import versions
 from ..running.job import Job
 from ..running.plain_values import plain
-from .inputs import labels
-from .numbers import as_row, outliers
-from .outcome import Outcome
+from .journal import Outcome
+from .plan import labels
+
+#: of a robust z beyond which a number counts as far from the others [iglewicz1993]
+FAR = 3.5
+#: with fewer numbers there are no outliers
+_FEWEST = 5
+#: a normal distribution's standard deviation over its median absolute deviation, and over its mean absolute deviation
+_BY_MEDIAN, _BY_MEAN = 1.482602, 1.253314
+
+
+def displacement_in_edges(outcome: Outcome) -> float | None:
+    """The root mean square of the displacement over the mean edge (for a cloud, the mean spacing) of the input."""
+    return _in_edges(outcome, "rms")
+
+
+def largest_in_edges(outcome: Outcome) -> float | None:
+    """The largest displacement over the mean edge (for a cloud, the mean spacing) of the input."""
+    return _in_edges(outcome, "largest")
+
+
+def _in_edges(outcome: Outcome, name: str) -> float | None:
+    moved, before = outcome.displacement, outcome.before
+    edge = before and (before.get("mean_edge") or before.get("mean_spacing"))
+    return None if moved is None or not edge else moved[name] / edge
+
+
+def area_change(outcome: Outcome) -> float | None:
+    """By how many percent the area has changed; below 0 it was lost. None for clouds."""
+    if outcome.before is None or outcome.after is None or not outcome.before.get("area"):
+        return None
+    change: float = 100.0 * (outcome.after["area"] / outcome.before["area"] - 1.0)
+    return change
+
+
+def roughness_before(outcome: Outcome) -> float | None:
+    """The roughness of the scan: the mean angle between neighbouring faces in degrees, None for clouds."""
+    found: float | None = None if outcome.before is None else outcome.before.get("roughness")
+    return found
+
+
+#: the numbers in which a scan can be an outlier
+QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
+    "displacement": displacement_in_edges,
+    "area": area_change,
+    "noise": roughness_before,
+}
+
+
+def outliers(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
+    """Of each outcome, in which of `QUESTIONS` it lies far from the others."""
+    found: list[list[str]] = [[] for _ in outcomes]
+    for words, measure in QUESTIONS.items():
+        numbers = [measure(outcome) for outcome in outcomes]
+        for mine, z in zip(found, robust_z(numbers), strict=True):
+            if z is not None and abs(z) > FAR:
+                mine.append(words)
+    return [tuple(mine) for mine in found]
+
+
+def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
+    """The distance of each number from the median, in standard deviations estimated by the median absolute deviation.
+
+    Where more than half of the numbers are the same that is 0, and the mean absolute deviation takes its place [iglewicz1993].
+    None for what is None or not finite, and for all if they are fewer than five or all the same.
+    """
+    known = [x for x in numbers if x is not None and math.isfinite(x)]
+    if len(known) < _FEWEST:
+        return [None] * len(numbers)
+    middle = statistics.median(known)
+    away = [abs(x - middle) for x in known]
+    scale = _BY_MEDIAN * statistics.median(away) or _BY_MEAN * statistics.fmean(away)
+    if not scale:
+        return [None] * len(numbers)
+    return [None if x is None or not math.isfinite(x) else (x - middle) / scale for x in numbers]
+
+
+def worst_first(outcomes: Sequence[Outcome]) -> list[Outcome]:
+    """Failures first, then those with broken guards, then the others from the largest displacement down."""
+    order = {"failed": 0, "broken": 1, "done": 2}
+    return sorted(outcomes, key=lambda o: (order[o.status], -(displacement_in_edges(o) or 0.0), o.input))
+
+
+def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
+    """The row of a scan in the tables, by the names of their columns."""
+    before, after, moved = outcome.before or {}, outcome.after or {}, outcome.displacement or {}
+    return {
+        "input": outcome.input,
+        "output": outcome.output,
+        "status": outcome.status,
+        "seconds": round(outcome.seconds, 3),
+        "vertices_before": before.get("vertices"),
+        "vertices_after": after.get("vertices"),
+        "faces_before": before.get("faces"),
+        "faces_after": after.get("faces"),
+        "roughness_before": before.get("roughness"),
+        "roughness_after": after.get("roughness"),
+        "unit": outcome.unit,
+        "displacement_mean": moved.get("mean"),
+        "displacement_rms": moved.get("rms"),
+        "displacement_largest": moved.get("largest"),
+        "displacement_rms_in_edges": displacement_in_edges(outcome),
+        "displacement_largest_in_edges": largest_in_edges(outcome),
+        "area_change_percent": area_change(outcome),
+        "far_in": " ".join(far),
+        "warnings": len(outcome.warnings),
+        "peak_memory_bytes": outcome.peak_memory,
+        "former_output": outcome.former,
+        "error": (outcome.error or {}).get("message", "; ".join(str(b["message"]) for b in outcome.breaches)),
+    }
+
 
 SCHEMA = "pymeshfair-batch-1"
 TABLE, DOCUMENT = "batch.csv", "batch.json"
@@ -89,6 +202,6 @@ class Summary:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a file that appears whole, in place of that of a former batch; see `pymeshfair.batch.checks.check_own_files`."""
+    """Write a file that appears whole, in place of that of a former batch; see `Task`."""
     write_file(path, text.encode("utf-8", "surrogateescape"), overwrite=True)
     return path

@@ -2,34 +2,38 @@
 
 import math
 import secrets
+import shutil
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
 from ..errors import ParameterError, RunError
+from ..files.formats import extension
+from ..files.inputs import check_input
+from ..files.outputs import check_output
 from ..files.provenance import formatted, provenance_path, read_provenance, recorded_digest, sha256_of
-from ..files.writing import write_file
+from ..files.writing import check_place, check_target, write_file
 from ..processes.cluster import Scheduler
+from ..processes.environment import PACKAGES, packages_here
 from ..processes.pool import Pool
 from ..processes.process import Items
-from ..processes.versions import PACKAGES, packages_here
 from ..running.interrupts import Interrupts
 from ..running.job import Job
 from ..running.read import inspect_mesh
-from .checks import Prospect, check_own_files, look_ahead
-from .engine import Course, Listener
-from .journal import NAME, BatchError, Journal, read_journal
-from .outcome import Outcome, digests_of, now
+from ..scripts.guards import refuse_unmeasured
+from ..scripts.warnings import check_needs
+from .journal import NAME, BatchError, Journal, Outcome, now, read_journal
+from .page import NAME as PAGE
 from .page import write_page
 from .plan import Scan
-from .station import ThisMachine, Workers, pool_of
-from .summary import Summary
+from .station import Course, Listener, Station, ThisMachine, Workers, pool_of
+from .summary import DOCUMENT, TABLE, Summary
 
 #: so many scans are opened for each one that is chosen
 _OPENED = 4
@@ -64,6 +68,25 @@ def _noise(path: Path) -> float:
     return float(measures["roughness"] or measures["mean_spacing"] or 0.0)
 
 
+#: an output in doubles over its input in single precision, at most
+_GROWTH = 2.0
+
+
+@dataclass(frozen=True)
+class Prospect:
+    """The work that a batch would do."""
+
+    states: Mapping[int, str]  # of each scan ``"to do"``, ``"done"`` or ``"cannot be done"``, by its number
+    problems: Mapping[int, str]  # of those that cannot be done why, by their numbers
+    bytes_in: int  # of the inputs that are to do
+    bytes_free: int | None  # where the outputs go, or None where the system does not say
+
+    @property
+    def lacks_room(self) -> bool:
+        """Whether the outputs probably do not fit on the disk."""
+        return self.bytes_free is not None and self.bytes_free < _GROWTH * self.bytes_in
+
+
 #: files are read and digested by so many threads
 _READERS = 4
 
@@ -87,9 +110,6 @@ def done_before(
         journal: the last line about each output; what it tells beyond the provenance is kept.
         renumber: take outputs under other names of the journal, too: an added scan changes the numbers of those after it.
     """
-    variants = {id(scan.recipe): scan.recipe for scan in scans}
-    recipes = {key: recipe.digest for key, recipe in variants.items()}
-    jobs = {key: replace(template, recipe=recipe) for key, recipe in variants.items()}
     others = [sha256_of(path) for path in template.others if path.is_file()]
     packages = packages_here()
 
@@ -98,10 +118,9 @@ def done_before(
         if record is None:
             return None
         try:
-            job = jobs[id(scan.recipe)]
+            job = replace(template, recipe=scan.recipe)
             limits = job.all_guards.in_mesh_units(job.unit_of(record["input"].get("unit"))).texts()
-            wanted = (recipes[id(scan.recipe)], others, limits, packages)
-            if _made_by(record) != wanted or not _is_whole(record, scan, path):
+            if _made_by(record) != (scan.recipe.digest, others, limits, packages) or not _is_whole(record, scan, path):
                 return None
             outcome = Outcome.of_record(record, scan.input, scan.output)
         except (KeyError, TypeError, ValueError, OSError, ParameterError):  # another's document, or a file that is gone
@@ -109,7 +128,7 @@ def done_before(
         if outcome.status == "broken" and not template.keep_broken:
             return None
         former = journal.get(str(path))
-        if former is not None and former.digests == digests_of(record):
+        if former is not None and former.digests == outcome.digests:
             outcome = replace(former, output=str(scan.output))
         return Done(replace(outcome, resumed=True), path)
 
@@ -216,9 +235,46 @@ class Task:
     def look_ahead(self) -> Prospect:
         """The work that would be done; nothing is written."""
         if self.folder.is_dir():
-            check_own_files(self.folder, self.template, report=self.report)
-        done = self._done(read_journal(self.folder / NAME))
-        return look_ahead(self.scans, self.template, self.folder, done)
+            self._check_own_files()
+        return self._prospect(self._done(read_journal(self.folder / NAME)))
+
+    def _prospect(self, done: Collection[int]) -> Prospect:
+        """What can be seen without opening a mesh."""
+        template = self.template
+        check_needs(template.recipe.script, layers=1 + len(template.others))
+        if not template.measures:
+            refuse_unmeasured(template.all_guards)
+        for path in template.others:
+            check_input(path)
+        states, problems, size = {}, {}, 0
+        for scan in self.scans:
+            states[scan.number] = "done" if scan.number in done else "to do"
+            if scan.number in done:
+                continue
+            job = replace(template, input=scan.input, recipe=scan.recipe)
+            job.check_unit()
+            try:
+                check_input(scan.input)
+                size += scan.input.stat().st_size
+                if scan.output.parent.is_dir():
+                    check_output(scan.output, job.made_from, overwrite=template.overwrite)
+            except (RunError, OSError) as error:
+                states[scan.number], problems[scan.number] = "cannot be done", str(error)
+        free = None
+        with suppress(OSError):
+            there = next((parent for parent in (self.folder, *self.folder.parents) if parent.exists()), self.folder)
+            free = shutil.disk_usage(there).free
+        return Prospect(states, problems, size, free)
+
+    def _check_own_files(self) -> None:
+        """Refuse a folder with files that have the names of those about the batch as a whole, and are not of a former batch.
+
+        Of a former batch they are if the journal is one, see `pymeshfair.batch.journal.read_journal`.
+        """
+        journal = self.folder / NAME
+        is_ours = check_place(journal) and bool(read_journal(journal) or not journal.stat().st_size)
+        for name in (NAME, TABLE, DOCUMENT, *([PAGE] if self.report else [])):
+            check_target(self.folder / name, (extension(Path(name)),), overwrite=self.template.overwrite or is_ours)
 
     def _done(self, journal: Mapping[str, Outcome]) -> dict[int, Done]:
         return done_before(self.scans, self.template, journal, renumber=self.renumber) if self.resume else {}
@@ -240,7 +296,7 @@ class Task:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise BatchError(f"cannot make the folder {self.folder}: {error.strerror or error}") from error
-        check_own_files(self.folder, self.template, report=self.report)
+        self._check_own_files()
         with Journal(self.folder, resume=self.resume) as journal:
             done = self._done(journal.before)
             if self.renumber and self.resume:
@@ -249,7 +305,7 @@ class Task:
                 listener.note(
                     f"the journal of {len(journal.before):,} scans in {self.folder} begins anew; --resume would go on with it"
                 )
-            if look_ahead(self.scans, self.template, self.folder, done).lacks_room:
+            if self._prospect(done).lacks_room:
                 listener.note(f"the disk of {self.folder} may be too small: outputs may need twice the size of the inputs")
             todo = [scan for scan in self.scans if scan.number not in done]
             if self.sample is not None:
@@ -282,7 +338,8 @@ class Task:
         items: Items = SimpleQueue()
         if self.scheduler is None:
             jobs = min(self.jobs, len(scans))
-            workers: AbstractContextManager[Workers] = ThisMachine(self.template, self.folder, jobs, items, pool or pool_of(jobs))
+            station = Station(self.template, self.folder, jobs, pool or pool_of(jobs))
+            workers: AbstractContextManager[Workers] = ThisMachine(station, items)
         else:
             from .cluster import workers_of_scheduler
 

@@ -10,8 +10,7 @@ import typer
 
 from ..processes.environment import ONE_BLAS_THREAD
 from . import batch, check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, tune, upgrade, verify
-from .failure import check_working_folder
-from .group import Command, CommandGroup
+from .group import Command, CommandGroup, check_working_folder
 
 app = typer.Typer(
     name="pymeshfair",

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from . import options
-from .json_document import print_document
-from .options import Json, guards, memory_limit
-from .standard_files import open_recipe
-from .streams import warn
+from .options import Json
+from .streams import print_document, warn
 
 if TYPE_CHECKING:
     from ..batch.work import Task
@@ -21,6 +18,7 @@ if TYPE_CHECKING:
 _NAMED = 10
 
 
+@options.with_groups
 def batch(
     recipe: options.Recipe,
     inputs: Annotated[
@@ -34,6 +32,8 @@ def batch(
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where everything is written; made if need be.")
     ],
+    chosen: options.RunOptions,
+    cluster: options.SchedulerOptions,
     name: Annotated[
         str,
         typer.Option(
@@ -42,20 +42,7 @@ def batch(
             "{number}; by default inputs keep their names, and those of a folder their folders below it.",
         ),
     ] = "",
-    set: options.SetValues = None,
-    others: options.Others = None,
-    upgrade: options.Upgrade = False,
     jobs: Annotated[int | None, typer.Option(metavar="N", help="Scans at a time; by default one a processor.", min=1)] = None,
-    scheduler: options.SchedulerAddress = None,
-    scheduler_file: options.SchedulerFile = None,
-    tls_ca_file: options.TlsCaFile = None,
-    tls_cert: options.TlsCert = None,
-    tls_key: options.TlsKey = None,
-    memory: Annotated[
-        str | None,
-        typer.Option(metavar="SIZE", help="Memory that each scan may take, such as 4GB; by default its share of 80 %."),
-    ] = None,
-    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop a scan after that time.", min=0.001)] = None,
     stop: Annotated[bool, typer.Option("--stop/--keep-going", help="Whether to stop at the first scan that fails.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Skip scans that are done already, compared by content.")] = False,
     sample: Annotated[
@@ -66,16 +53,6 @@ def batch(
     ] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Check everything, and show what would be done.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace outputs that no run has written.")] = False,
-    allow_outside: options.AllowOutside = False,
-    unchecked: options.Unchecked = False,
-    keep_all: options.KeepAll = False,
-    keep_broken: options.KeepBroken = False,
-    keep_sharp: options.KeepSharp = "",
-    no_measures: options.NoMeasures = False,
-    max_displacement: options.MaxDisplacement = "",
-    unit: options.Unit = None,
-    max_volume_change: options.MaxVolumeChange = "",
-    require: options.Require = "",
     json: Json = False,
 ) -> None:
     """Clean many mesh files with a recipe.
@@ -83,49 +60,26 @@ def batch(
     Each file is cleaned in a process of its own; a failure stops only that file. FOLDER also gets batch.csv and batch.json with a
     row for each file, and batch.jsonl, the journal from which --resume continues.
     """
-    from ..batch.inputs import expand, without_outputs
-    from ..batch.plan import plan_scans
+    from ..batch.plan import expand, plan_scans, without_outputs
     from ..batch.work import Task
     from ..operating_system import this_system
-    from ..running.job import Job
 
-    cluster = options.scheduler_of(scheduler, scheduler_file, tls_ca_file, tls_cert, tls_key)
-    if cluster is not None and jobs is not None:
+    scheduler = cluster.chosen()
+    if scheduler is not None and jobs is not None:
         raise typer.BadParameter("not with a scheduler: its workers determine how many scans run at a time", param_hint="--jobs")
     if report:
-        options.check_measured(no_measures=no_measures)
-    overrides = tuple(set or ())
-    loaded = open_recipe(recipe, upgrade=upgrade).override(overrides)
-    template = Job(
-        loaded,
-        Path(),  # input and output are set for each scan
-        Path(),
-        tuple(path.absolute() for path in others or ()),
-        overwrite=overwrite,
-        timeout=timeout,
-        memory_limit=memory_limit(memory),
-        overrides=overrides,
-        allow_outside=allow_outside,
-        unchecked=unchecked,
-        keep_all=keep_all,
-        guards=guards(
-            max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp
-        ),
-        keep_broken=keep_broken,
-        command=tuple(sys.argv),
-        measures=not no_measures,
-        unit=unit,
-    )
-    folder = output.absolute()
-    selected, outputs = without_outputs(expand(inputs, [s.name for s in loaded.script.settings]), folder)
+        options.check_measured(no_measures=chosen.no_measures)
+    template = chosen.job(recipe, Path(), Path(), overwrite=overwrite)  # input and output are set for each scan
+    folder, settings = output.absolute(), [setting.name for setting in template.recipe.script.settings]
+    selected, outputs = without_outputs(expand(inputs, settings), folder)
     for path in outputs[:_NAMED]:
         warn(f"left out: {path}, which is the output of a run")
     if len(outputs) > _NAMED:
         warn(f"left out: {len(outputs) - _NAMED:,} further outputs of runs")
-    scans = plan_scans(selected, loaded, folder, name)
+    scans = plan_scans(selected, template.recipe, folder, name)
     slots = jobs or this_system().processors()
     task = Task(
-        *(scans, template, folder, cluster, slots),
+        *(scans, template, folder, scheduler, slots),
         resume=resume,
         stop=stop,
         sample=sample,
@@ -139,7 +93,7 @@ def batch(
 
 
 def _look_ahead(task: Task, *, json: bool) -> None:
-    from .batch_tables import prospect_document, show_prospect
+    from .batch_progress import prospect_document, show_prospect
 
     prospect = task.look_ahead()
     if json:
@@ -151,8 +105,7 @@ def _look_ahead(task: Task, *, json: bool) -> None:
 
 
 def _carry_out(task: Task, *, json: bool) -> None:
-    from .batch_progress import batch_progress
-    from .batch_tables import show_summary
+    from .batch_progress import batch_progress, show_summary
 
     with task.processes() as pool, batch_progress() as show:
         summary = task.carry_out(show, pool)

@@ -5,11 +5,9 @@ from typing import Annotated, Any
 
 import typer
 
-from .failure import Failure
-from .json_document import print_document
+from .group import Failure
 from .options import Json
-from .standard_files import open_recipe
-from .streams import Talk, talk
+from .streams import Talk, open_recipe, print_document, talk
 
 
 def check(

@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import options
-from .json_document import print_document
 from .report_file import Report, Up, check_report, compared_files, page_numbers
-from .standard_files import STANDARD, check_text, save_text
-from .streams import say, warn
+from .streams import STANDARD, check_text, print_document, save_text, say, warn
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
@@ -65,7 +63,7 @@ def compare(
     from ..looking.comparison import FORMATS, deviations_file
     from ..looking.comparison import compare as compare_states
     from ..looking.mesh_state import state_of
-    from ..looking.section import Plane
+    from ..report.charts import Plane
     from ..running.read import read_mesh
 
     planes = [Plane.parse(text) for text in section or ()]

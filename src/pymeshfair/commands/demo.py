@@ -26,7 +26,7 @@ def demo(
     """
     from shlex import quote
 
-    from ..running.supervise import workers_of_runs
+    from ..running.supervise import run_job, workers_of_runs
 
     with workers_of_runs() as workers:
         workers.prepare()
@@ -44,7 +44,7 @@ def demo(
             write_file(folder / "face.ply", scan.read_bytes(), overwrite=False)
         say(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
         job = Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv))
-        carry_out(job, json=json, workers=workers)
+        carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)
     say(
         f"\nTry next:\n  pymeshfair info {_RECIPE}\n"
         f"  pymeshfair run {_RECIPE} {quote(str(scan))} -o {quote(str(folder / 'smoother.ply'))} --set detail_size=10edge\n"

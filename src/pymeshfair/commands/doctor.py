@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .json_document import print_document
 from .options import Json
-from .streams import say, warn
+from .streams import print_document, say, warn
 
 if TYPE_CHECKING:
     from .findings import Finding

@@ -5,10 +5,8 @@ from typing import Annotated
 
 import typer
 
-from .json_document import print_document
 from .options import Json, Overwrite, Recipe
-from .standard_files import STANDARD, check_text, open_recipe, save_text
-from .streams import say
+from .streams import STANDARD, check_text, open_recipe, print_document, save_text, say
 
 
 def export(
@@ -27,7 +25,7 @@ def export(
     Every parameter is written, in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is replaced by one
     that does the same, or refused.
     """
-    from ..scripts.export import MeshFacts, export_script
+    from ..scripts.write import MeshFacts, export_script
 
     check_text(output, ("mlx",), overwrite=overwrite, json=json)
     script = open_recipe(recipe).script

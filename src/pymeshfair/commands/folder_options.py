@@ -6,7 +6,7 @@ it with the name of a command, such as ``[tool.pymeshfair.run]``, to that one. W
 
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ def folder_options(app: Any) -> dict[str, Any]:
         ParameterError: the file cannot be read, or has what is no option; the message has the line.
     """
     table, file, title = _table()
-    return {} if file is None else _of_group(app, table, file, title)
+    return {} if file is None else _values(app, table, file, title, {})
 
 
 def used_options(options: Mapping[str, Any], arguments: Sequence[str]) -> str:
@@ -59,28 +59,17 @@ def _parsed(file: Path) -> dict[str, Any]:
         raise ParameterError(f"{file} cannot be read: {error}; correct it, or move it away") from None
 
 
-def _of_group(group: Any, table: Mapping[str, Any], file: Path, title: str) -> dict[str, Any]:
-    """The values for the commands of a group: its tables over the options that stand beside them."""
-    tables = {name: value for name, value in table.items() if name in group.commands and isinstance(value, dict)}
-    shared = {name: value for name, value in table.items() if name not in tables}
-    everywhere = {name for command in group.commands.values() for name in _all_options(command)}
-    for name in shared:
-        _check(name, everywhere | set(group.commands), file, title)
-    found = {}
-    for name, command in group.commands.items():
-        own = tables.get(name, {})
-        inner = f"{title}.{name}".lstrip(".")
-        if hasattr(command, "commands"):
-            found[name] = _of_group(
-                command, {**{k: v for k, v in shared.items() if k in _all_options(command)}, **own}, file, inner
-            )
-            continue
-        options = _options(command)
-        for key in own:
-            _check(key, set(options), file, inner)
-        values = {**{key: value for key, value in shared.items() if key in options}, **own}
-        found[name] = {options[key].name: _value(options[key], command, value, file, key) for key, value in values.items()}
-    return found
+def _values(command: Any, table: Mapping[str, Any], file: Path, title: str, around: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a command, or by name of those of a group: of its table, over those of the tables around it."""
+    options, inner = _options(command), getattr(command, "commands", {})
+    tables = {name: value for name, value in table.items() if name in inner and isinstance(value, dict)}
+    own = {name: value for name, value in table.items() if name not in tables}
+    for name in own:
+        _check(name, {*options, *inner}, file, title)
+    values = {name: value for name, value in {**around, **own}.items() if name in options}
+    if not inner:
+        return {options[key].name: _value(options[key], command, value, file, key) for key, value in values.items()}
+    return {name: _values(one, tables.get(name, {}), file, f"{title}.{name}".lstrip("."), values) for name, one in inner.items()}
 
 
 def _value(option: Any, command: Any, value: Any, file: Path, key: str) -> Any:
@@ -95,13 +84,10 @@ def _value(option: Any, command: Any, value: Any, file: Path, key: str) -> Any:
 
 
 def _options(command: Any) -> dict[str, Any]:
-    """The options of a command by their long names."""
+    """The options of a command, or of all commands of a group, by their long names."""
+    if inner := getattr(command, "commands", None):
+        return {name: option for one in inner.values() for name, option in _options(one).items()}
     return {_name(p): p for p in command.params if p.param_type_name == "option" and _name(p) not in TYPED}
-
-
-def _all_options(command: Any) -> Iterator[str]:
-    for inner in getattr(command, "commands", {"": command}).values():
-        yield from _options(inner)
 
 
 def _name(option: Any) -> str:

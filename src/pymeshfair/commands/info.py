@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .json_document import print_document
 from .options import AllowOutside, Json, Unchecked
+from .streams import print_document
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -78,9 +78,8 @@ def _show_recipe(name: str, *, json: bool) -> None:
 def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) -> None:
     from ..running.read import inspect_mesh
     from ..running.suitability import documents, ranked
-    from .fitting import fitting_lines, rim_lines
     from .streams import warn
-    from .tables import console, measures_table
+    from .tables import console, fitting_lines, measures_table, rim_lines
 
     measures = inspect_mesh(path, traits=True, self_intersections=None, allow_outside=allow_outside, unchecked=unchecked)
     recipes = ranked(measures["traits"])

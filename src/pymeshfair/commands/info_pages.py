@@ -8,7 +8,7 @@ from typing import Any
 from ..declaration import Filter, Length, Parameter
 from ..recipe import Recipe
 from ..scripts import Script, Step, format_script
-from ..scripts.settings import Setting
+from ..scripts.script import Setting
 
 _WIDTH = 100
 

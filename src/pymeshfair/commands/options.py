@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass
+from functools import wraps
+from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
+from .streams import open_recipe
+
 if TYPE_CHECKING:
     from ..declaration import Length
-    from ..declaration.units import PhysicalLength
     from ..filters.inspection import Limits as Ends
     from ..processes.cluster import Scheduler
-    from ..scripts.guards import Guards
+    from ..running.job import Job
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout; messages still go to stderr.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is written if it exists.")]
@@ -52,50 +58,121 @@ Recipe = Annotated[
     ),
 ]
 
-SetValues = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="NAME=VALUE",
-        help="Another value for a setting of the recipe, or STEP.PARAM=VALUE for a parameter of a step, whose STEP is "
-        "a number, a tag or a part of the filter's name. May be repeated.",
-    ),
-]
-Others = Annotated[
-    list[Path] | None,
-    typer.Option("--with", metavar="MESH", help="The file of a further layer that the recipe names. May be repeated."),
-]
-Upgrade = Annotated[bool, typer.Option("--upgrade", help="Bring a script of an older MeshLab up to date first.")]
 AllowOutside = Annotated[
     bool, typer.Option("--allow-outside", help="Let mesh files name textures, materials and buffers outside their folders.")
 ]
 Unchecked = Annotated[
     bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm ...).")
 ]
-KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")]
-MaxDisplacement = Annotated[
-    str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05, 0.1%, 0.5edge; 0.05mm if the unit is known.")
-]
 Unit = Annotated[
     str | None, typer.Option(metavar="mm|cm|m|in", help="The unit that the scan is in; else that of its file, or of the recipe.")
 ]
-MaxVolumeChange = Annotated[str, typer.Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")]
-Require = Annotated[
-    str,
-    typer.Option(metavar="WHAT,...", help="Fail unless it is: watertight, manifold, oriented, printable, components=N, genus=N."),
-]
-KeepSharp = Annotated[str, typer.Option(metavar="PERCENT", help="Fail if less of the length of the sharp edges is kept: 95%.")]
-KeepBroken = Annotated[
-    bool, typer.Option("--keep-broken", help="Write OUTPUT even if it goes beyond a limit; the exit code is 1 all the same.")
-]
-NoMeasures = Annotated[
-    bool,
+Memory = Annotated[
+    str | None,
     typer.Option(
-        "--no-measures",
-        help="Measure nothing before and after, which is sooner: nothing is said of the shape, nor whether the recipe suits it. "
-        "Limits cannot be held.",
+        metavar="SIZE", help="Memory that a run may take, such as 4GB; by default 80 % of the machine's, or a scan's share."
     ),
 ]
+Timeout = Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time; in a batch, that scan.", min=0.001)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """The options of a run, and of the runs of a batch."""
+
+    set: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="Another value for a setting of the recipe, or STEP.PARAM=VALUE for a parameter of a step, whose STEP is "
+            "a number, a tag or a part of the filter's name. May be repeated.",
+        ),
+    ] = None
+    others: Annotated[
+        list[Path] | None,
+        typer.Option("--with", metavar="MESH", help="The file of a further layer that the recipe names. May be repeated."),
+    ] = None
+    upgrade: Annotated[bool, typer.Option("--upgrade", help="Bring a script of an older MeshLab up to date first.")] = False
+    timeout: Timeout = None
+    memory: Memory = None
+    allow_outside: AllowOutside = False
+    unchecked: Unchecked = False
+    keep_all: Annotated[
+        bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")
+    ] = False
+    max_displacement: Annotated[
+        str,
+        typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05, 0.1%, 0.5edge; 0.05mm if the unit is known."),
+    ] = ""
+    unit: Unit = None
+    max_volume_change: Annotated[str, typer.Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")] = ""
+    require: Annotated[
+        str,
+        typer.Option(
+            metavar="WHAT,...", help="Fail unless it is: watertight, manifold, oriented, printable, components=N, genus=N."
+        ),
+    ] = ""
+    keep_sharp: Annotated[
+        str, typer.Option(metavar="PERCENT", help="Fail if less of the length of the sharp edges is kept: 95%.")
+    ] = ""
+    keep_broken: Annotated[
+        bool, typer.Option("--keep-broken", help="Write OUTPUT even if it goes beyond a limit; the exit code is 1 all the same.")
+    ] = False
+    no_measures: Annotated[
+        bool,
+        typer.Option(
+            "--no-measures",
+            help="Measure nothing before and after, which is sooner: nothing is said of the shape, nor whether the recipe suits "
+            "it. Limits cannot be held.",
+        ),
+    ] = False
+
+    def job(self, recipe: str, input: Path, output: Path, **more: Any) -> Job:
+        """The run of a recipe; `more` are further fields of `Job`."""
+        from ..running.job import Job
+        from ..scripts.guards import Guards
+
+        overrides = tuple(self.set or ())
+        limits = {name: getattr(self, name) for name in ("max_displacement", "max_volume_change", "require", "keep_sharp")}
+        return Job(
+            open_recipe(recipe, upgrade=self.upgrade).override(overrides),
+            input,
+            output,
+            tuple(path.absolute() for path in self.others or ()),
+            timeout=self.timeout,
+            memory_limit=memory_limit(self.memory),
+            allow_outside=self.allow_outside,
+            unchecked=self.unchecked,
+            keep_all=self.keep_all,
+            overrides=overrides,
+            command=tuple(sys.argv),
+            guards=Guards.parse({name: text for name, text in limits.items() if text}),
+            keep_broken=self.keep_broken,
+            measures=not self.no_measures,
+            unit=self.unit,
+            **more,
+        )
+
+
+def with_groups(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with the fields of its groups of options, which are dataclasses, as options of its own."""
+    hints = get_type_hints(command, include_extras=True)
+    groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
+
+    @wraps(command)
+    def called(**values: Any) -> None:
+        for name, group in groups.items():
+            values[name] = group(**{field.name: values.pop(field.name) for field in fields(group)})
+        command(**values)
+
+    parameters: list[Parameter] = []
+    for name, parameter in signature(command).parameters.items():
+        of_group = signature(groups[name], eval_str=True).parameters.values() if name in groups else ()
+        parameters += of_group or [parameter.replace(annotation=hints[name], kind=Parameter.KEYWORD_ONLY)]
+    del called.__wrapped__  # typer would look at its annotations
+    called.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return called
 
 
 def check_measured(*, no_measures: bool) -> None:
@@ -114,14 +191,7 @@ def memory_limit(text: str | None) -> int | None:
         raise typer.BadParameter(str(error), param_hint="--memory") from None
 
 
-def guards(**texts: str) -> Guards:
-    """The limits that the options of a run set; empty texts set none."""
-    from ..scripts.guards import Guards
-
-    return Guards.parse({name: text for name, text in texts.items() if text})
-
-
-def map_tolerance(text: str | None, path: Path | None) -> Length | PhysicalLength | None:
+def map_tolerance(text: str | None, path: Path | None) -> Length | None:
     """The length that ``--map-tolerance`` means, None without it."""
     from ..declaration.units import parse_length
 
@@ -161,41 +231,42 @@ def limits_in_mesh_units(text: str | None, unit: str | None, diagonal: float, me
 
 
 def _in_mesh_units(text: str, unit: str | None, diagonal: float, mean_edge: float) -> float:
-    from ..declaration.units import PhysicalLength, check_unit, parse_length
+    from ..declaration.units import check_unit, parse_length
 
     if unit is not None:
         check_unit(unit)
-    length = parse_length(text)
-    if isinstance(length, PhysicalLength):
-        length = length.in_mesh_units(unit)
-    return length.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
+    return parse_length(text).in_mesh_units(unit).resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
 
 
 # ---------------------------------------------------------------------------------- of commands with a scheduler of dask
 
-SchedulerAddress = Annotated[
-    str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Let the workers of this scheduler of dask do the work.")
-]
-SchedulerFile = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="The same, by the file of `dask scheduler --scheduler-file`.")
-]
-TlsCaFile = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Certificates that sign those of the scheduler and its workers.")
-]
-TlsCert = Annotated[Path | None, typer.Option(metavar="FILE", help="The certificate with which to go to the scheduler.")]
-TlsKey = Annotated[Path | None, typer.Option(metavar="FILE", help="The key of that certificate.")]
 
+@dataclass(frozen=True, kw_only=True)
+class SchedulerOptions:
+    """The options that name a scheduler."""
 
-def scheduler_of(
-    address: str | None, file: Path | None, ca_file: Path | None, certificate: Path | None, key: Path | None
-) -> Scheduler | None:
-    """The scheduler that the options name, None without one."""
-    if address is not None and file is not None:
-        raise typer.BadParameter("--scheduler names one already", param_hint="--scheduler-file")
-    if address is None and file is None:
-        if ca_file or certificate or key:
-            raise typer.BadParameter("it needs --scheduler or --scheduler-file", param_hint="--tls-...")
-        return None
-    from ..processes.cluster import Scheduler
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Let the workers of this scheduler of dask do the work.")
+    ] = None
+    scheduler_file: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The same, by the file of `dask scheduler --scheduler-file`.")
+    ] = None
+    tls_ca_file: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Certificates that sign those of the scheduler and its workers.")
+    ] = None
+    tls_cert: Annotated[Path | None, typer.Option(metavar="FILE", help="The certificate with which to go to the scheduler.")] = (
+        None
+    )
+    tls_key: Annotated[Path | None, typer.Option(metavar="FILE", help="The key of that certificate.")] = None
 
-    return Scheduler(address or "", file, ca_file, certificate, key)
+    def chosen(self) -> Scheduler | None:
+        """The scheduler that the options name, None without one."""
+        if self.scheduler is not None and self.scheduler_file is not None:
+            raise typer.BadParameter("--scheduler names one already", param_hint="--scheduler-file")
+        if self.scheduler is None and self.scheduler_file is None:
+            if self.tls_ca_file or self.tls_cert or self.tls_key:
+                raise typer.BadParameter("it needs --scheduler or --scheduler-file", param_hint="--tls-...")
+            return None
+        from ..processes.cluster import Scheduler
+
+        return Scheduler(self.scheduler or "", self.scheduler_file, self.tls_ca_file, self.tls_cert, self.tls_key)

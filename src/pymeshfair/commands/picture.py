@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from . import options
-from .json_document import print_document
+from .streams import print_document
 
 if TYPE_CHECKING:
     from ..running.read import ReadMesh
@@ -67,7 +67,7 @@ def picture(
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
     from ..looking.camera import view_angles
-    from ..looking.coloring_names import check_coloring
+    from ..looking.coloring import check_coloring
     from ..running.read import read_mesh
     from .streams import say, warn
 

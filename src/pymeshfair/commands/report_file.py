@@ -38,8 +38,8 @@ def compared_files(before: MeshState, after: MeshState, *, tolerance: float | No
     """The comparison of two meshes that were read from files, and the parts left out of it, with the reason."""
     from ..errors import PymeshfairError
     from ..looking.comparison import compare
-    from ..looking.spectrum import measured_spectrum
     from ..report.comparison_page import Compared
+    from ..running.read import measured_spectrum
 
     comparison, distances = compare(before, after, tolerance=tolerance)
     spectra: dict[str, Any] = {}
@@ -60,6 +60,6 @@ def compared_files(before: MeshState, after: MeshState, *, tolerance: float | No
 
 def page_numbers(numbers: Mapping[str, Any]) -> dict[str, Any]:
     """The document of a command in terms of JSON, with names of files alone, as a page has it."""
-    from .json_document import plain
+    from .streams import plain
 
     return dict(plain({**numbers, "files": {key: path and path.name for key, path in numbers["files"].items()}}))

@@ -3,51 +3,32 @@
 from __future__ import annotations
 
 import contextlib
-import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from . import options
-from .json_document import print_document
 from .report_file import Report, Up, check_report
-from .standard_files import open_recipe
-from .streams import Talk, complain, printable, say, talk, warn
+from .streams import Talk, complain, print_document, printable, say, talk, warn
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
-    from ..files.writing import StagedFile
-    from ..processes.pool import Lender
     from ..running.job import Event, Job, RunResult
 
 
+@options.with_groups
 def run(
     recipe: options.Recipe,
     input: Annotated[Path, typer.Argument(metavar="INPUT", help="The mesh file to clean.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The mesh file to write; its extension is the format.")],
-    set: options.SetValues = None,
-    others: options.Others = None,
-    upgrade: options.Upgrade = False,
-    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
-    memory: Annotated[
-        str | None,
-        typer.Option(metavar="SIZE", help="Memory that the run may take, such as 4GB; by default 80 % of the machine's."),
-    ] = None,
-    allow_outside: options.AllowOutside = False,
-    unchecked: options.Unchecked = False,
-    keep_all: options.KeepAll = False,
+    chosen: options.RunOptions,
+    cluster: options.SchedulerOptions,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input, and the files of --map and --report.")
     ] = False,
-    max_displacement: options.MaxDisplacement = "",
-    unit: options.Unit = None,
-    max_volume_change: options.MaxVolumeChange = "",
-    require: options.Require = "",
-    keep_sharp: options.KeepSharp = "",
-    keep_broken: options.KeepBroken = False,
-    no_measures: options.NoMeasures = False,
     map: Annotated[
         Path | None,
         typer.Option(metavar="MAP.ply", help="Write the intervention map there: what was kept, moved and added, and how far."),
@@ -59,11 +40,6 @@ def run(
     tiles: Annotated[
         bool, typer.Option("--tiles", help="Work by tiles, for clouds and meshes larger than memory; see docs/scale.md.")
     ] = False,
-    scheduler: options.SchedulerAddress = None,
-    scheduler_file: options.SchedulerFile = None,
-    tls_ca_file: options.TlsCaFile = None,
-    tls_cert: options.TlsCert = None,
-    tls_key: options.TlsKey = None,
     resume: Annotated[
         bool,
         typer.Option("--resume", help="With --tiles: go on with a run that was killed, and let this one be gone on with."),
@@ -82,78 +58,48 @@ def run(
 
     if report is not None:
         check_report(report, up, overwrite=overwrite)
-        options.check_measured(no_measures=no_measures)
+        options.check_measured(no_measures=chosen.no_measures)
     with workers_of_runs() as workers:
         if not tiles:
             workers.prepare()
-        from ..running.job import Job
         from ..scripts.warnings import traps
 
-        overrides = tuple(set or ())
-        loaded = open_recipe(recipe, upgrade=upgrade).override(overrides)
-        limits = options.guards(
-            max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp
-        )
-        job = Job(
-            recipe=loaded,
-            input=input,
-            output=output,
-            others=tuple(others or ()),
-            warnings=(*(str(change) for change in loaded.changes if not change.same_meaning), *traps(loaded.script)),
-            overwrite=overwrite,
-            timeout=timeout,
-            memory_limit=options.memory_limit(memory),
-            allow_outside=allow_outside,
-            unchecked=unchecked,
-            keep_all=keep_all,
-            overrides=overrides,
-            command=tuple(sys.argv),
-            guards=limits,
-            keep_broken=keep_broken,
-            map=map,
-            map_tolerance=options.map_tolerance(map_tolerance, map),
-            measures=not no_measures,
-            unit=unit,
-        )
-        cluster = options.scheduler_of(scheduler, scheduler_file, tls_ca_file, tls_cert, tls_key)
-        if tiles or cluster is not None or resume:
+        tolerance = options.map_tolerance(map_tolerance, map)
+        job = chosen.job(recipe, input, output, overwrite=overwrite, map=map, map_tolerance=tolerance)
+        changes = (str(change) for change in job.recipe.changes if not change.same_meaning)
+        job = replace(job, warnings=(*changes, *traps(job.recipe.script)))
+        scheduler = cluster.chosen()
+        if tiles or scheduler is not None or resume:
             if not tiles or report is not None:
                 raise typer.BadParameter(
                     "it needs --tiles" if not tiles else "--tiles makes no report, which shows the whole mesh"
                 )
             from ..tiles.course import Tiling, run_by_tiles
 
-            carry_out(job, json=json, carry=lambda job, show: run_by_tiles(job, Tiling(cluster, resume=resume), show))
+            carry_out(job, lambda show: run_by_tiles(job, Tiling(scheduler, resume=resume), show), json=json)
             return
+        from ..running.supervise import run_job
+
         if report is None:
-            carry_out(job, json=json, workers=workers)
+            carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)
             return
         from .run_report import reporting
 
         with reporting(job, report, up) as page:
-            carry_out(job, json=json, workers=workers, also=page, report=report)
+            carry_out(job, lambda show: run_job(job, show, workers=workers, also=page), json=json, report=report)
 
 
-def carry_out(
-    job: Job,
-    *,
-    json: bool,
-    also: Callable[[RunResult], Sequence[StagedFile]] | None = None,
-    report: Path | None = None,
-    carry: Callable[[Job, Callable[[Event], None]], RunResult] | None = None,
-    workers: Lender | None = None,
-) -> None:
+def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *, json: bool, report: Path | None = None) -> None:
     """Run the job with its progress on stderr, then print what came of it on stdout.
 
-    `carry` runs it, or if that is None `run_job` in a process that `workers` lend; `also` makes the page `report`.
+    `carry` runs it, and is given what shows the events; `report` is the page that it makes.
     """
     from ..looking import words  # noqa: F401  # for `_show`, while the worker still loads MeshLab
-    from ..running.supervise import run_job
     from . import tables  # noqa: F401
     from .progress import progress
 
     with progress() as show:
-        result = carry(job, show) if carry else run_job(job, show, workers=workers, also=also)
+        result = carry(show)
     for warning in result.warnings:
         warn(warning)
     if report is not None:

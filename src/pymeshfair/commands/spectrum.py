@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .json_document import print_document
-from .options import Json, Overwrite
-from .streams import say
+from .options import Json, Overwrite, Timeout
+from .streams import print_document, say
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -45,7 +44,7 @@ def spectrum(
         str, typer.Option(metavar="LENGTH", help="The longest wave of a band; four detail sizes if not given.")
     ] = "",
     modes: Annotated[int, typer.Option(help="How many modes are listed one by one, from the lowest.", min=0)] = 50,
-    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
+    timeout: Timeout = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -95,7 +94,7 @@ def spectrum(
 
 def _measured(mesh: Path, modes: int, timeout: float | None) -> dict[str, Any]:
     """The spectrum of a mesh file, with the progress of the process that measures it."""
-    from ..looking.spectrum import measured_spectrum
+    from ..running.read import measured_spectrum
     from .progress import progress
 
     with progress() as show:

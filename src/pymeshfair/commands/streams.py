@@ -1,14 +1,27 @@
-"""Safe printing: closed or full streams do not abort a command; escape codes from files are removed."""
+"""What commands print and read on standard streams: messages, the document of ``--json``, and ``-`` in the place of a file.
 
+Printing is safe: closed or full streams do not abort a command; escape codes from files are removed.
+"""
+
+from __future__ import annotations
+
+import dataclasses
 import enum
 import errno
 import io
+import json
+import math
 import os
 import sys
+from collections.abc import Collection, Mapping
 from contextlib import suppress
-from typing import TextIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
 
 import typer
+
+if TYPE_CHECKING:
+    from ..recipe import Recipe
 
 
 class LastingStream(io.TextIOWrapper):
@@ -103,3 +116,71 @@ def complain(text: object, *, color: bool | None = None) -> None:
 def warn(text: object) -> None:
     """Print a warning on stderr."""
     typer.echo(f"{typer.style('warning:', fg='yellow')} {printable(text)}", err=True)
+
+
+def print_document(document: Mapping[str, Any]) -> None:
+    """Print `document` on stdout as JSON, and nothing else."""
+    sys.stdout.write(json.dumps(plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    sys.stdout.flush()
+
+
+def plain(value: Any) -> Any:
+    """`value` in terms of JSON. Numbers that JSON cannot say (NaN, infinity) become null, what is unknown its text."""
+    if isinstance(value, enum.Flag):
+        return [member.name for member in type(value) if member.value and member in value]
+    if value is None or isinstance(value, bool | str | int):
+        return value
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(item) for item in value]
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if hasattr(value, "tolist"):  # numpy's scalars and arrays, without importing numpy
+        return plain(value.tolist())
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    return str(value)
+
+
+STANDARD = Path("-")
+
+
+def open_recipe(name: str, *, upgrade: bool = False) -> Recipe:
+    """A shipped recipe, the script in a file, or that on standard input; see `pymeshfair.recipe.load_recipe`."""
+    from ..recipe import load_recipe, parse_recipe
+
+    if name != str(STANDARD):
+        return load_recipe(name, upgrade=upgrade)
+    return parse_recipe(read_script_bytes(STANDARD), "<stdin>", upgrade=upgrade)
+
+
+def read_script_bytes(path: Path) -> bytes:
+    """The bytes of a script's file or of standard input, at most one more than a script may have."""
+    from ..scripts.read import MOST_BYTES, read_bytes
+
+    return sys.stdin.buffer.read(MOST_BYTES + 1) if path == STANDARD else read_bytes(path)
+
+
+def check_text(output: Path, kinds: Collection[str], *, overwrite: bool, json: bool) -> None:
+    """Refuse an output that could not be written, before anything is done."""
+    from ..files.writing import check_target
+
+    if output != STANDARD:
+        check_target(output, kinds, overwrite=overwrite)
+    elif json:
+        raise typer.BadParameter("the document of --json and another one cannot both go to standard output", param_hint="-")
+
+
+def save_text(text: str, output: Path, *, overwrite: bool) -> None:
+    """Write the file, or print its text."""
+    from ..files.writing import write_file
+
+    if output == STANDARD:
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            sys.stdout.reconfigure(encoding="utf-8")  # as the file would be
+        sys.stdout.write(text)
+    else:
+        write_file(output, text.encode("utf-8"), overwrite=overwrite)

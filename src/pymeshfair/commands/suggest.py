@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .json_document import print_document
-from .options import Json, Overwrite
-from .standard_files import STANDARD, check_text, save_text
-from .streams import say
+from .options import Json, Overwrite, Timeout
+from .streams import STANDARD, check_text, print_document, save_text, say
 
 if TYPE_CHECKING:
     from ..recipe import Recipe
@@ -41,7 +39,7 @@ def suggest(
             help="Write there a recipe that denoises it, every value said; - is standard output.",
         ),
     ] = None,
-    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
+    timeout: Timeout = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -57,7 +55,7 @@ def suggest(
     from ..running.read import inspect_mesh
     from ..running.suitability import documents, ranked
     from ..scripts.write import format_script
-    from .fitting import fitting_lines
+    from .tables import fitting_lines
 
     if output is not None:
         check_text(output, ("mlx",), overwrite=overwrite, json=json)

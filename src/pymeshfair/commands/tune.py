@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from .json_document import print_document
 from .options import Json
+from .streams import print_document
 
 
 def tune(
@@ -34,10 +34,9 @@ def tune(
     require_extra("tune", "starlette", "uvicorn", "websockets")
     from ..files.staging import staging_folder
     from ..recipe import load_recipe
-    from ..tuning.access import new_token, redirecting_file
     from ..tuning.conversation import Subject
     from ..tuning.scan import prepared_scan
-    from ..tuning.server import application, listening_socket, serve
+    from ..tuning.server import application, listening_socket, new_token, redirecting_file, serve
 
     load_recipe(recipe)
     with staging_folder(Path(tempfile.gettempdir()) / "tuning") as folder:

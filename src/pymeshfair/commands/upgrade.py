@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .json_document import print_document
 from .options import Json, Overwrite
-from .standard_files import STANDARD, check_text, read_script_bytes, save_text
-from .streams import say
+from .streams import STANDARD, check_text, print_document, read_script_bytes, save_text, say
 
 if TYPE_CHECKING:
     from ..scripts import Upgrade

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .json_document import print_document
-from .options import AllowOutside, Json, Unchecked, memory_limit
-from .streams import printable
+from .options import AllowOutside, Json, Memory, Timeout, Unchecked, memory_limit
+from .streams import print_document, printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,10 +35,10 @@ def verify(
             "--recorded", help="Use the recipe in the provenance, even if the recipe's file has changed since, or there was none."
         ),
     ] = False,
-    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
+    timeout: Timeout = None,
     allow_outside: AllowOutside = False,
     unchecked: Unchecked = False,
-    memory: Annotated[str | None, typer.Option(metavar="SIZE", help="Memory that the run may take, such as 4GB.")] = None,
+    memory: Memory = None,
     json: Json = False,
 ) -> None:
     """Make a file again from its provenance, and compare.

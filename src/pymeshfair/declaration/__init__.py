@@ -18,8 +18,8 @@ This module imports neither pymeshlab nor any plugin.
 
 from .filter import Arity, Equivalent, Filter, FilterClass, MeshElement, mesh_filter
 from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
-from .parameter import AUTO, Parameter
 from .parameters import (
+    AUTO,
     Bool,
     Color,
     Direction,
@@ -30,6 +30,7 @@ from .parameters import (
     Int,
     Matrix,
     Mesh,
+    Parameter,
     Percentage,
     Point,
     Shot,

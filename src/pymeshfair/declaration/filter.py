@@ -13,8 +13,7 @@ from typing import Any, Literal, TypeAlias, TypeGuard
 
 from ..errors import DeclarationError, ParameterError, UnknownNameError
 from .layer import Edit, Layer
-from .parameter import Parameter
-from .parameters import Enum, Mesh
+from .parameters import Enum, Mesh, Parameter
 from .values import nearest
 
 
@@ -114,34 +113,20 @@ FindEquivalent: TypeAlias = Callable[[Mapping[str, Any]], Equivalent | None]
 
 @dataclass(frozen=True, kw_only=True)
 class Filter:
-    """One filter, MeshLab's or ours.
+    """One filter, MeshLab's or ours."""
 
-    Attributes:
-        python_name: the name in Python, e.g. ``apply_coord_taubin_fairing``.
-        name: the name in MeshLab's menus and in .mlx scripts, e.g. ``Taubin Fairing``.
-        info: what it does, in plain text; the first line is a summary.
-        classes: MeshLab's menus.
-        requires: elements that the mesh must have.
-        changes: elements that the filter changes.
-        arity: how many layers it reads.
-        parameters: in declared order, which is the order in .mlx scripts.
-        references: keys of docs/bibliography.bib.
-        origin: who declares it: ``"MeshLab"`` or the name of a Python distribution.
-        function: the work; None for MeshLab's own filters.
-        equivalent: gives, for all values of the parameters, the filter of MeshLab's that does the same; None where there is none.
-    """
-
-    python_name: str
-    name: str
-    info: str = ""
-    classes: FilterClass = FilterClass.OTHER
-    requires: MeshElement = MeshElement.NONE
-    changes: MeshElement = MeshElement.NONE
-    arity: Arity = Arity.SINGLE_MESH
-    parameters: tuple[Parameter, ...] = ()
-    references: tuple[str, ...] = ()
-    origin: str = "MeshLab"
-    function: Callable[..., Edit] | None = field(default=None, compare=False)
+    python_name: str  # in Python, e.g. ``apply_coord_taubin_fairing``
+    name: str  # in MeshLab's menus and in .mlx scripts, e.g. ``Taubin Fairing``
+    info: str = ""  # what it does, in plain text; the first line is a summary
+    classes: FilterClass = FilterClass.OTHER  # MeshLab's menus
+    requires: MeshElement = MeshElement.NONE  # elements that the mesh must have
+    changes: MeshElement = MeshElement.NONE  # elements that the filter changes
+    arity: Arity = Arity.SINGLE_MESH  # how many layers it reads
+    parameters: tuple[Parameter, ...] = ()  # in declared order, which is the order in .mlx scripts
+    references: tuple[str, ...] = ()  # keys of docs/bibliography.bib
+    origin: str = "MeshLab"  # who declares it: ``"MeshLab"`` or the name of a Python distribution
+    function: Callable[..., Edit] | None = field(default=None, compare=False)  # the work; None for MeshLab's own filters
+    #: gives, for all values of the parameters, the filter of MeshLab's that does the same; None where there is none
     equivalent: FindEquivalent | None = field(default=None, compare=False)
 
     @property

@@ -107,34 +107,21 @@ class Edit:
     If an addition fails or is interrupted, the layer becomes what it was, but for what MeshLab cannot take away: texture
     coordinates of vertices, scalars and colours of faces, and triangles in place of polygons, as far as it had come with them.
 
-    Attributes:
-        vertices: (n, 3) new coordinates.
-        added_vertices: (a, 3) vertices to add, to a mesh that has faces.
-        added_faces: (b, 3) faces to add, three different indices of vertices; from n on they mean `added_vertices`.
-        vertex_selection, face_selection: (N,), (M,) the new selection.
-        vertex_scalars, face_scalars: (N,), (M,) the new scalar ("quality").
-        vertex_colors, face_colors: (N, 4), (M, 4) red, green, blue, opacity from 0 to 1.
-        vertex_normals: (N, 3) of a point cloud; a mesh's normals follow from its coordinates.
-        face_normals: (M, 3) unit normals.
-        delete_vertices, delete_faces: (N,), (M,) true where the element goes; a vertex takes its faces along.
-        new_layers: layers to add; the first becomes the current one.
-        values: what `apply_filter` returns: numbers, texts, arrays by name.
-        notes: sentences that the user should read, such as what was left alone and why.
     """
 
-    vertices: Floats | None = None
-    added_vertices: Floats | None = None
-    added_faces: Ints | None = None
-    vertex_selection: Bools | None = None
-    face_selection: Bools | None = None
-    vertex_scalars: Floats | None = None
-    face_scalars: Floats | None = None
-    vertex_colors: Floats | None = None
-    face_colors: Floats | None = None
-    vertex_normals: Floats | None = None
-    face_normals: Floats | None = None
-    delete_vertices: Bools | None = None
-    delete_faces: Bools | None = None
-    new_layers: tuple[NewLayer, ...] = ()
-    values: Mapping[str, Any] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    vertices: Floats | None = None  # (n, 3) new coordinates
+    added_vertices: Floats | None = None  # (a, 3) vertices to add, to a mesh that has faces
+    added_faces: Ints | None = None  # (b, 3) three different indices of vertices; from n on they mean `added_vertices`
+    vertex_selection: Bools | None = None  # (N,) the new selection
+    face_selection: Bools | None = None  # (M,)
+    vertex_scalars: Floats | None = None  # (N,) the new scalar ("quality")
+    face_scalars: Floats | None = None  # (M,)
+    vertex_colors: Floats | None = None  # (N, 4) red, green, blue, opacity from 0 to 1
+    face_colors: Floats | None = None  # (M, 4)
+    vertex_normals: Floats | None = None  # (N, 3) of a point cloud; a mesh's normals follow from its coordinates
+    face_normals: Floats | None = None  # (M, 3) unit normals
+    delete_vertices: Bools | None = None  # (N,) true where the vertex goes, which takes its faces along
+    delete_faces: Bools | None = None  # (M,) true where the face goes
+    new_layers: tuple[NewLayer, ...] = ()  # layers to add; the first becomes the current one
+    values: Mapping[str, Any] = field(default_factory=dict)  # what `apply_filter` returns: numbers, texts, arrays by name
+    notes: tuple[str, ...] = ()  # sentences that the user should read, such as what was left alone and why

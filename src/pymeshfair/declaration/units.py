@@ -6,22 +6,25 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, cast
 
 from ..errors import ParameterError
 from .values import as_float, shown
 
-LengthUnit: TypeAlias = Literal["absolute", "percent", "edge"]
-_LENGTH_SUFFIX: Mapping[LengthUnit, str] = {"absolute": "", "percent": "%", "edge": "edge"}
+LengthUnit: TypeAlias = Literal["absolute", "percent", "edge", "mm", "cm", "m", "in"]
+#: the units that a scan may be in, in metres
+METRES: Mapping[str, float] = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
+_LENGTH_SUFFIX = {"absolute": "", "percent": "%", "edge": "edge"} | {unit: unit for unit in METRES}
+_WITH_UNIT = re.compile(rf"(.*?)\s*(?<![a-z])({'|'.join(METRES)})", re.DOTALL)
 _LENGTH = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(%|edges?)?")
 
 
 @dataclass(frozen=True)
 class Length:
-    """A length in mesh units, in percent of the bounding box's diagonal, or in mean edges.
+    """A length in mesh units, in percent of the bounding box's diagonal, in mean edges, or in a unit of `METRES`.
 
     Written ``"0.3"``, ``"1%"`` and ``"0.5edge"``. The last two carry over from scan to scan. On a point cloud an "edge" is the
-    mean distance from a point to its nearest neighbour.
+    mean distance from a point to its nearest neighbour. A limit of a result may be ``"0.05mm"``, a parameter may not.
     """
 
     amount: float
@@ -53,26 +56,12 @@ class Length:
             return self.amount / 100.0 * diagonal
         if self.unit == "edge":
             return self.amount * mean_edge()
-        return self.amount
-
-    def __str__(self) -> str:
-        return f"{self.amount!r}{_LENGTH_SUFFIX[self.unit]}"
-
-
-#: the units that a scan may be in, in metres
-METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
-_SUFFIX = re.compile(rf"(.*?)\s*(?<![a-z])({'|'.join(METRES)})", re.DOTALL)
-
-
-@dataclass(frozen=True)
-class PhysicalLength:
-    """A length in one of the units of `METRES`."""
-
-    amount: float  # how many
-    unit: str  # of them
+        return self.in_mesh_units(None).amount
 
     def in_mesh_units(self, unit: str | None) -> Length:
-        """The length on a scan in that unit."""
+        """The length on a scan in that unit, without which one in a unit of `METRES` is refused; others stay as they are."""
+        if self.unit not in METRES:
+            return self
         if unit is None:
             amounts = {name: self.in_mesh_units(name).amount for name in (self.unit, "mm", "m")}
             readings = " and ".join(f"{amount:.6g} on a scan in {name}" for name, amount in amounts.items())
@@ -82,18 +71,14 @@ class PhysicalLength:
             )
         return Length(self.amount * METRES[self.unit] / METRES[check_unit(unit)])
 
-    def resolve(self, *, diagonal: float, mean_edge: Callable[[], float]) -> float:
-        """As `Length.resolve`, which needs the scan's unit here, and so raises `ParameterError`."""
-        return self.in_mesh_units(None).resolve(diagonal=diagonal, mean_edge=mean_edge)
-
     def __str__(self) -> str:
-        return f"{self.amount!r}{self.unit}"
+        return f"{self.amount!r}{_LENGTH_SUFFIX[self.unit]}"
 
 
-def parse_length(text: str) -> Length | PhysicalLength:
+def parse_length(text: str) -> Length:
     """Read a length as `Length.parse` does, or one with a unit; raise `ParameterError` for anything else."""
-    match = _SUFFIX.fullmatch(text.strip())
-    return Length.parse(text) if match is None else PhysicalLength(Length.parse(match[1]).amount, match[2])
+    match = _WITH_UNIT.fullmatch(text.strip())
+    return Length.parse(text) if match is None else Length(Length.parse(match[1]).amount, cast("LengthUnit", match[2]))
 
 
 def unit_of_scan(typed: str | None, of_file: str | None, of_recipe: str = "") -> str | None:

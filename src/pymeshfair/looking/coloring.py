@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..declaration import Floats
-from ..errors import MeshError
+from ..declaration import Floats, nearest
+from ..errors import MeshError, ParameterError
 from ..filters.geometry import vector_lengths
 from ..filters.inspection import (
     Limits,
@@ -123,6 +123,19 @@ COLORINGS: Mapping[str, Coloring] = {
     ),
     "scalar": Coloring("scalar", _scalar, diverging=False),
 }
+
+
+#: those that are no numbers: the colours of the mesh itself, and lines that follow from the direction of view
+OTHERS = ("plain", "own", "reflection")
+
+
+def check_coloring(name: str) -> None:
+    """Raise `ParameterError` with the nearest name if there is no such coloring."""
+    names = [*OTHERS, *COLORINGS]
+    if name not in names:
+        near = nearest(name, names)
+        hint = f"did you mean {near!r}?" if near else f"it takes {', '.join(names)}"
+        raise ParameterError(f"{name!r} is no coloring; {hint}")
 
 
 def numbers_of(coloring: str, meshes: Sequence[MeshData]) -> list[Numbers | None]:

@@ -14,8 +14,7 @@ from ..filters.inspection import Limits, reflection_stripes
 from ..mesh_data import MeshData
 from .annotation import BAR_STRIP, TITLE_STRIP, draw_color_bar, draw_scale_bar, write_title
 from .camera import Camera, close_up, fitting_camera, view_rows
-from .coloring import COLORINGS, Numbers, in_unit, numbers_of
-from .coloring_names import OTHERS, check_coloring
+from .coloring import COLORINGS, OTHERS, Numbers, check_coloring, in_unit, numbers_of
 from .shading import CLAY, Scene, render, texture_of
 
 #: the share of a panel's width that a scale bar takes at most

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import RunError, missing_package
-from .versions import packages_here
+from .environment import packages_here
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -36,11 +36,7 @@ class ClusterError(RunError):
 
 
 class UnfitWorkersError(ClusterError):
-    """Some workers have other packages than this machine or do not see its files; nothing was started.
-
-    Attributes:
-        reasons: by the address of a worker, the reasons against it.
-    """
+    """Some workers have other packages than this machine or do not see its files; nothing was started."""
 
     def __init__(self, reasons: Mapping[str, Sequence[str]], fit: int) -> None:
         lines = "\n".join(f"  {address}: {'; '.join(texts)}" for address, texts in reasons.items())
@@ -48,7 +44,7 @@ class UnfitWorkersError(ClusterError):
             f"{len(reasons)} of {len(reasons) + fit} workers cannot take part, and nothing was begun:\n{lines}\n"
             "correct or stop them, and start again"
         )
-        self.reasons = dict(reasons)
+        self.reasons = dict(reasons)  # by the address of a worker, the reasons against it
 
 
 class LostSchedulerError(ClusterError):

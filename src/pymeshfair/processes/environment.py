@@ -1,10 +1,43 @@
-"""The environment variables of a worker: threads and memory of libraries, and how they read names and numbers."""
+"""The environment of a worker and of its results: threads, memory and locale of libraries, and the versions of packages."""
 
 import os
+import platform
 import sys
 from collections.abc import Mapping
+from functools import cache
+from typing import Any
 
 from ..operating_system import this_system
+
+#: the packages whose version may change a result
+PACKAGES = ("pymeshfair", "pymeshlab", "numpy", "scipy", "numba", "llvmlite", "robust-laplacian")
+
+
+def versions() -> dict[str, Any]:
+    """The versions that a result depends on besides the input and the recipe."""
+    found: dict[str, Any] = {"python": platform.python_version(), "implementation": platform.python_implementation()}
+    return found | packages_here() | {"system": platform.platform(), "machine": platform.machine(), "byte_order": sys.byteorder}
+
+
+def packages_here() -> dict[str, Any]:
+    """The versions of the packages that a result depends on."""
+    return {name: _version(name) for name in PACKAGES}
+
+
+@cache
+def _version(package: str) -> str | None:
+    import importlib.metadata  # not for the help of the command
+
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def thread_settings(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
+    """The variables that say how many threads libraries may use, as far as they are set."""
+    return {name: environment[name] for name in sorted(environment) if name.endswith("_NUM_THREADS")}
+
 
 #: the variables by which linear algebra takes one thread
 ONE_BLAS_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")

@@ -3,7 +3,7 @@
 import pickle
 import subprocess
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import IO, Any, TypeAlias
@@ -29,15 +29,11 @@ _PULSE = 0.5
 
 
 class LostProcessError(RunError):
-    """A process ended in the middle of a task.
-
-    Attributes:
-        status: its exit status; minus the signal's number if a signal ended it.
-    """
+    """A process ended in the middle of a task."""
 
     def __init__(self, status: int) -> None:
         super().__init__(f"the worker process ended with status {status}")
-        self.status = status
+        self.status = status  # its exit status; minus the signal's number if a signal ended it
 
 
 class Process:
@@ -81,26 +77,54 @@ class Process:
             pickle.dump(order, self._process.stdin)
             self._process.stdin.flush()
 
-    def do(self, order: Order) -> Answer:
-        """Give it an order and wait for the answer."""
-        items: Items = SimpleQueue()
+    def do(
+        self,
+        order: Order,
+        take: Callable[[str, Any], None] = lambda kind, item: None,
+        *,
+        items: Items | None = None,
+        pulse: Callable[[], float] = lambda: _PULSE,
+    ) -> Answer:
+        """Give it an order and wait for the answer.
+
+        Args:
+            order: the work.
+            take: called with all else that comes; an exception that it raises ends the waiting.
+            items: what comes is put there, perhaps among items of others.
+            pulse: called time and again for the most seconds to wait; may raise, too.
+
+        Raises:
+            LostProcessError: it has ended without an answer.
+        """
+        items = SimpleQueue() if items is None else items
         self.give(order, items)
         done: Answer | None = None
         missing = {"answer", "silent"}
         while missing:
             try:
-                kind, item = items.get(timeout=_PULSE)
+                kind, item = items.get(timeout=pulse())
             except Empty:
                 if done is not None:
-                    return done  # something that it started holds its stderr
-                kind = "end" if self.has_ended() else ""
-            if kind == "end":
+                    break  # something that it started holds its stderr
+                kind, item = "end" if self.has_ended() else "", None
+            if kind == "end" and done is None:
+                self._take_the_rest(items, take)
                 raise LostProcessError(self.wait())
             missing.discard(kind)
-            done = item if kind == "answer" else done
+            if kind == "answer":
+                done = item
+            elif kind not in ("", "end", "silent"):
+                take(kind, item)
         assert done is not None
-        self.is_idle = not done.is_used_up
+        self.is_idle = not missing and not done.is_used_up
         return done
+
+    def _take_the_rest(self, items: Items, take: Callable[[str, Any], None]) -> None:
+        """Take what a process that has ended said last."""
+        with suppress(Empty):
+            while (item := items.get(timeout=_PULSE))[0] != "end":
+                if item[0] == "talk":
+                    take(*item)
 
     def has_ended(self) -> bool:
         """Whether it is gone; processes that it started may still hold its pipes open."""

@@ -19,7 +19,6 @@ from ..looking.coloring import COLORINGS, Numbers, in_unit
 from ..looking.comparison import Comparison, Distances
 from ..looking.mesh_state import MeshState
 from ..looking.picture import Appearance, draw_meshes
-from ..looking.section import Plane
 from ..looking.words import (
     area_headers,
     area_rows,
@@ -32,10 +31,9 @@ from ..looking.words import (
     verdict_text,
 )
 from ..running.report import steps_of
-from .charts import Chart, histogram, section_chart, spectrum_chart
-from .display import Shown, shown_mesh
+from .charts import Chart, Plane, histogram, section_chart, spectrum_chart
 from .page import Figure, figure_of, render
-from .scene import Marker, Scene, pack_scene
+from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 
 #: pixels of a picture of a whole mesh, and of one of the views of the distances
 _PICTURE, _VIEW = 400, 300

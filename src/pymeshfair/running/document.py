@@ -38,12 +38,7 @@ class State:
 
 
 class Document:
-    """Meshes by id.
-
-    Attributes:
-        current_id: of the current layer; None if there is none.
-        losses: contents of the meshes handed over to MeshLab that it did not take, in words.
-    """
+    """Meshes by id."""
 
     def __init__(
         self,
@@ -60,8 +55,8 @@ class Document:
         self._visible: dict[int, bool] = {}
         self._next_id = 0
         self._is_inside = False
-        self.current_id: int | None = None
-        self.losses: list[str] = []
+        self.current_id: int | None = None  # of the current layer; None if there is none
+        self.losses: list[str] = []  # contents that MeshLab did not take, in words
 
     def add(self, mesh: MeshData) -> int:
         """Add a layer, which becomes the current one; its id."""

@@ -1,12 +1,28 @@
-"""The guards of a run that a result breaks: where, and by how much."""
+"""The guards of a run that a result breaks: where, and by how much.
+
+Whether it can be printed is seen on the written file, read back as a slicer reads it: equal points merged, triangles alone.
+"""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ..declaration import Floats, Ints
+from ..files.equal_rows import numbered
+from ..files.inputs import read_file
+from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import SHARP, share_kept, sharp_edges
+from ..filters.inspection.surface_measures import surface_measures
+from ..filters.libraries import sparse
+from ..filters.mesh import Bools, Longs
+from ..filters.topology import IRREGULAR, proper_faces, stars
+from ..mesh_data import MeshData
 from ..scripts.guards import Guards
 from .origins import Origins
+from .self_intersections import self_intersecting
 from .shape_change import Moved, ShapeChange
 
 
@@ -90,7 +106,7 @@ def _requirement(word: str, number: int | None, measures: Mapping[str, Any]) -> 
     elif word == "oriented" and not measures["oriented"]:
         yield Breach("require", "the result is not oriented: neighbouring faces look to different sides")
     elif word == "printable":
-        return  # seen on the written file, see `pymeshfair.running.printable`
+        return  # seen on the written file, see `print_faults`
     elif word == "manifold":
         edges, vertices = measures["non_manifold_edges"], measures["non_manifold_vertices"]
         if edges or vertices:
@@ -99,3 +115,97 @@ def _requirement(word: str, number: int | None, measures: Mapping[str, Any]) -> 
     elif number is not None and measures[word] != number:
         has = "no genus" if measures[word] is None else f"{word} {measures[word]}"
         yield Breach("require", f"the result has {has}, not {number}", amount=measures[word], allowed=number)
+
+
+#: the word of `require` that asks for this
+PRINTABLE = "printable"
+#: so many places of one kind are named
+_PLACES = 3
+
+
+def print_faults(written: Path, folder: Path, *, wrapped: bool = False) -> Iterator[Breach]:
+    """Faults by which a slicer cannot tell inside from outside: borders, edges of many faces, faces turned over or cut.
+
+    `folder` takes files for MeshLab, which looks for the cuts. A `wrapped` mesh is not mended by another wrap.
+    """
+    mesh = read_file(written).mesh
+    firsts, numbers = numbered(mesh.vertices)
+    vertices, faces = mesh.vertices[firsts], numbers[mesh.faces].astype(np.int32)
+    measures = surface_measures(vertices, faces)
+    counts, same_way, ends = _uses(faces)
+    wrong_edges = {
+        "border edges": counts == 1,
+        "edges with more than two faces": counts > 2,
+        "edges whose two faces look to different sides": same_way & (counts == 2),
+    }
+    for what, wrong in wrong_edges.items():
+        if wrong.any():
+            yield _fault(what, int(wrong.sum()), vertices, ends[wrong])
+    if measures.closed and not measures.non_manifold_edges and measures.non_manifold_vertices:
+        touching = np.flatnonzero(stars(faces[proper_faces(faces)], len(vertices)).kinds == IRREGULAR).astype(np.int32)
+        yield _fault("vertices where it touches itself", len(touching), vertices, touching[:, None])
+    if measures.oriented and measures.volume is not None and measures.volume <= 0.0:
+        yield Breach("require", "the written file has no volume, or its faces look inwards", amount=measures.volume)
+    cuts = self_intersecting(MeshData(vertices=vertices, faces=faces), folder)
+    if cuts.any():
+        fault = _fault("faces that cut others", int(cuts.sum()), vertices, faces[cuts])
+        way = "wrap with another alpha or offset" if wrapped else "take wrap_for_print, which wraps all in one surface"
+        yield replace(fault, message=f"{fault.message}; mend these places, or {way}")
+
+
+def wall_words(mesh: MeshData, unit: str | None) -> str:
+    """The thickness of the walls of a closed mesh in words, with the thinnest place; empty if no walls face each other."""
+    from ..filters.inspection import wall_thickness
+
+    if not len(mesh.faces):
+        return ""
+    found = wall_thickness(mesh.vertices, mesh.faces)
+    thinnest = int(found.values.argmin())
+    if not np.isfinite(found.values[thinnest]):
+        return ""
+    of = f" {unit}" if unit else ""
+    place = ", ".join(f"{c:.6g}" for c in found.places[thinnest])
+    return (
+        f"walls: half of the area is thicker than {found.below(0.5):.4g}{of}, 1 % is thinner than {found.below(0.01):.4g}{of}, "
+        f"the thinnest place is {found.values[thinnest]:.4g}{of} at {place}; thin walls are kept as they are"
+    )
+
+
+def wrap_words(scan: MeshData, wrap: MeshData) -> str:
+    """The share of the area of a scan that a wrap has closed in: over twice as deep as the wrap is away from it."""
+    from ..filters.inspection import Surface
+
+    if not len(scan.faces):
+        return ""
+    areas = vector_lengths(cross_products(scan.vertices, scan.faces))
+    away = np.abs(Surface.of(scan.vertices, scan.faces).nearest(wrap.vertices).signed).mean()
+    depths = np.abs(Surface.of(wrap.vertices, wrap.faces).nearest(scan.vertices[scan.faces].mean(axis=1)).signed)
+    share = areas[depths > 2.0 * away].sum() / max(areas.sum(), np.finfo(np.float64).tiny)
+    return f"{share:.1%} of the scanned area is closed in, inside or in hollows narrower than alpha; a smaller alpha keeps these"
+
+
+def _uses(faces: Ints) -> tuple[Longs, Bools, Ints]:
+    """The number of faces of each edge, whether they run along it in one direction, and its (e, 2) vertices.
+
+    Collapsed faces count, as for a slicer.
+    """
+    ends = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    edges, which, counts = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
+    upwards = np.bincount(which.ravel(), weights=ends[:, 0] < ends[:, 1], minlength=len(edges))
+    return counts.astype(np.int64), (upwards == 0) | (upwards == counts), edges
+
+
+def _fault(what: str, count: int, vertices: Floats, cells: Ints) -> Breach:
+    """The fault of (k, 1) vertices, (k, 2) edges or (k, 3) faces, with the middles of the largest places that they form."""
+    n = len(vertices)
+    ends = np.concatenate([cells[:, [0, -1]], cells[:, [0, len(cells[0]) // 2]]])
+    links = sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
+    place_of = sparse.csgraph.connected_components(links, directed=False)[1][cells[:, 0]]
+    places, sizes = np.unique(place_of, return_counts=True)
+    largest = places[np.argsort(-sizes, kind="stable")][:_PLACES]
+    middles = [vertices[np.unique(cells[place_of == place])].mean(axis=0).tolist() for place in largest]
+    said = "; ".join(", ".join(f"{c:.6g}" for c in middle) for middle in middles)
+    more = f", and {len(places) - _PLACES:,} more places" if len(places) > _PLACES else ""
+    x, y, z = middles[0]
+    text = f"the written file has {count:,} {what}, around {said}{more}"
+    return Breach("require", text, place=(x, y, z), amount=count, allowed=0)

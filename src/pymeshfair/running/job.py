@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from ..declaration import Length
-from ..declaration.units import PhysicalLength, unit_of_scan
+from ..declaration.units import unit_of_scan
 from ..files.formats import READABLE, extension
 from ..files.outputs import MadeFrom
 from ..files.provenance import read_provenance
@@ -41,7 +41,7 @@ class Job:
     keep_broken: bool = False  # write the output even if a guard was broken
     map: Path | None = None  # the .ply file for the intervention map, or None
     #: vertices that moved by no more count as kept there; None: only those that did not move
-    map_tolerance: Length | PhysicalLength | None = None
+    map_tolerance: Length | None = None
     #: put the output's name before the names of its textures, so that runs side by side into one folder do not ask for the same
     #: names, and none depends on which was first
     own_texture_names: bool = False
@@ -92,10 +92,7 @@ class Job:
 
     def lengths_in(self, unit: str | None) -> tuple[Guards, Length]:
         """The limits, and the tolerance of the map, on a scan in that unit."""
-        tolerance = self.map_tolerance or Length(0.0)
-        return self.all_guards.in_mesh_units(unit), (
-            tolerance.in_mesh_units(unit) if isinstance(tolerance, PhysicalLength) else tolerance
-        )
+        return self.all_guards.in_mesh_units(unit), (self.map_tolerance or Length(0.0)).in_mesh_units(unit)
 
 
 # ------------------------------------------------------------------------------------------------------------------- events

@@ -9,9 +9,7 @@ from ..filters.inspection.connectivity import Connectivity
 from ..filters.inspection.surface_measures import SurfaceMeasures, box_diagonal, measures_and_connectivity
 from ..filters.mesh import check_points
 from ..mesh_data import MeshData
-from .origins import Origins
 from .plain_values import plain
-from .shape_change import ShapeChange, shape_change
 
 #: faces that a usual length is found from
 _SOME = 10_000
@@ -49,13 +47,6 @@ class Measuring:
             mesh.vertices, mesh.faces, edges=mesh.edges, former=self._connectivity
         )
         return Found(mesh, measures, measures.diagonal, lambda: measures.mean_edge or measures.mean_spacing or 0.0)
-
-
-def change_of(origins: Origins, before: Found, after: Found) -> ShapeChange | None:
-    """The change of shape between two meshes; None if they were not measured."""
-    if before.measures is None or after.measures is None:
-        return None
-    return shape_change(origins, (before.measures, after.measures))
 
 
 def usual_edge(mesh: MeshData) -> float:

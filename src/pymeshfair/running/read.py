@@ -1,6 +1,7 @@
-"""Reads a mesh file and measures it, for commands that look at meshes and change none."""
+"""Reads a mesh file and measures it, its spectrum too, for commands that look at meshes and change none."""
 
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,9 @@ from ..files.formats import UNCHECKED, extension
 from ..files.inputs import read_file
 from ..mesh_data import MeshData
 from ..recipe import Recipe
-from ..scripts.script import Script
-from .job import Job
+from ..registry import find_filter
+from ..scripts.script import Script, Step
+from .job import Event, Job
 from .measuring import Found, Measuring
 from .plain_values import plain
 from .self_intersections import self_intersecting_apart
@@ -123,3 +125,18 @@ def inspect_mesh(
         ],
         "traits": plain(traits_of(vertices, faces, read.found.measures, present, MEASURED)),
     }
+
+
+#: the filter that measures
+MEASURES = "get_surface_spectrum"
+
+
+def measured_spectrum(
+    mesh: Path, *, modes: int = 50, timeout: float | None = None, on_event: Callable[[Event], None] = lambda event: None
+) -> dict[str, Any]:
+    """The result of the filter ``get_surface_spectrum`` for a mesh file, with so many modes one by one."""
+    measure = Step(find_filter(MEASURES)).with_values({"modes": modes})
+    with tempfile.TemporaryDirectory() as folder:
+        job = Job(Recipe("spectrum", Script((measure,))), mesh, Path(folder) / "measured.ply", timeout=timeout, measures=False)
+        result = run_job(job, on_event)
+    return dict(result.steps[0].values)

@@ -10,8 +10,7 @@ from typing import Any
 
 from ..files.provenance import SCHEMA, described_file, provenance_path
 from ..files.writing import StagedFile
-from ..processes.environment import worker_environment
-from ..processes.versions import thread_settings, versions
+from ..processes.environment import thread_settings, versions, worker_environment
 from .job import Job, RunResult, StepReport
 
 

@@ -24,15 +24,13 @@ from ..recipe import RecipeInfo
 from ..scripts.script import Script, Step
 from ..scripts.warnings import lengths_out_of_proportion
 from .document import Document, State
-from .guarding import breaches
-from .intervention import stage_map
+from .guarding import PRINTABLE, breaches, print_faults, wall_words, wrap_words
 from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepReport, StepStarted
-from .measuring import Found, Measuring, change_of
-from .origins import Origins, find_origins
+from .measuring import Found, Measuring
+from .origins import Origins, find_origins, stage_map
 from .plain_values import plain
-from .printable import PRINTABLE, print_faults, wall_words, wrap_words
 from .report import Report
-from .shape_change import ShapeChange, milder, warnings_of
+from .shape_change import ShapeChange, milder, shape_change, warnings_of
 from .suitability import ERASED, instead, traits_asked_for
 from .talk import mark
 
@@ -55,14 +53,10 @@ class Outcome:
 
 
 class Earlier:
-    """Measures and intermediate states of earlier runs on one mesh: after a change of a later step only that step runs again.
-
-    Args:
-        states: how many states of the mesh are kept, the ones used last.
-    """
+    """Measures and intermediate states of earlier runs on one mesh: after a change of a later step only that step runs again."""
 
     def __init__(self, states: int = 8) -> None:
-        """See the class; nothing is kept yet."""
+        """See the class; so many states of the mesh are kept, the ones used last."""
         self._states = states
         self._measured: tuple[RecipeInfo, _Measured] | None = None
         self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...]]] = []  # the one used last is the last
@@ -90,15 +84,11 @@ class Earlier:
 
 
 class Session:
-    """One run in this process.
-
-    Attributes:
-        warnings: those so far.
-    """
+    """One run in this process."""
 
     def __init__(self, job: Job, stage: Path, on_event: Callable[[Event], None]) -> None:
         """See the class; the paths of the job are absolute, and `new` in the staging folder takes what is written."""
-        self.warnings: list[str] = []
+        self.warnings: list[str] = []  # those so far
         self._job = job
         self._stage = stage
         self._steps = job.recipe.script.steps
@@ -248,7 +238,9 @@ class Session:
         self._lose(self._gone(before.mesh, outcome.result, present))
         after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"))
         origins = find_origins(after.mesh, before.mesh)
-        if change := change_of(origins, before, after):
+        change = None
+        if before.measures is not None and after.measures is not None:
+            change = shape_change(origins, (before.measures, after.measures))
             other_recipe = cache(lambda: instead(self._job.recipe, before, present))  # measures the scan
             for text in warnings_of(change, self._steps, other_recipe):
                 self._warn(text)

@@ -36,21 +36,13 @@ ERASED = 0.1
 
 @dataclass(frozen=True)
 class Trial:
-    """A trial of a recipe on a sample of a scan, lengths in mean edges.
+    """A trial of a recipe on a sample of a scan, lengths in mean edges."""
 
-    Attributes:
-        error: at vertices that were held out, along the normals; on a scan without noise how far the others were moved.
-        before: the same of the scan as it is.
-        relief: the share of the relief that went; None where there is none that stands out from the noise.
-        relief_from: the shortest waves that count there; 0 for all.
-        risk: how far it is expected to be from the truth, where held-out vertices cannot tell it from the best; else None.
-    """
-
-    error: float
-    before: float
-    relief: float | None
-    relief_from: float = 0.0
-    risk: float | None = None
+    error: float  # at vertices that were held out, along the normals; on a scan without noise how far the others were moved
+    before: float  # the same of the scan as it is
+    relief: float | None  # the share of the relief that went; None where there is none that stands out from the noise
+    relief_from: float = 0.0  # the shortest waves that count there; 0 for all
+    risk: float | None = None  # how far it is expected to be from the truth, where held-out vertices cannot tell it from the best
 
     @property
     def erases(self) -> bool:
@@ -73,25 +65,15 @@ class Trial:
 
 @dataclass(frozen=True)
 class Suitability:
-    """The conditions of a recipe that a scan meets or not.
+    """The conditions of a recipe that a scan meets or not."""
 
-    Attributes:
-        recipe: its name.
-        task: that of the recipe.
-        title: its title.
-        measure: by which it is judged, empty if it does not say.
-        met: the conditions that the scan meets, each with what was found.
-        unmet: those that it does not.
-        trial: the result on a sample of the scan, if it was tried.
-    """
-
-    recipe: str
-    task: str
-    title: str
-    measure: str
-    met: tuple[tuple[str, str], ...]
-    unmet: tuple[tuple[str, str], ...]
-    trial: Trial | None = None
+    recipe: str  # its name
+    task: str  # that of the recipe
+    title: str  # its title
+    measure: str  # by which it is judged, empty if it does not say
+    met: tuple[tuple[str, str], ...]  # the conditions that the scan meets, each with what was found
+    unmet: tuple[tuple[str, str], ...]  # those that it does not
+    trial: Trial | None = None  # the result on a sample of the scan, if it was tried
 
     @property
     def made_for(self) -> int:

@@ -11,13 +11,13 @@ import signal
 import time
 from collections import defaultdict, deque
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext
 from dataclasses import replace
 from datetime import datetime, timezone
 from functools import partial
 from pathlib import Path
-from queue import Empty, SimpleQueue
-from typing import TypeAlias
+from queue import SimpleQueue
+from typing import Any, TypeAlias
 
 from ..errors import Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError
@@ -26,17 +26,17 @@ from ..files.outputs import check_maps, check_output
 from ..files.provenance import formatted, provenance_path
 from ..files.staging import clear_up, output_lock, remove_folder, staging_folder
 from ..files.writing import StagedFile, place, stage_file
-from ..processes.order import Answer, DefectError, Order
-from ..processes.pool import Lender, Pool
-from ..processes.process import Items, Process
+from ..processes.order import DefectError, Order
+from ..processes.pool import Pool
+from ..processes.process import Items, LostProcessError, Process
 from ..processes.worker import report as report_event
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
 from .errors import GuardBroken, OutOfMemory, RunTimeout, WorkerDied, WorkerError
 from .interrupts import Interrupted, Interrupts
-from .intervention import removed_path
 from .job import Compiling, Event, Job, Message, PhaseStarted, RunResult, StepProgress, StepStarted
 from .memory import default_memory
+from .origins import removed_path
 from .report import Report, record_of, result_of
 from .talk import parse_talk
 
@@ -67,45 +67,37 @@ class Watch:
         self._speaker = 0
         self._load_seconds = 0.0
         self._load_deadline = self._load_left = math.inf
-        self._answer: Answer | None = None
         self._said: defaultdict[int, list[str]] = defaultdict(list)
         self._warned: defaultdict[int, list[str]] = defaultdict(list)
         self._tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
-    def until_done(self, started: float) -> Report:
-        """The final report of the worker of a job that began at `started` (`time.monotonic`)."""
+    def until_done(self, order: Order, started: float) -> Report:
+        """The report of the worker to which the order is given, of a job that began at `started` (`time.monotonic`)."""
         timeout = math.inf if self._job.timeout is None else self._job.timeout
-        missing = {"answer", "silent"}
-        while missing:
+
+        def pulse() -> float:
             now = time.monotonic()
             if now >= started + timeout:
                 raise RunTimeout(self._place, timeout)
             if now >= self._load_deadline:
                 raise RunTimeout(self._place, self._load_seconds, is_given=False)
-            deadline = min(started + timeout, self._load_deadline)
-            try:
-                kind, item = self._items.get(timeout=min(_PULSE, deadline - now))
-            except Empty:
-                if self._answer is not None:
-                    break  # a process that the worker started holds its pipes open
-                kind = "end" if self._worker.has_ended() else ""
-            if kind == "signal":
-                raise Interrupted
-            if kind == "end" and self._answer is None:
-                self._hear_the_rest()
-                raise self._death()
-            missing.discard(kind)
-            if kind == "talk":
-                self._hear(item)
-            elif kind == "event":
-                self._take(item)
-            elif kind == "answer":
-                self._answer = item
-        assert self._answer is not None
-        if self._answer.error is not None:
-            raise self._failure(self._answer.error, self._answer.details)
-        self._worker.is_idle = not missing and not self._answer.is_used_up
-        return self._with_talk(self._answer.result, self._answer.peak_memory)
+            return min(_PULSE, started + timeout - now, self._load_deadline - now)
+
+        try:
+            answer = self._worker.do(order, self._take_item, items=self._items, pulse=pulse)
+        except LostProcessError as error:
+            raise self._death(error.status) from None
+        if answer.error is not None:
+            raise self._failure(answer.error, answer.details)
+        return self._with_talk(answer.result, answer.peak_memory)
+
+    def _take_item(self, kind: str, item: Any) -> None:
+        if kind == "signal":
+            raise Interrupted
+        if kind == "talk":
+            self._hear(item)
+        elif kind == "event":
+            self._take(item)
 
     def _take(self, event: Event) -> None:
         if isinstance(event, PhaseStarted):
@@ -156,15 +148,7 @@ class Watch:
         )
         return replace(report, steps=tuple(steps), warnings=(*report.warnings, *warnings), peak_memory=peak_memory)
 
-    def _hear_the_rest(self) -> None:
-        """Read what a process that has ended said last."""
-        with suppress(Empty):
-            while (item := self._items.get(timeout=_PULSE))[0] != "end":
-                if item[0] == "talk":
-                    self._hear(item[1])
-
-    def _death(self) -> RunError:
-        status = self._worker.wait()
+    def _death(self, status: int) -> RunError:
         if self._place.doing.startswith("writing") and self._disk_is_full():
             return OutputError(self._job.output, "the disk is full")
         is_crash = status != -getattr(signal, "SIGKILL", 0) and self._place.doing.startswith("reading")
@@ -201,16 +185,16 @@ MODULES = ("pymeshfair.running.session",)
 Work: TypeAlias = "Callable[[Job, Path, Items, Callable[[Event], None]], Report]"
 
 
-def workers_of_runs(most: int = 1, threads: int | None = None, *, rest_after: float | None = None) -> Pool:
+def workers_of_runs(most: int = 1, threads: int | None = None) -> Pool:
     """Processes for `run_job`, see `pymeshfair.processes.pool.Pool`."""
-    return Pool(most, threads, MODULES, rest_after=rest_after)
+    return Pool(most, threads, MODULES)
 
 
 def run_job(
     job: Job,
     on_event: Callable[[Event], None] = lambda event: None,
     *,
-    workers: Lender | None = None,
+    workers: Pool | None = None,
     work: Work | None = None,
     also: Callable[[RunResult], Sequence[StagedFile]] | None = None,
 ) -> RunResult:
@@ -283,13 +267,13 @@ def _check_outputs(job: Job) -> None:
         check_maps((job.map, removed_path(job.map)), job.output, job.made_from, overwrite=job.overwrite)
 
 
-def _in_one_piece(pool: Lender, started: float, job: Job, stage: Path, items: Items, on_event: Callable[[Event], None]) -> Report:
+def _in_one_piece(pool: Pool, started: float, job: Job, stage: Path, items: Items, on_event: Callable[[Event], None]) -> Report:
     """Let one process do the work."""
     limit = default_memory() if job.memory_limit is None else job.memory_limit
     if_lost = partial(clear_up, stage, job.output)
+    order = Order.of(carry_out, job, stage, memory_limit=limit, if_lost=if_lost)
     with pool.lend() as worker:
-        worker.give(Order.of(carry_out, job, stage, memory_limit=limit, if_lost=if_lost), items)
-        return Watch(job, worker, items, on_event).until_done(started)
+        return Watch(job, worker, items, on_event).until_done(order, started)
 
 
 def carry_out(job: Job, stage: Path) -> Report:

@@ -19,7 +19,7 @@ from ..files.provenance import provenance_path, read_provenance, recorded_digest
 from ..filters.inspection import displacement
 from ..mesh_data import MeshData
 from ..meshlab.unrepeatable import UNREPEATABLE
-from ..processes.versions import versions
+from ..processes.environment import versions
 from ..recipe import Recipe, load_recipe, shipped_recipes, superseded_recipes
 from ..scripts.guards import Guards
 from ..scripts.read import parse_script

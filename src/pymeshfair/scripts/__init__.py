@@ -2,8 +2,7 @@
 
 from .problems import Change, Problem, ScriptError
 from .read import parse_script, read_script
-from .script import Script, Step
-from .settings import Setting
+from .script import Script, Setting, Step
 from .upgrade import Upgrade, upgrade_file, upgrade_script
 from .write import format_script, write_script
 

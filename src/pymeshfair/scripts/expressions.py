@@ -5,7 +5,7 @@ word, so the syntax is checked before anything runs. Names of variables are not:
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from ..declaration import Filter, String
@@ -57,108 +57,58 @@ def expression_error(text: str) -> str | None:
         return "it is empty"
     if len(text) > MOST_CHARACTERS:
         return f"it has more than {MOST_CHARACTERS} characters"
-    try:
-        _Expression(text).parse()
-    except _SyntaxRefusedError as error:
-        return str(error)
+    tokens = list(_TOKEN.finditer(text))
+    opened: list[tuple[str, int]] = []  # what is open: "(", "?", or a function with the number of its arguments that are complete
+    wants_value, signed = True, False
+    for before, token, after in zip([None, *tokens], tokens, [*tokens[1:], None], strict=False):
+        word, kind = token.group().strip(), token.lastgroup
+        place = f"{word!r} at character {token.start(kind or 0) + 1}"
+        name, arguments = opened[-1] if opened else ("", 0)
+        if kind == "end":
+            return "it ends where more must follow" if wants_value or opened else None
+        if word == "=":
+            return f"{place} assigns; write == to compare"
+        if word == ")" and name in FUNCTIONS and before is not None and (not wants_value or before.group() == "("):
+            if (fault := _wrong_number(name, arguments + (not wants_value))) is not None:
+                return f"{place} {fault}"
+            opened.pop()
+            wants_value = False
+        elif not wants_value:
+            if word in OPERATORS or word == "?" or (word == ":" and name == "?") or (word == "," and name in FUNCTIONS):
+                wants_value, signed = True, False
+            elif word != ")" or name != "(":
+                return f"{place} {'is not expected there' if word in (')', ':', ',') else 'follows a value without an operator'}"
+            if word == "?":
+                opened.append(("?", 0))
+            elif word == ",":
+                opened[-1] = name, arguments + 1
+            elif word in (":", ")"):
+                opened.pop()
+        elif word in ("+", "-") and not signed:  # muParser takes one sign, not two
+            signed = True
+        elif kind == "name":
+            called = after is not None and after.group() == "("  # no blank between: muParser does not take one
+            if called and word not in FUNCTIONS:
+                return f"{place} is not a function of {', '.join(FUNCTIONS)}"
+            if not called and word in FUNCTIONS:
+                return f"{place} is a function and needs parentheses right after it"
+            wants_value = called
+        elif word == "(":
+            is_call = before is not None and before.lastgroup == "name"
+            opened.append((before.group().strip() if is_call and before is not None else "(", 0))
+            signed = False
+        elif kind == "number":
+            wants_value = False
+        else:
+            return f"{place} stands where a value must"
+        if len(opened) > MOST_PARENTHESES:
+            return f"it nests more than {MOST_PARENTHESES} deep"
     return None
 
 
-class _SyntaxRefusedError(Exception):
-    """The expression does not parse; the message says where and why."""
-
-
-class _Expression:
-    """Descends through: choice = sum ["?" choice ":" choice]; sum = operand {operator operand}."""
-
-    def __init__(self, text: str) -> None:
-        self._tokens = list(_TOKEN.finditer(text))
-        self._next = 0
-        self._depth = 0
-
-    @property
-    def _word(self) -> str:
-        return self._tokens[self._next].group().strip()
-
-    @property
-    def _kind(self) -> str | None:
-        return self._tokens[self._next].lastgroup
-
-    def parse(self) -> None:
-        self._choice()
-        if self._kind != "end":
-            self._refuse("is not expected there" if self._word in (")", ":", ",") else "follows a value without an operator")
-
-    def _refuse(self, reason: str) -> None:
-        token = self._tokens[self._next]
-        if self._kind == "end":
-            raise _SyntaxRefusedError("it ends where more must follow")
-        if self._word == "=":
-            reason = "assigns; write == to compare"
-        raise _SyntaxRefusedError(f"{self._word!r} at character {token.start(token.lastgroup or 0) + 1} {reason}")
-
-    def _accept(self, word: str) -> bool:
-        if self._word != word:
-            return False
-        self._next += 1
-        return True
-
-    def _expect(self, word: str) -> None:
-        if not self._accept(word):
-            self._refuse(f"stands where {word!r} must")
-
-    def _choice(self) -> None:
-        self._sum()
-        while self._accept("?"):
-            self._deeper(self._choice)
-            self._expect(":")
-            self._sum()
-
-    def _sum(self) -> None:
-        self._operand()
-        while self._word in OPERATORS:
-            self._next += 1
-            self._operand()
-
-    def _operand(self) -> None:
-        if self._word in ("+", "-"):  # muParser takes one sign, not two
-            self._next += 1
-        if self._accept("("):
-            self._deeper(self._choice)
-            self._expect(")")
-        elif self._kind == "number":
-            self._next += 1
-        elif self._kind == "name":
-            self._variable_or_function()
-        else:
-            self._refuse("stands where a value must")
-
-    def _variable_or_function(self) -> None:
-        name = self._word
-        called = self._tokens[self._next + 1].group() == "("  # no blank between: muParser does not take one
-        if called and name not in FUNCTIONS:
-            self._refuse(f"is not a function of {', '.join(FUNCTIONS)}")
-        if not called and name in FUNCTIONS:
-            self._refuse("is a function and needs parentheses right after it")
-        self._next += 1
-        if not called:
-            return
-        self._expect("(")
-        arguments = 0
-        if self._word != ")":
-            arguments = 1
-            self._deeper(self._choice)
-            while self._accept(","):
-                arguments += 1
-                self._deeper(self._choice)
-        fewest, most = FUNCTIONS[name]
-        if self._word == ")" and (arguments < fewest or (most is not None and arguments > most)):
-            self._refuse(f"ends {name}() after {arguments} arguments; it takes {fewest}{'' if fewest == most else ' or more'}")
-        self._expect(")")
-
-    def _deeper(self, part: Callable[[], None]) -> None:
-        self._depth += 1
-        if self._depth > MOST_PARENTHESES:
-            raise _SyntaxRefusedError(f"it nests more than {MOST_PARENTHESES} deep")
-        part()
-        self._depth -= 1
+def _wrong_number(function: str, arguments: int) -> str | None:
+    """What is wrong with so many arguments of a function, None if nothing is."""
+    fewest, most = FUNCTIONS[function]
+    if arguments >= fewest and (most is None or arguments <= most):
+        return None
+    return f"ends {function}() after {arguments} arguments; it takes {fewest}{'' if fewest == most else ' or more'}"

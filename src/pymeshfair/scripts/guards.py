@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
 from ..declaration import Length, nearest
-from ..declaration.units import PhysicalLength, parse_length
+from ..declaration.units import parse_length
 from ..errors import ParameterError
 
 #: the requirements on a result, and whether each takes a number
@@ -36,7 +36,7 @@ class Guards:
 
     #: no vertex of the input that is still there may have moved further. With a unit, such as ``0.05mm``, it must be made one of
     #: the mesh by `in_mesh_units`.
-    max_displacement: Length | PhysicalLength | None = None
+    max_displacement: Length | None = None
     #: percent of the volume before, which must not change by more, up or down; both meshes must be closed
     max_volume_change: float | None = None
     #: requirements on the result: of `REQUIREMENTS`, with the number for those that take one, else None
@@ -74,9 +74,8 @@ class Guards:
 
     def in_mesh_units(self, unit: str | None) -> Guards:
         """These guards on a scan in that unit of `pymeshfair.declaration.units.METRES`, or None if it is not known."""
-        if not isinstance(self.max_displacement, PhysicalLength):
-            return self
-        return replace(self, max_displacement=self.max_displacement.in_mesh_units(unit))
+        moved = self.max_displacement
+        return self if moved is None else replace(self, max_displacement=moved.in_mesh_units(unit))
 
 
 #: no limit at all
@@ -93,7 +92,7 @@ def refuse_unmeasured(guards: Guards) -> None:
         )
 
 
-def _length(name: str, text: str) -> Length | PhysicalLength:
+def _length(name: str, text: str) -> Length:
     length = parse_length(text)
     if length.amount < 0.0:
         raise ParameterError(f"{name} {text!r} is below 0")

@@ -7,8 +7,7 @@ from dataclasses import replace
 from ..declaration import Filter, Parameter, nearest
 from ..errors import ParameterError, UnknownNameError
 from .expressions import check_expressions
-from .script import Script, Step
-from .settings import Setting
+from .script import Script, Setting, Step
 from .value_text import parse_value
 
 

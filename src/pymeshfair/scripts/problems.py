@@ -29,14 +29,10 @@ class Problem:
 
 
 class ScriptError(PymeshfairError):
-    """A script cannot be read, or something in it is wrong; the message has one line for each problem.
-
-    Attributes:
-        problems: all of them, in the order of the file.
-    """
+    """A script cannot be read, or something in it is wrong; the message has one line for each problem."""
 
     def __init__(self, problems: Sequence[Problem]) -> None:
-        self.problems = tuple(problems)
+        self.problems = tuple(problems)  # all of them, in the order of the file
         super().__init__("\n".join(map(str, self.problems)))
 
 

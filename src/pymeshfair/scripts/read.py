@@ -16,12 +16,10 @@ from xml.parsers import expat
 from ..declaration import nearest
 from ..declaration.units import check_unit
 from ..errors import ParameterError
-from .elements import Document, FilterElement, ParamElement
 from .guards import ATTRIBUTES as GUARDS
 from .guards import Guards
 from .problems import MOST_PROBLEMS, Problem, ScriptError, shortened
-from .script import Script, clean_comment
-from .settings import Setting, read_setting
+from .script import Document, FilterElement, ParamElement, Script, Setting, clean_comment, read_setting
 from .step_builder import build_script
 
 MOST_BYTES = 5_000_000

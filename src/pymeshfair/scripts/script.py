@@ -1,4 +1,10 @@
-"""A filter script in memory: filters with checked values, in the order in which they run."""
+"""A filter script in memory: its elements as written, and filters with checked values, in the order in which they run.
+
+Settings are values of a recipe that have a name, which one place sets for all the steps that use them. A
+``<setting name="detail_size" default="6edge" unit="length" description="..."/>`` stands under ``<FilterScript>``, and each
+``<Param ... setting="detail_size">`` that takes its value says so. MeshLab looks at neither: it runs the values of the steps,
+which are those of the defaults.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +15,76 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ..declaration import Filter, Length
+from ..declaration import Filter, Length, nearest
 from ..registry import find_filter
 from .guards import NO_GUARDS, Guards
-from .settings import Setting
+from .problems import Problem, shortened
+
+#: the attributes of a ``<setting>``, in the order in which they are written
+SETTING_ATTRIBUTES = ("name", "default", "unit", "description")
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,79}")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A value of a recipe that has a name."""
+
+    name: str  # by which it is set, ``--set NAME=VALUE``
+    default: str  # the value as a command line would give it, such as ``6edge``
+    unit: str = ""  # in which it is, or what kind of value it is, for readers; may be empty
+    description: str = ""  # its effect; may be empty
+    #: where it stands in its file, counted from 1; None if it came from no file. It does not count in a comparison.
+    line: int | None = field(default=None, compare=False)
+
+
+def is_name(text: str) -> bool:
+    """Whether the text can name a setting or tag a step: letters, digits and underscores, a letter first."""
+    return _NAME.fullmatch(text) is not None
+
+
+def read_setting(attributes: Mapping[str, str], line: int) -> tuple[Setting | None, str | None, str | None]:
+    """The setting that the attributes of a ``<setting>`` say, or what is wrong with them and what to write instead."""
+    for missing in (name for name in SETTING_ATTRIBUTES[:2] if name not in attributes):
+        return None, f"<setting> has no {missing}; it takes {', '.join(SETTING_ATTRIBUTES)}", None
+    for unknown in (name for name in attributes if name not in SETTING_ATTRIBUTES):
+        message = f"<setting> has no attribute {shortened(unknown)!r}; it takes {', '.join(SETTING_ATTRIBUTES)}"
+        return None, message, nearest(unknown, SETTING_ATTRIBUTES)
+    if not is_name(attributes["name"]):
+        return None, f"<setting> has the name {shortened(attributes['name'])!r}; it takes letters, digits and underscores", None
+    return Setting(**attributes, line=line), None, None
+
+
+@dataclass(frozen=True)
+class ParamElement:
+    """A ``<Param>`` or ``<xmlparam>``."""
+
+    attributes: Mapping[str, str]  # as written
+    line: int  # where it begins, counted from 1
+
+
+@dataclass(frozen=True)
+class FilterElement:
+    """A ``<filter>`` or ``<xmlfilter>``."""
+
+    kind: str  # ``"filter"`` or ``"xmlfilter"``
+    name: str | None  # the attribute of that name, or None
+    line: int  # where it begins, counted from 1
+    params: tuple[ParamElement, ...] = ()  # its parameters, in the order of the file
+    tag: str = ""  # the attribute of that name; empty if there is none
+
+
+@dataclass(frozen=True)
+class Document:
+    """The contents of a file."""
+
+    name: str  # of the file, for messages
+    filters: tuple[FilterElement, ...] = ()  # in the order of the file
+    comment: str = ""  # the words at its head
+    problems: tuple[Problem, ...] = ()  # mistakes in its structure
+    guards: Guards = NO_GUARDS  # limits of the result
+    settings: tuple[Setting, ...] = ()  # values that have a name
+    unit: str = ""  # of the scans that the script is for; empty if it says none
+
 
 #: the words with which a paragraph of a head comment may begin, each followed by a colon
 KEYWORDS = ("Task", "For", "Fits", "Judged", "Does", "Tune", "Superseded")

@@ -1,6 +1,9 @@
 """Checks the elements of a script: a ``<filter>`` becomes a step, a ``<Param>`` one of its values."""
 
+import math
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,14 +12,77 @@ from ..declaration import Enum, Filter, Length, Parameter, String, nearest
 from ..errors import ParameterError, UnknownNameError
 from ..meshlab.former import former_filter, former_parameters
 from ..registry import find_filter
-from .elements import Document, FilterElement, ParamElement
 from .expressions import expression_error, is_expression
-from .param_types import WHOLE, Attributes, Complaint, parsed, type_complaints
 from .problems import MOST_PROBLEMS, Problem, ScriptError, shortened
-from .script import Script, Step
-from .settings import Setting, is_name
+from .script import Document, FilterElement, ParamElement, Script, Setting, Step, is_name
 from .suggestions import close_spelling, former_parameter_hint, gone, invented, renamed, same_but_case, suggested_filter
 from .value_text import parse_value
+
+Attributes = Mapping[str, str]
+#: the mistake, and the text to write instead
+Complaint = tuple[str, "str | None"]
+
+_NUMBERS = frozenset({"RichFloat", "RichDynamicFloat", "RichAbsPerc"})
+_POINTS = frozenset({"RichPosition", "RichDirection"})
+#: the types that MeshLab reads into the same kind of value, by the parameter's own type
+_ACCEPTED: Mapping[str, frozenset[str]] = {
+    "RichFloat": _NUMBERS,
+    "RichDynamicFloat": _NUMBERS,
+    "RichAbsPerc": _NUMBERS,
+    "RichEnum": frozenset({"RichEnum", "RichInt"}),
+    "RichMesh": frozenset({"RichMesh", "RichInt"}),
+    "RichPosition": _POINTS,
+    "RichDirection": _POINTS,
+    "RichOpenFile": frozenset({"RichOpenFile", "RichString"}),
+    "RichSaveFile": frozenset({"RichSaveFile", "RichString"}),
+}
+#: the attributes that MeshLab needs to keep a parameter of that type, and whether each is a whole number
+_REQUIRED: Mapping[str, Mapping[str, bool]] = {
+    "RichDynamicFloat": {"min": False, "max": False},
+    "RichAbsPerc": {"min": False, "max": False},
+    "RichEnum": {"enum_cardinality": True},
+    "RichOpenFile": {"exts_cardinality": True},
+}
+#: names that types once had
+OLD_TYPES = frozenset({"RichPoint3f"})
+#: MeshLab allocates as many words as a script announces
+_MOST_CHOICES = 1000
+
+WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_MOST_DIGITS = 400
+
+
+def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Complaint]:
+    """Faults by which MeshLab cannot read the value: a type of another kind, or a missing attribute."""
+    written = attributes.get("type")
+    if written is None:
+        yield "the attribute type is missing; MeshLab would drop the parameter and take its default", parameter.xml_type
+        return
+    if written not in _ACCEPTED.get(parameter.xml_type, {parameter.xml_type}):
+        if written in OLD_TYPES:
+            yield f"type {written!r} is an old name", parameter.xml_type
+        else:
+            yield (
+                f"has the type {parameter.xml_type}, not {shortened(written)!r}; MeshLab would take 0 or the default",
+                parameter.xml_type,
+            )
+        return
+    for name, whole in _REQUIRED.get(written, {}).items():
+        text = attributes.get(name)
+        if text is None:
+            yield f"the attribute {name} is missing; MeshLab would drop the parameter and take its default", None
+        elif not (WHOLE.fullmatch(text) and 0 <= int(text) <= _MOST_CHOICES if whole else parsed(text) is not None):
+            needed = f"a whole number from 0 to {_MOST_CHOICES}" if whole else "a number"
+            yield f"the attribute {name} must be {needed}, got {shortened(text)!r}", None
+
+
+def parsed(text: str) -> float | None:
+    """The finite number that the text spells as MeshLab reads it, with blanks around it; None if it spells none."""
+    if len(text) > _MOST_DIGITS or _NUMBER.fullmatch(text.strip()) is None:
+        return None
+    number = float(text)
+    return number if math.isfinite(number) else None
 
 
 class _RefusedError(Exception):
@@ -156,99 +222,71 @@ _READERS: Mapping[type[Parameter], Callable[[Parameter, Attributes], Any]] = {
 }
 
 
-class _EnoughError(Exception):
-    """So many problems have been noted that the rest need not be looked for."""
-
-
 def build_script(document: Document, path: Path | None = None) -> Script:
     """The script that the elements make."""
-    builder = _StepBuilder(document)
-    try:
-        for element in document.filters:
-            builder.add(element)
-    except _EnoughError:
-        pass
-    if not builder.problems:
-        builder.problems += setting_problems(document.name, document.settings, builder.steps)
-    problems = sorted(builder.problems, key=lambda problem: problem.line or 0)
+    problems, steps = list(document.problems), list[Step]()
+    for element in document.filters:
+        complain = partial(Problem, file=document.name, filter=element.name)
+        step, wrong = _step(element, complain)
+        steps += [] if step is None else [step]
+        problems += wrong
+        if len(problems) > MOST_PROBLEMS:
+            break
+    if not problems:
+        problems += setting_problems(document.name, document.settings, steps)
+    problems = sorted(problems, key=lambda problem: problem.line or 0)
     if len(problems) > MOST_PROBLEMS:
         more = Problem(file=document.name, message=f"has more problems; only the first {MOST_PROBLEMS} are listed")
         problems = [*problems[:MOST_PROBLEMS], more]
     if problems:
         raise ScriptError(problems)
-    return Script(tuple(builder.steps), document.comment, path, document.guards, document.settings, document.unit)
+    return Script(tuple(steps), document.comment, path, document.guards, document.settings, document.unit)
 
 
-class _StepBuilder:
-    """Collects steps with checked values, and problems."""
+def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Step | None, list[Problem]]:
+    """The step that an element means, and what is wrong with it; `complain` makes a problem of its filter."""
+    name, line = element.name, element.line
+    if element.kind == "xmlfilter":
+        words = f"<xmlfilter> is of MeshLab 2016, which alone can run it{_today(name)}; `pymeshfair upgrade` rewrites it"
+        return None, [complain(message=words, line=line, suggestion="filter")]
+    if name is None:
+        return None, [complain(message="<filter> has no name; MeshLab would fail there", line=line)]
+    try:
+        known = find_filter(name)
+    except UnknownNameError as error:
+        message, suggestion = _unknown(name, error.cause)
+        return None, [complain(message=message, line=line, suggestion=suggestion)]
+    if known.name != name:
+        message = "that is the filter's name in Python; scripts use the one in MeshLab's menus"
+        return None, [complain(message=message, line=line, suggestion=known.name)]
+    problems: list[Problem] = []
+    if element.tag and not is_name(element.tag):
+        words = f"the tag {shortened(element.tag)!r} takes letters, digits and underscores"
+        problems.append(complain(message=words, line=line))
+    values: dict[str, Any] = {}
+    for param in element.params:
+        of_param = partial(complain, line=param.line, parameter=param.attributes.get("name"))
+        problems += [of_param(message=message, suggestion=hint) for message, hint in _add_param(known, param, values)]
+    return Step(known, known.in_order(values), line, element.tag, _settings(known, element)), problems
 
-    def __init__(self, document: Document) -> None:
-        self.steps: list[Step] = []
-        self.problems = list(document.problems)
-        self._file = document.name
-        self._filter_name: str | None = None
 
-    def add(self, element: FilterElement) -> None:
-        """Take the step that an element means, or note what is wrong."""
-        self._filter_name = element.name
-        if element.kind == "xmlfilter":
-            self._complain(
-                f"<xmlfilter> is of MeshLab 2016, which alone can run it{_today(element.name)}; `pymeshfair upgrade` rewrites it",
-                element.line,
-                suggestion="filter",
-            )
-        elif element.name is None:
-            self._complain("<filter> has no name; MeshLab would fail there", element.line)
-        elif (known := self._known_filter(element.name, element.line)) is not None:
-            if element.tag and not is_name(element.tag):
-                self._complain(f"the tag {shortened(element.tag)!r} takes letters, digits and underscores", element.line)
-            values: dict[str, Any] = {}
-            for param in element.params:
-                self._add_param(known, param, values)
-            self.steps.append(Step(known, known.in_order(values), element.line, element.tag, _settings(known, element)))
-
-    def _add_param(self, known: Filter, param: ParamElement, values: dict[str, Any]) -> None:
-        name = param.attributes.get("name")
-        if name is None:
-            self._complain("<Param> has no name; MeshLab would drop it", param.line)
-            return
-        parameter = next((p for p in known.parameters if p.xml_name == name), None)
-        if parameter is None:
-            names = [p.xml_name for p in known.parameters]
-            hint, suggestion = former_parameter_hint(former_parameters(known.name), name)
-            in_python = next((p.xml_name for p in known.parameters if p.name == name), None)
-            suggestion = suggestion or in_python or (None if hint else close_spelling(name, names))
-            allowed = f"it has {', '.join(names)}" if names else "it has none"
-            self._complain(
-                f"the filter has no such parameter; {hint or allowed}", param.line, parameter=name, suggestion=suggestion
-            )
-            return
-        if parameter.name in values:
-            self._complain("is given twice; MeshLab would take the last", param.line, parameter=name)
-            return
-        value, complaints = read_value(parameter, param.attributes, filter_name=known.python_name)
-        values[parameter.name] = value
-        for message, suggestion in complaints:
-            self._complain(message, param.line, parameter=name, suggestion=suggestion)
-
-    def _known_filter(self, name: str, line: int) -> Filter | None:
-        try:
-            found = find_filter(name)
-        except UnknownNameError as error:
-            message, suggestion = _unknown(name, error.cause)
-            self._complain(message, line, suggestion=suggestion)
-            return None
-        if found.name != name:
-            message = "that is the filter's name in Python; scripts use the one in MeshLab's menus"
-            self._complain(message, line, suggestion=found.name)
-            return None
-        return found
-
-    def _complain(self, message: str, line: int, **more: str | None) -> None:
-        """Note a problem; `more` are a parameter and a suggestion."""
-        self.problems.append(Problem(file=self._file, line=line, filter=self._filter_name, message=message, **more))
-        if len(self.problems) > MOST_PROBLEMS:
-            raise _EnoughError
+def _add_param(known: Filter, param: ParamElement, values: dict[str, Any]) -> list[Complaint]:
+    """Put the value of an element among those of its filter; what is wrong with it."""
+    name = param.attributes.get("name")
+    if name is None:
+        return [("<Param> has no name; MeshLab would drop it", None)]
+    parameter = next((p for p in known.parameters if p.xml_name == name), None)
+    if parameter is None:
+        names = [p.xml_name for p in known.parameters]
+        hint, suggestion = former_parameter_hint(former_parameters(known.name), name)
+        in_python = next((p.xml_name for p in known.parameters if p.name == name), None)
+        suggestion = suggestion or in_python or (None if hint else close_spelling(name, names))
+        allowed = f"it has {', '.join(names)}" if names else "it has none"
+        return [(f"the filter has no such parameter; {hint or allowed}", suggestion)]
+    if parameter.name in values:
+        return [("is given twice; MeshLab would take the last", None)]
+    values[parameter.name], complaints = read_value(parameter, param.attributes, filter_name=known.python_name)
+    return complaints
 
 
 def _settings(known: Filter, element: FilterElement) -> dict[str, str]:

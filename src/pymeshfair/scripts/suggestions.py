@@ -1,7 +1,6 @@
 """Suggestions for wrong names: from the facts about older MeshLab versions, else by similar spelling."""
 
 import re
-from collections import Counter
 from collections.abc import Iterable
 
 from ..declaration import Enum
@@ -14,15 +13,12 @@ _SLIPS = ((20, 2), (4, 1), (0, 0))
 
 def close_spelling(name: str, names: Iterable[str]) -> str | None:
     """The only one of `names` that differs from `name` by case, spaces or a slip or two; None if there is none or several."""
-    plain = _plain(name)
+    plain, others = _plain(name), [*names]
     allowed = next(slips for letters, slips in _SLIPS if len(plain) >= letters)
-    found: list[tuple[int, str]] = []
-    for other in names:
-        slips = _distance(plain, _plain(other), allowed)
-        if slips <= allowed:
-            found.append((slips, other))
-    found.sort()
-    return found[0][1] if found and (len(found) == 1 or found[0][0] < found[1][0]) else None
+    for slips in range(allowed + 1):
+        if found := [other for other in others if _is_within(plain, _plain(other), slips)]:
+            return found[0] if len(found) == 1 else None
+    return None
 
 
 def suggested_filter(name: str) -> str | None:
@@ -83,18 +79,15 @@ def _plain(name: str) -> str:
     return re.sub(r"[\s_-]+", "", name.casefold())
 
 
-def _distance(first: str, second: str, most: int) -> int:
-    """The Damerau-Levenshtein distance: letters added, dropped, changed or swapped with the next; above `most` if it is more."""
-    if abs(len(first) - len(second)) > most or (Counter(first) - Counter(second)).total() > most:
-        return most + 1
-    before: list[int] = []
-    row = list(range(len(second) + 1))
-    for i, letter in enumerate(first, 1):
-        new = [i]
-        for j, other in enumerate(second, 1):
-            cost = min(row[j] + 1, new[j - 1] + 1, row[j - 1] + (letter != other))
-            if i > 1 and j > 1 and letter == second[j - 2] and first[i - 2] == other:
-                cost = min(cost, before[j - 2] + 1)
-            new.append(cost)
-        before, row = row, new
-    return row[-1]
+def _is_within(first: str, second: str, slips: int) -> bool:
+    """Whether so many slips make one word of the other: letters added, dropped, changed or swapped with the next."""
+    while first and first[:1] == second[:1]:
+        first, second = first[1:], second[1:]
+    if not first or not second:
+        return len(first + second) <= slips
+    if not slips:
+        return False
+    ends = [(first[1:], second), (first, second[1:]), (first[1:], second[1:])]
+    if first[:2] == second[1::-1]:
+        ends.append((first[2:], second[2:]))
+    return any(_is_within(*end, slips - 1) for end in ends)

@@ -12,12 +12,10 @@ from ..declaration import Bool, Enum, FileOpen, Filter, Float, Length, Parameter
 from ..errors import UnknownNameError
 from ..meshlab.former import Former, former_filter, former_parameters
 from ..registry import find_filter
-from .elements import FilterElement, ParamElement
-from .param_types import OLD_TYPES, WHOLE, parsed, type_complaints
 from .problems import Change
 from .read import SECOND_DOCUMENT_TYPE, parse_document, read_bytes
-from .script import Script, Step
-from .step_builder import build_script
+from .script import FilterElement, ParamElement, Script, Step
+from .step_builder import OLD_TYPES, WHOLE, build_script, parsed, type_complaints
 from .suggestions import close_spelling, same_but_case
 from .upgraded_steps import CurrentLayer, upgraded_steps
 

@@ -7,9 +7,8 @@ from ..declaration import Arity
 from ..errors import UnknownNameError
 from ..meshlab.former import former_parameters
 from ..registry import find_filter
-from .elements import FilterElement
 from .problems import Change
-from .script import Script, Step
+from .script import FilterElement, Script, Step
 
 _DELETE = "delete_current_mesh"
 _CLOSE_HOLES = "meshing_close_holes"
@@ -113,16 +112,12 @@ _ADD_ONE = frozenset(
 
 
 class CurrentLayer:
-    """The current layer of a script that begins with one mesh, as far as it is known.
-
-    Attributes:
-        maker: the line of the step that made it; None for the mesh that was there.
-    """
+    """The current layer of a script that begins with one mesh, as far as it is known."""
 
     def __init__(self) -> None:
         self._id: int | None = 0
         self._layers: int | None = 1
-        self.maker: int | None = None
+        self.maker: int | None = None  # the line of the step that made it; None for the mesh that was there
 
     def is_asked_for(self, element: FilterElement, values: Mapping[str, str]) -> bool:
         """Whether a step only makes the layer current that is so today."""

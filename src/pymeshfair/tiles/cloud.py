@@ -17,13 +17,11 @@ from numpy.typing import NDArray
 
 from ..errors import FilterInputError
 from ..files.equal_rows import numbered
-from ..filters.execution import ignore_progress, part_of
+from ..filters.execution import part_of
 from ..filters.inspection.surface_measures import box_diagonal
 from ..filters.neighbours import Nearest, tree_scale
 from ..filters.outliers import (
-    JOINED,
     SPREAD_BLOCK,
-    StrayRule,
     compare,
     compare_rows,
     grid_cells,
@@ -35,8 +33,8 @@ from .cells import Cells, Ranges
 from .columns import Column, Part, Stored, in_order
 from .division import Bucket, Floats, Longs, divide
 from .memory import cloud_points, points_with_normals, slice_rows
-from .neighbours import TilePoints, search_tile
-from .plan import DUPLICATES, LOOP, POINT_NORMALS, SURPLUS, CloudStep
+from .neighbours import PointTiles, TilePoints
+from .plan import DUPLICATES, LOOP, POINT_NORMALS, STRAYS, SURPLUS, CloudStep
 from .point_normals import NormalTiles
 from .sources import Source
 from .strays import StrayTiles
@@ -67,22 +65,17 @@ def _part(bucket: Bucket) -> Part:
     return Part(bucket.path.with_name(f"{bucket.path.name}-later"), "u1")
 
 
-@dataclass(frozen=True)
-class OutlierTiles:
-    """The tasks of LoOP on a cloud in cells; each may be done twice."""
+class OutlierTiles(PointTiles):
+    """The tasks of LoOP; the results are the factors."""
 
-    cells: Cells  # the cloud
-    k: int  # neighbours
-    tile: int  # points of a tile
+    result = "<f8", 1
 
     distances = Stored("<f8")  # the standard ones by slot, in the unit of trees
 
-    def part(self, first: int) -> Part:
-        """The factors of the tile that begins with the cell `first`."""
-        return Part(self.cells.folder / f"factors-{first}", "<f8")
-
-    def _asking(self, first: int) -> Path:
-        return self.cells.folder / f"asking-{first}.npz"
+    def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
+        tasks.run(self.distances.create, self.cells.count)
+        tasks.map(self.find, tiles, part_of(progress, 0.0, 0.85))
+        tasks.map(self.finish, [(first,) for first, _ in tiles], part_of(progress, 0.85, 1.0))
 
     def find(self, first: int, last: int) -> None:
         """The standard distances of the points in the cells from `first` to before `last`; the factors of those far inside."""
@@ -99,7 +92,7 @@ class OutlierTiles:
             asking.append(rows)
             asked_slots.append(nearest.slots)
 
-        tile = search_tile(self.cells, self.k, self.tile, first, last, inside, around)
+        tile = self.search(first, last, inside, around)
         asks = np.concatenate(asking)
         factors = np.full(count, np.nan)
         if len(asks) < count:
@@ -107,11 +100,11 @@ class OutlierTiles:
             factors[asks] = np.nan
         self.distances.write(tile.begin, tile.by_slot(distances))
         self.part(first).write(tile.numbers[tile.index], factors)
-        np.savez(self._asking(first), rows=tile.index[asks], own=distances[asks], slots=np.concatenate(asked_slots))
+        np.savez(self.aside(first), rows=tile.index[asks], own=distances[asks], slots=np.concatenate(asked_slots))
 
     def finish(self, first: int) -> None:
         """The factors of those points of a tile that had asked around; every tile must have been through `find`."""
-        with np.load(self._asking(first)) as found:
+        with np.load(self.aside(first)) as found:
             rows, own, slots = found["rows"], found["own"], found["slots"]
         if len(rows):
             self.part(first).replace(rows, compare_rows(own, self.distances.gather(slots)))
@@ -170,21 +163,29 @@ class Cloud:
         for block in in_order(parts, count, size):
             found.append(block)
 
+    def with_found(self, found: Column, size: int) -> Iterator[tuple[int, NDArray[np.bool_], NDArray[Any]]]:
+        """Of the points of the file, `size` at a time: the first, which are left, and what was found of those, in their order."""
+        total, done = len(self.source), 0
+        for first in range(0, total, size):
+            left = self.left(first, min(first + size, total))
+            count = int(left.sum())
+            yield first, left, found.read(done, done + count)
+            done += count
+
+    def update(self, column: Column, first: int, left: NDArray[np.bool_], values: NDArray[Any]) -> None:
+        """Give the points of the file from one on that are left other values in a column, which is made if need be."""
+        if not column.path.exists():
+            column.create(len(self.source))
+        whole = column.read(first, first + len(left))
+        whole[left] = values
+        column.write(first, whole)
+
     def give_normals(self, parts: tuple[Part, ...], count: int, size: int) -> None:
         """Give the points that are left the normals of the tiles."""
-        found, done = Column(self.folder / "found", "<f8", 3), 0
+        found = Column(self.folder / "found", "<f8", 3)
         self.put_in_order(found, parts, count, size)
-        total = len(self.source)
-        if not self.normals.path.exists():
-            self.normals.create(total)
-        for first in range(0, total, size):
-            last = min(first + size, total)
-            normals = self.normals.read(first, last)
-            left = self.left(first, last)
-            here = int(left.sum())
-            normals[left] = found.read(done, done + here)
-            self.normals.write(first, normals)
-            done += here
+        for first, left, values in self.with_found(found, size):
+            self.update(self.normals, first, left, values)
         found.path.unlink()
 
 
@@ -214,23 +215,14 @@ class Judgement:
 
     def select(self, spread: float, size: int) -> dict[str, Any]:
         """Write down what is left, and probabilities if there are any; what the filter reports."""
-        cloud, total, done = self.cloud, len(self.cloud.source), 0
         probable = self.selection.filter == LOOP
-        if probable and not cloud.scalars.path.exists():
-            cloud.scalars.create(total)
-        self.target.create(total)
+        self.target.create(len(self.cloud.source))
         selected, largest, sums = 0, 0.0, []
-        for first in range(0, total, size):
-            last = min(first + size, total)
-            left = cloud.left(first, last)
-            count = int(left.sum())
-            goes = found = self.found.read(done, done + count)
-            done += count
+        for first, left, found in self.cloud.with_found(self.found, size):
+            goes = found
             if probable:
                 probabilities = probabilities_of(found, spread)
-                scalars = cloud.scalars.read(first, last)
-                scalars[left] = probabilities
-                cloud.scalars.write(first, scalars)
+                self.cloud.update(self.cloud.scalars, first, left, probabilities)
                 goes = probabilities > self.selection.values["threshold"]
                 largest = max(largest, float(probabilities.max(initial=0.0)))
                 sums.append(float(probabilities.sum()))
@@ -279,8 +271,10 @@ def do_step(
         filled = tasks.map(cells.fill, list(zip(buckets, starts, strict=False)), part_of(progress, 0.1, 0.2))
         tasks.run(cells.index, filled, buckets)
         ranges = tasks.run(cells.tiles, points)
-        do = {LOOP: _factors, POINT_NORMALS: _normals}.get(step.filter, _strays)
-        parts, tiles = do(cells, step, tasks, ranges, points, size, part_of(progress, 0.2, 0.9)), len(ranges)
+        kinds: dict[str, type[PointTiles]] = {LOOP: OutlierTiles, POINT_NORMALS: NormalTiles, STRAYS: StrayTiles}
+        work = kinds[step.filter](cells, step.values, step.neighbors, points)
+        work.do(tasks, ranges, size, part_of(progress, 0.2, 0.9))
+        parts, tiles = tuple(work.part(first) for first, _ in ranges), len(ranges)
     known = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": tiles, "points_per_tile": points}
     if step.filter == POINT_NORMALS:
         tasks.run(cloud.give_normals, parts, count, size)
@@ -296,55 +290,6 @@ def do_step(
         raise FilterInputError(f"all {count} points were selected, so that nothing is left of the cloud")
     progress(1.0)
     return replace(cloud, kept=judgement.target), values, known
-
-
-def _normals(
-    cells: Cells, step: CloudStep, tasks: Tasks, tiles: Ranges, most: int, size: int, progress: Callable[[float], None]
-) -> tuple[Part, ...]:
-    """Of each tile the normals."""
-    work = NormalTiles(cells, step.values, most)
-    tasks.run(work.create)
-    tasks.map(work.find, tiles, part_of(progress, 0.0, 0.4))
-    tasks.map(work.fit, tiles, part_of(progress, 0.4, 0.6))
-    for number in range(1, work.iterations + 1):
-        tasks.map(work.smooth, [(number, *tile) for tile in tiles], ignore_progress)
-        tasks.run(work.forget, number - 1)
-    over = np.empty(0, np.int64)
-    if not step.values["flipflag"]:
-        tasks.map(work.orient, tiles, part_of(progress, 0.7, 0.85))
-        tasks.map(work.meet, tiles, part_of(progress, 0.85, 0.95))
-        over = tasks.run(work.across, tiles)
-    tasks.map(work.finish, [(over, *tile) for tile in tiles], part_of(progress, 0.95, 1.0))
-    return tuple(work.part(first) for first, _ in tiles)
-
-
-def _factors(
-    cells: Cells, step: CloudStep, tasks: Tasks, tiles: Ranges, most: int, size: int, progress: Callable[[float], None]
-) -> tuple[Part, ...]:
-    """Of each tile the factors of LoOP."""
-    work = OutlierTiles(cells, step.neighbors, most)
-    tasks.run(work.distances.create, cells.count)
-    tasks.map(work.find, tiles, part_of(progress, 0.0, 0.85))
-    tasks.map(work.finish, [(first,) for first, _ in tiles], part_of(progress, 0.85, 1.0))
-    return tuple(work.part(first) for first, _ in tiles)
-
-
-def _strays(
-    cells: Cells, step: CloudStep, tasks: Tasks, tiles: Ranges, most: int, size: int, progress: Callable[[float], None]
-) -> tuple[Part, ...]:
-    """Of each tile which points are stray."""
-    values = step.values
-    work = StrayTiles(cells, StrayRule(step.neighbors, values["sparseness"], values["smallest_part"]), most)
-    tasks.run(work.create)
-    tasks.map(work.find, tiles, part_of(progress, 0.0, 0.7))
-    median = tasks.run(work.median, size)
-    tasks.map(work.link, [(median, *tile) for tile in tiles], part_of(progress, 0.7, 0.8))
-    for number in range(1, JOINED + 1):
-        tasks.map(work.join, [(number, *tile) for tile in tiles], ignore_progress)
-    tasks.map(work.connect, tiles, part_of(progress, 0.85, 0.95))
-    stray = tasks.run(work.across, tiles)
-    tasks.map(work.finish, [(stray, *tile) for tile in tiles], part_of(progress, 0.95, 1.0))
-    return tuple(work.part(first) for first, _ in tiles)
 
 
 def write_cloud(cloud: Cloud, target: Path, size: int) -> int:

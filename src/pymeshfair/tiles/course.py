@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +18,8 @@ from ..files.writing import StagedFile
 from ..filters.execution import part_of
 from ..operating_system import this_system
 from ..processes.cluster import LostSchedulerError, Scheduler
+from ..processes.environment import packages_here
 from ..processes.process import Items
-from ..processes.versions import packages_here
 from ..running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepReport, StepStarted
 from ..running.memory import default_memory
 from ..running.plain_values import plain
@@ -30,11 +29,9 @@ from ..scripts.problems import ScriptError
 from .cloud import Cloud, do_step, write_cloud
 from .memory import Budget, budget, cloud_room, slice_rows, surface_room
 from .mesh import MeshFile, MeshTiles, cut, do_move
-from .moves import NORMALS, cost_of
-from .plan import LOOP, POINT_NORMALS, STRAYS, CloudStep, Move, Plan, plan_of
+from .plan import LOOP, NORMALS, POINT_NORMALS, STRAYS, CloudStep, Move, Plan, cost_of, plan_of
 from .sources import CLOUD_FORMATS, E57Cloud, Source, file_cloud, open_cloud
-from .work_folder import work_folder, work_path
-from .workers import FullDiskError, Tasks, open_tasks
+from .workers import FullDiskError, Tasks, open_tasks, work_folder, work_path
 
 #: bytes of memory where the system does not say how many there are
 _USUAL_MEMORY = 4_000_000_000
@@ -71,7 +68,40 @@ def run_by_tiles(
     check(job, plan)
     memory = job.memory_limit or default_memory() or _USUAL_MEMORY
     share = budget(memory, this_system().processors())
-    return run_job(job, on_event, work=partial(_by_tiles, tiling, plan, share, memory, check_wanted))
+
+    def work(job: Job, stage: Path, items: Items, on_event: Callable[[Event], None]) -> Report:
+        with ExitStack() as opened:
+            opened.enter_context(unchanged(job.input))
+            tasks = opened.enter_context(open_tasks(tiling.scheduler, share, job, items, memory=memory, check=check_wanted))
+            opened.enter_context(as_failures_of_run(job))
+            on_event(PhaseStarted("reading"))
+            described = described_file(job.input) | {"side_files": [], "others": []}
+            unit = open_cloud(job.input).unit if plan.cloud else None
+            described |= {"unit": unit} if unit else {}
+            key = {
+                "the input": described["sha256"],
+                "the recipe": job.recipe.digest,
+                "the versions of packages": packages_here(),
+                "the memory of a tile": share.tile,
+                "the size of the tiles": tiling.most,
+                "the start of the machine": this_system().boot(),
+            }
+            keep = (BaseException,) if tiling.resume else (LostSchedulerError,)
+            folder = opened.enter_context(work_folder(job.output, key, resume=tiling.resume, keep=keep))
+            tasks.work = folder
+            course = _Course(job, tiling, share, tasks, folder.path, stage / "new" / job.output.name, on_event)
+            report = course.do_cloud(plan.cloud) if plan.cloud else course.move(plan.moves)
+        peaks = sorted(tasks.peaks.values())[-share.workers :]
+        workers = {"workers": share.workers, "memory_limit": memory, "processor_seconds": round(tasks.seconds, 3)}
+        return replace(
+            report,
+            input=described,
+            warnings=(*job.doubts_of_unit(unit), *report.warnings, *filter(None, [folder.note])),
+            tiles={**(report.tiles or {}), **workers},
+            peak_memory=(this_system().peak_memory() or 0) + sum(peaks) if peaks else None,
+        )
+
+    return run_job(job, on_event, work=work)
 
 
 def can_be_cut(job: Job) -> bool:
@@ -82,49 +112,6 @@ def can_be_cut(job: Job) -> bool:
     except (ScriptError, ParameterError, RunError):
         return False
     return not (job.keep_all or job.keep_broken)
-
-
-def _by_tiles(
-    tiling: Tiling,
-    plan: Plan,
-    share: Budget,
-    memory: int,
-    check_wanted: Callable[[], None],
-    job: Job,
-    stage: Path,
-    items: Items,
-    on_event: Callable[[Event], None],
-) -> Report:
-    with ExitStack() as opened:
-        opened.enter_context(unchanged(job.input))
-        tasks = opened.enter_context(open_tasks(tiling.scheduler, share, job, items, memory=memory, check=check_wanted))
-        opened.enter_context(as_failures_of_run(job))
-        on_event(PhaseStarted("reading"))
-        described = described_file(job.input) | {"side_files": [], "others": []}
-        unit = open_cloud(job.input).unit if plan.cloud else None
-        described |= {"unit": unit} if unit else {}
-        key = {
-            "the input": described["sha256"],
-            "the recipe": job.recipe.digest,
-            "the versions of packages": packages_here(),
-            "the memory of a tile": share.tile,
-            "the size of the tiles": tiling.most,
-            "the start of the machine": this_system().boot(),
-        }
-        keep = (BaseException,) if tiling.resume else (LostSchedulerError,)
-        work = opened.enter_context(work_folder(job.output, key, resume=tiling.resume, keep=keep))
-        tasks.work = work
-        course = _Course(job, tiling, share, tasks, work.path, stage / "new" / job.output.name, on_event)
-        report = course.do_cloud(plan.cloud) if plan.cloud else course.move(plan.moves)
-    peaks = sorted(tasks.peaks.values())[-share.workers :]
-    workers = {"workers": share.workers, "memory_limit": memory, "processor_seconds": round(tasks.seconds, 3)}
-    return replace(
-        report,
-        input=described,
-        warnings=(*job.doubts_of_unit(unit), *report.warnings, *filter(None, [work.note])),
-        tiles={**(report.tiles or {}), **workers},
-        peak_memory=(this_system().peak_memory() or 0) + sum(peaks) if peaks else None,
-    )
 
 
 @dataclass

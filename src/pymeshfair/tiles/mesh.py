@@ -32,13 +32,10 @@ from .cells import Cells, Ranges
 from .cloud import Cloud
 from .columns import Part, in_order
 from .division import Floats
-from .halo import tile_with_rings
 from .memory import slice_rows, surface_vertices
-from .moves import NORMALS, Filtering, apply, chosen, filtering_of, rings_of
-from .plan import Move
-from .ply_slices import PlySlices
-from .sources import PlyCloud
-from .surface import Surface
+from .plan import NORMALS, Filtering, Move, apply, chosen, filtering_of, rings_of
+from .sources import PlyCloud, PlySlices
+from .surface import Surface, tile_with_rings
 from .workers import Tasks
 
 _NO_FACES = np.empty((0, 3), np.int32)
@@ -262,7 +259,7 @@ def cut(
     most: int | None,
     progress: Callable[[float], None],
 ) -> tuple[Surface, dict[str, Any]]:
-    """Cut a mesh into cells, for steps of these costs (see `pymeshfair.tiles.moves.cost_of`); the mesh, and its numbers."""
+    """Cut a mesh into cells, for steps of these costs (see `pymeshfair.tiles.plan.cost_of`); the mesh, and its numbers."""
     cloud = Cloud(PlyCloud(mesh.path), folder)
     size = slice_rows(tile, mesh.vertices.dtype.itemsize)
     count, low, high = tasks.run(cloud.survey, size)

@@ -1,24 +1,22 @@
-"""The nearest neighbours of the points of a tile: in the tile, and in the cells around it."""
+"""The nearest neighbours of the points of a tile, in the tile and in the cells around it, and links to neighbours in any tile."""
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.execution import ignore_progress, in_parallel
-from ..filters.neighbours import (
-    Nearest,
-    build_tree,
-    cells_within,
-    leaf_ranges,
-    offer_cells,
-    reaching_out,
-    search_leaves,
-)
-from .cells import Cells
+from ..filters.neighbours import Nearest, build_tree, cells_within, leaf_ranges, offer_cells, reaching_out, search_leaves
+from ..filters.outliers import NO_LINK
+from .cells import Cells, Ranges
+from .columns import Column, Part
 from .division import Floats, Longs
+from .workers import Tasks
 
 #: points of the cells around a tile that are in memory at once, as a share of the points of a tile
 _AROUND = 0.125
@@ -102,6 +100,38 @@ def search_tile(cells: Cells, k: int, most: int, first: int, last: int, inside: 
     return tile
 
 
+@dataclass(frozen=True)
+class PointTiles:
+    """The tasks of a step on a cloud in cells; each may be done twice."""
+
+    cells: Cells  # the cloud
+    values: Mapping[str, Any]  # the parameters of the step
+    k: int  # neighbours of a point
+    most: int  # points of a tile
+
+    result: ClassVar[tuple[str, int]]  # of a point, the type and how many numbers
+
+    def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
+        """All tasks, after which `part` is there of every tile; `size` rows of a file may be in memory."""
+        raise NotImplementedError
+
+    def part(self, first: int) -> Part:
+        """The results of the tile that begins with the cell `first`."""
+        return Part(self.cells.folder / f"result-{first}", *self.result)
+
+    def aside(self, first: int) -> Path:
+        """The file of what a tile leaves to a later task."""
+        return self.cells.folder / f"aside-{first}.npz"
+
+    def links(self) -> Column:
+        """The slots of the neighbours."""
+        return Column(self.cells.folder / "links", "<i8", self.k)
+
+    def search(self, first: int, last: int, inside: Inside, around: Around) -> TilePoints:
+        """Find the neighbours of the points in the cells from `first` to before `last`, see `search_tile`."""
+        return search_tile(self.cells, self.k, self.most, first, last, inside, around)
+
+
 def _own_nearest(tile: TilePoints, asking: NDArray[np.intp]) -> Nearest:
     """The neighbours in the tile of the points that ask, by squared distance, then by number; none if it has too few points."""
     shape = len(asking), tile.nearest.shape[1]
@@ -140,3 +170,37 @@ def _ask_around(
         there, numbers, slots, rows = cells.read(wanted[at:stop])
         in_parallel(offer, [(rows, (there, numbers, slots), start) for start in range(0, len(places), size)], ignore_progress)
         at = stop
+
+
+@dataclass(frozen=True, eq=False)
+class Links:
+    """The links of the points of a tile: to rows, of the points themselves and of those outside of the tile, or `NO_LINK`."""
+
+    begin: int  # the first slot
+    end: int  # the slot after the last
+    outside: Longs  # (o,) slots of the points outside
+    rows: NDArray[np.int32]  # (n, k)
+
+    @classmethod
+    def read(cls, column: Column, cells: Cells, first: int, last: int) -> Links:
+        """Those of the points in the cells from `first` to before `last`, whose slots are in a column."""
+        begin, end = cells.slots_of(first, last)
+        slots = column.read(begin, end).reshape(end - begin, -1)
+        inside = (slots >= begin) & (slots < end)
+        outside = np.unique(slots[~inside & (slots != NO_LINK)])
+        rows = np.where(inside, slots - begin, len(slots) + np.searchsorted(outside, slots))
+        rows[slots == NO_LINK] = NO_LINK
+        return cls(begin, end, outside, rows.astype(np.int32))
+
+    def slots(self) -> Longs:
+        """(n, k) the slots of the points that links lead to, or `NO_LINK`."""
+        every = np.concatenate([np.arange(self.begin, self.end), self.outside, [NO_LINK]])
+        return np.asarray(every[self.rows])  # the last one is that of `NO_LINK`
+
+    def of_own(self, column: Column) -> NDArray[Any]:
+        """The values of the points."""
+        return column.read(self.begin, self.end)
+
+    def of_all(self, column: Column) -> NDArray[Any]:
+        """The values of the points, and of those outside."""
+        return np.concatenate([self.of_own(column), column.gather(self.outside)])

@@ -4,61 +4,58 @@ Directions have the same bits however the cloud is cut. Where no view point says
 tile and then from tile to tile, each time first where normals agree most.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.denoising import normals_of, smoothed_directions
+from ..filters.execution import ignore_progress, part_of
 from ..filters.libraries import sparse
 from ..filters.neighbours import Nearest
-from .cells import Cells
-from .columns import Column, Part, Stored, joined
+from .cells import Ranges
+from .columns import Column, Stored, joined
 from .division import Floats, Longs
-from .links import Links
-from .neighbours import TilePoints, search_tile
+from .neighbours import Links, PointTiles, TilePoints
+from .workers import Tasks
 
 
-@dataclass(frozen=True)
-class NormalTiles:
-    """The tasks of Compute normals for point sets on a cloud in cells; each may be done twice."""
+class NormalTiles(PointTiles):
+    """The tasks of Compute normals for point sets; the results are the normals. Links go to neighbours by their numbers."""
 
-    cells: Cells  # the cloud
-    #: of the parameters: K points make a plane, the point itself among them; `smoothIter`, `flipFlag`, `viewPos`
-    values: Mapping[str, Any]
-    tile: int  # points of a tile
+    result = "<f8", 3
+
+    _signs = Stored("i1")  # the side on which each normal is, as seen from the first of its part
+    _parts = Stored("<i8")  # the first slot of the linked points of the tile that a point is among
 
     @property
     def iterations(self) -> int:
         """The number of smoothing iterations of normals."""
         return int(self.values["smoothiter"])
 
-    @property
-    def _links(self) -> Column:
-        """The slots of the neighbours, by their number."""
-        return Column(self.cells.folder / "links", "<i8", self.values["k"] - 1)
-
     def directions(self, iteration: int) -> Column:
         """The normals after so many times of smoothing, by slot."""
         return Column(self.cells.folder / f"directions-{iteration}", "<f8", 3)
 
-    _signs = Stored("i1")  # the side on which each normal is, as seen from the first of its part
-    _parts = Stored("<i8")  # the first slot of the linked points of the tile that a point is among
-
-    def _around(self, first: int) -> Path:
-        return self.cells.folder / f"around-{first}.npz"
-
-    def part(self, first: int) -> Part:
-        """The normals of the tile that begins with the cell `first`."""
-        return Part(self.cells.folder / f"normals-{first}", "<f8", 3)
+    def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
+        tasks.run(self.create)
+        tasks.map(self.find, tiles, part_of(progress, 0.0, 0.4))
+        tasks.map(self.fit, tiles, part_of(progress, 0.4, 0.6))
+        for number in range(1, self.iterations + 1):
+            tasks.map(self.smooth, [(number, *tile) for tile in tiles], ignore_progress)
+            tasks.run(self.forget, number - 1)
+        over = np.empty(0, np.int64)
+        if not self.values["flipflag"]:
+            tasks.map(self.orient, tiles, part_of(progress, 0.7, 0.85))
+            tasks.map(self.meet, tiles, part_of(progress, 0.85, 0.95))
+            over = tasks.run(self.across, tiles)
+        tasks.map(self.finish, [(over, *tile) for tile in tiles], part_of(progress, 0.95, 1.0))
 
     def create(self) -> None:
         """Make the files."""
         columns = (self.directions(i) for i in range(self.iterations + 1))
-        for column in (self._links, self._signs, self._parts, *columns):
+        for column in (self.links(), self._signs, self._parts, *columns):
             column.create(self.cells.count)
 
     def find(self, first: int, last: int) -> None:
@@ -69,22 +66,21 @@ class NormalTiles:
             order = np.argsort(nearest.numbers, axis=1)
             asked.append((rows, np.take_along_axis(nearest.slots, order, axis=1)))
 
-        k = self.values["k"] - 1
-        tile = search_tile(self.cells, k, self.tile, first, last, lambda rows, squared: None, around)
+        tile = self.search(first, last, lambda rows, squared: None, around)
         # rows by number are in the order of the numbers
         slots = tile.slots[np.sort(tile.index[tile.nearest], axis=1)]
         for rows, theirs in asked:
             slots[rows] = theirs
-        self._links.write(tile.begin, tile.by_slot(slots))
+        self.links().write(tile.begin, tile.by_slot(slots))
 
     def fit(self, first: int, last: int) -> None:
         """The planes through them."""
-        links = Links.read(self._links, self.cells, first, last)
+        links = Links.read(self.links(), self.cells, first, last)
         self.directions(0).write(links.begin, normals_of(links.of_all(self.cells.points) / self.cells.scale, links.rows))
 
     def smooth(self, iteration: int, first: int, last: int) -> None:
         """The mean of each normal and those of its neighbours, on its side."""
-        links = Links.read(self._links, self.cells, first, last)
+        links = Links.read(self.links(), self.cells, first, last)
         before = links.of_all(self.directions(iteration - 1))
         self.directions(iteration).write(links.begin, smoothed_directions(before, links.rows))
 
@@ -94,7 +90,7 @@ class NormalTiles:
 
     def orient(self, first: int, last: int) -> None:
         """Turn the normals of a tile alike, along the links across which they agree most."""
-        links = Links.read(self._links, self.cells, first, last)
+        links = Links.read(self.links(), self.cells, first, last)
         own = links.of_own(self.directions(self.iterations))
         count = len(own)
         rows, at = np.nonzero((links.rows < count) & (links.rows != np.arange(count)[:, None]))
@@ -106,7 +102,7 @@ class NormalTiles:
 
     def meet(self, first: int, last: int) -> None:
         """The agreement of the parts of a tile with those of others, and the upward component of each."""
-        links = Links.read(self._links, self.cells, first, last)
+        links = Links.read(self.links(), self.cells, first, last)
         signed = links.of_all(self.directions(self.iterations)) * links.of_all(self._signs)[:, None]
         parts = links.of_all(self._parts)
         rows, at = np.nonzero(links.rows >= len(links.rows))
@@ -115,11 +111,11 @@ class NormalTiles:
         votes = np.bincount(at_pair.ravel(), np.einsum("ij,ij->i", signed[rows], signed[others]), minlength=len(pairs))
         names, at_name = np.unique(parts[: len(links.rows)], return_inverse=True)
         ups = np.bincount(at_name, signed[: len(links.rows), 2], minlength=len(names))
-        np.savez(self._around(first), parts=names, ups=ups, pairs=pairs, votes=votes)
+        np.savez(self.aside(first), parts=names, ups=ups, pairs=pairs, votes=votes)
 
     def across(self, tiles: list[tuple[int, int]]) -> Longs:
         """The parts that are to be turned over, ascending, so that all agree; what belongs together looks up on the whole."""
-        parts, ups, pairs, votes = joined((self._around(first) for first, _ in tiles), ("parts", "ups", "pairs", "votes"))
+        parts, ups, pairs, votes = joined((self.aside(first) for first, _ in tiles), ("parts", "ups", "pairs", "votes"))
         ends = np.searchsorted(parts, pairs)
         both, at = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)  # seen from either side
         votes = np.bincount(at.ravel(), votes, minlength=len(both))

@@ -1,11 +1,12 @@
-"""Point clouds in files, by slices: PLY, E57, LAS and LAZ (all dimensions, scales and offsets are kept)."""
+"""Binary PLY files and point clouds by slices: PLY, E57, LAS and LAZ (all dimensions, scales and offsets are kept)."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO, ClassVar, Protocol, TypeAlias
+from typing import Any, BinaryIO, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +15,127 @@ from ..files.e57 import doubts_of, e57_pieces, e57_survey
 from ..files.errors import ContentsError
 from ..files.formats import extension
 from ..files.las import NORMAL, chunks, header_of, las_unit, opened, write_las_pieces
-from ..files.ply import SCALAR
-from ..files.ply_header import PlyElement, PlyProperty
+from ..files.ply import CORNERS, PLACE, SCALAR
+from ..files.ply_header import KINDS, PlyElement, PlyHeader, PlyProperty, header_bytes, read_header
+from ..files.ply_tables import row_type
 from ..files.ply_write import write_ply
 from ..files.writing import to_disk
-from .ply_slices import PlySlices
+
+
+@dataclass(frozen=True)
+class SlicedTable:
+    """The rows of one element, all of the same size."""
+
+    path: Path
+    element: PlyElement  # its declaration in the header
+    dtype: np.dtype[Any]  # the type of a row, see `pymeshfair.files.ply_tables.row_type`
+    offset: int  # the byte of its first row
+
+    def read(self, first: int, last: int) -> NDArray[Any]:
+        """The rows from `first` to before `last`."""
+        rows = np.fromfile(self.path, self.dtype, last - first, offset=self.offset + first * self.dtype.itemsize)
+        if len(rows) < last - first:
+            raise ContentsError(f"it ends within its element {self.element.name!r}")
+        for p in self.element.properties:
+            if p.count_type is not None:
+                length = self.dtype[p.name].shape[0]
+                wrong = rows[f"{p.name} count"] != length
+                if wrong.any():
+                    raise ContentsError(
+                        f"the list {p.name!r} of its {self.element.name} {first + int(wrong.argmax()) + 1:,} has another length "
+                        f"than {length}; by tiles, all faces must be triangles: read and save it whole with pymeshfair run"
+                    )
+        return rows
+
+    def slices(self, size: int) -> Iterator[NDArray[Any]]:
+        """Its rows, `size` at a time."""
+        for first in range(0, self.element.count, size):
+            yield self.read(first, min(first + size, self.element.count))
+
+    @property
+    def end(self) -> int:
+        """The byte after its last row."""
+        return self.offset + self.element.count * self.dtype.itemsize
+
+
+@dataclass(frozen=True)
+class PlySlices:
+    """A binary PLY file in which all rows of an element have the same size; other files raise `ContentsError` when read."""
+
+    path: Path
+
+    @cached_property
+    def header(self) -> PlyHeader:
+        """Its header, checked."""
+        header = read_header(self.path)
+        if header.format == "ascii":
+            raise ContentsError("it is a text; by tiles a PLY file must be binary")
+        return header
+
+    @cached_property
+    def tables(self) -> dict[str, SlicedTable]:
+        """Its elements by name, in the order of the file."""
+        tables, offset = {}, self.header.size
+        for element in self.header.elements:
+            table = SlicedTable(self.path, element, self._row_type(element, offset), offset)
+            tables[element.name], offset = table, table.end
+        if self.path.stat().st_size < offset:
+            raise ContentsError(f"it has {self.path.stat().st_size:,} bytes, of the {offset:,} that its header declares")
+        return tables
+
+    def _row_type(self, element: PlyElement, offset: int) -> np.dtype[Any]:
+        """The type of an element's row; its lists are as long as in the first row, which begins at byte `offset`."""
+        order, widths = self.header.byte_order, dict[str, int]()
+        for k, p in enumerate(element.properties):
+            if p.count_type is not None:
+                before = row_type(PlyElement(element.name, 1, element.properties[:k]), order, widths)
+                place = offset + before.itemsize
+                lengths = np.fromfile(self.path, order + KINDS[p.count_type], min(element.count, 1), offset=place)
+                if element.count and not len(lengths):
+                    raise ContentsError(f"it ends before byte {place:,}, where its header has the first {element.name!r}")
+                length = int(lengths[0]) if element.count else 3
+                if element.name == "face" and p.name in CORNERS and length != 3:
+                    raise ContentsError(f"its first face has {length} corners; by tiles, all faces must be triangles")
+                widths[p.name] = length
+        return row_type(element, order, widths)
+
+    @cached_property
+    def vertices(self) -> SlicedTable:
+        """The element of its vertices, which must have coordinates."""
+        table = self.tables.get("vertex")
+        if table is None or not set(PLACE) <= {p.name for p in table.element.properties} or not table.element.count:
+            raise ContentsError("it has no vertices with x, y and z")
+        if any(p.count_type is not None for p in table.element.properties):
+            raise ContentsError("its vertices have lists; by tiles they must have single numbers")
+        return table
+
+    def __len__(self) -> int:
+        """The number of vertices."""
+        return self.vertices.element.count
+
+    def points(self, size: int) -> Iterator[NDArray[np.float64]]:
+        """(m, 3) coordinates of the vertices, `size` at a time."""
+        for rows in self.vertices.slices(size):
+            yield np.stack([rows[axis].astype(np.float64) for axis in PLACE], axis=1)
+
+    def rewrite(
+        self, target: Path, elements: Sequence[PlyElement], vertices: Iterable[Mapping[str, NDArray[Any]]], size: int
+    ) -> None:
+        """Write the file with other elements and other columns of vertices, a slice at a time; all else as it was."""
+        with target.open("wb") as file:
+            file.write(header_bytes(self.header, elements))
+            for element in elements:
+                if element.name != "vertex":
+                    file.writelines(rows.tobytes() for rows in self.tables[element.name].slices(size))
+                    continue
+                kind = row_type(element, self.header.byte_order, {})
+                for columns in vertices:
+                    new = np.empty(len(columns["x"]), kind)
+                    for name, values in columns.items():
+                        new[name] = values
+                    file.write(new.tobytes())
+            to_disk(file)
+
 
 #: the header line with the number of points; of fixed width, so that the final number can overwrite it
 _COUNT = b"element vertex %020d\n"
@@ -28,48 +145,28 @@ CLOUD_FORMATS = ("ply", "las", "laz")
 Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], dict[str, NDArray[np.float64]]]]
 
 
-class Source(Protocol):
-    """A cloud in a file; reading raises `ContentsError` if the file is not as its header declares."""
-
-    names: ClassVar[Mapping[str, tuple[str, ...]]]  # of what points may get: "scalars", which are probabilities, and "normals"
-
-    @property
-    def row(self) -> int:
-        """Bytes of a point in memory."""
-
-    def __len__(self) -> int:
-        """The number of points."""
-
-    @property
-    def unit(self) -> str | None:
-        """The unit of its coordinates, None if the file says none."""
-
-    def points(self, size: int) -> Iterator[NDArray[np.float64]]:
-        """(m, 3) coordinates, `size` points at a time."""
-
-    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """Write `count` of the points to another file, unchanged but for what is added."""
-
-
 @dataclass(frozen=True)
 class LasCloud:
-    """The points of a LAS or LAZ file; see `pymeshfair.tiles.sources.Source`."""
+    """The points of a LAS or LAZ file; reading raises `ContentsError` if it is not as its header declares."""
 
     path: Path
+    #: in the file, of what points may get: "scalars", which are probabilities, and "normals"
     names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": ("outlier_probability",), "normals": NORMAL}
 
     @property
     def row(self) -> int:
+        """Bytes of a point in memory."""
         with opened(self.path) as reader:
             return int(reader.header.point_format.size)
 
     def __len__(self) -> int:
+        """The number of points."""
         with opened(self.path) as reader:
             return int(reader.header.point_count)
 
     @property
     def unit(self) -> str | None:
-        """That of its coordinate reference system."""
+        """That of its coordinate reference system; None without one."""
         return las_unit(self.path)
 
     def _chunks(self, size: int) -> Iterator[Any]:
@@ -77,11 +174,12 @@ class LasCloud:
             yield from chunks(reader, size)
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
+        """(m, 3) coordinates, `size` points at a time."""
         for chunk in self._chunks(size):
             yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """See `Source`; what is added becomes dimensions of its own."""
+        """Write `count` of the points to another file, unchanged but for what is added, which becomes dimensions of its own."""
         import laspy
 
         with opened(self.path) as reader:
@@ -104,7 +202,7 @@ class LasCloud:
 
 
 class PlyCloud(PlySlices):
-    """The vertices of a binary PLY file without faces."""
+    """The vertices of a binary PLY file without faces, with what `LasCloud` has."""
 
     unit = None
     names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": (SCALAR,), "normals": ("nx", "ny", "nz")}
@@ -128,6 +226,10 @@ class PlyCloud(PlySlices):
             for rows, (kept, values) in zip(self.vertices.slices(size), marks, strict=True)
         )
         self.rewrite(target, [element], columns, size)
+
+
+#: a cloud in a file that is read by slices
+Source: TypeAlias = LasCloud | PlyCloud
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,12 @@
 Each pass reads what the one before has written of the points around a tile, so that every tile must have been through it.
 """
 
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filters.execution import ignore_progress, part_of
 from ..filters.libraries import sparse
 from ..filters.neighbours import Nearest
 from ..filters.outliers import (
@@ -21,42 +21,44 @@ from ..filters.outliers import (
     standard_distances,
     thicknesses,
 )
-from .cells import Cells
-from .columns import Column, Part, Stored, joined
+from .cells import Ranges
+from .columns import Column, Stored, joined
 from .division import Floats, Longs
-from .links import Links
-from .neighbours import TilePoints, search_tile
+from .neighbours import Links, PointTiles, TilePoints
+from .workers import Tasks
 
 
-@dataclass(frozen=True)
-class StrayTiles:
-    """The tasks of stray points on a cloud in cells; each may be done twice."""
+class StrayTiles(PointTiles):
+    """The tasks of stray points; the results are which points are stray."""
 
-    cells: Cells  # the cloud
-    rule: StrayRule  # the test for stray points
-    tile: int  # points of a tile
+    result = "u1", 1
 
     spacings, _thicknesses, _reaches = Stored("<f8"), Stored("<f8"), Stored("<f8")  # by slot, in the unit of trees
     _lasts = Stored("<i8")
     _parts = Stored("<i8")  # the lowest slot of the part of a point in its tile
 
     @property
-    def _links(self) -> Column:
-        return Column(self.cells.folder / "links", "<i8", self.rule.neighbors)
+    def _rule(self) -> StrayRule:
+        """The test for stray points."""
+        return StrayRule(self.k, self.values["sparseness"], self.values["smallest_part"])
 
     def _chosen(self, joined: int) -> Column:
         return Column(self.cells.folder / f"chosen-{joined}", "u1")
 
-    def _across(self, first: int) -> Path:
-        return self.cells.folder / f"across-{first}.npz"
-
-    def part(self, first: int) -> Part:
-        """Which points are stray of the tile that begins with the cell `first`."""
-        return Part(self.cells.folder / f"stray-{first}", "u1")
+    def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
+        tasks.run(self.create)
+        tasks.map(self.find, tiles, part_of(progress, 0.0, 0.7))
+        median = tasks.run(self.median, size)
+        tasks.map(self.link, [(median, *tile) for tile in tiles], part_of(progress, 0.7, 0.8))
+        for number in range(1, JOINED + 1):
+            tasks.map(self.join, [(number, *tile) for tile in tiles], ignore_progress)
+        tasks.map(self.connect, tiles, part_of(progress, 0.85, 0.95))
+        stray = tasks.run(self.across, tiles)
+        tasks.map(self.finish, [(stray, *tile) for tile in tiles], part_of(progress, 0.95, 1.0))
 
     def create(self) -> None:
         """Make the files."""
-        for column in (self.spacings, self._thicknesses, self._reaches, self._lasts, self._links, self._parts):
+        for column in (self.spacings, self._thicknesses, self._reaches, self._lasts, self.links(), self._parts):
             column.create(self.cells.count)
         for number in range(JOINED + 1):
             self._chosen(number).create(self.cells.count)
@@ -74,13 +76,13 @@ class StrayTiles:
             spacing[rows], reach[rows] = standard_distances(nearest.squared), nearest.squared[:, -1]
             asked.append((rows, nearest, self._thicknesses_of(tile.places[tile.index[rows]], nearest)))
 
-        tile = search_tile(self.cells, self.rule.neighbors, self.tile, first, last, inside, around)
+        tile = self.search(first, last, inside, around)
         numbers = tile.numbers[tile.index]
         thickness = thicknesses(tile.places[tile.index], numbers, tile.nearest)
         slots, lasts = tile.slots[tile.index][tile.nearest], numbers[tile.nearest[:, -1]]
         for rows, nearest, thick in asked:
             slots[rows], lasts[rows], thickness[rows] = nearest.slots, nearest.numbers[:, -1], thick
-        self._links.write(tile.begin, tile.by_slot(slots))
+        self.links().write(tile.begin, tile.by_slot(slots))
         self._lasts.write(tile.begin, tile.by_slot(lasts))
         for column, values in ((self.spacings, spacing), (self._reaches, reach), (self._thicknesses, thickness)):
             column.write(tile.begin, tile.by_slot(values))
@@ -110,31 +112,31 @@ class StrayTiles:
 
     def link(self, median: float, first: int, last: int) -> None:
         """Which neighbours are linked, and which points are on a surface by themselves; `median` is that of the spacings."""
-        links = Links.read(self._links, self.cells, first, last)
+        links = Links.read(self.links(), self.cells, first, last)
         places = links.of_all(self.cells.points) / self.cells.scale
         numbers, reaches, lasts = (links.of_all(values) for values in (self.cells.numbers, self._reaches, self._lasts))
         cut_links(places, numbers, links.rows, reaches, lasts)
-        self._links.write(links.begin, links.slots())
+        self.links().write(links.begin, links.slots())
         counts = linked_to(links.rows, np.ones(len(places), np.bool_))
-        chosen = self.rule.on_surface(links.of_own(self.spacings), median, links.of_own(self._thicknesses), counts)
+        chosen = self._rule.on_surface(links.of_own(self.spacings), median, links.of_own(self._thicknesses), counts)
         self._chosen(0).write(links.begin, chosen)
 
     def join(self, number: int, first: int, last: int) -> None:
         """Which points have joined them, for the first time, the second, and so on."""
-        links = Links.read(self._links, self.cells, first, last)
+        links = Links.read(self.links(), self.cells, first, last)
         chosen = links.of_all(self._chosen(number - 1)) > 0
-        more = chosen[: len(links.rows)] | self.rule.is_joined(linked_to(links.rows, chosen))
+        more = chosen[: len(links.rows)] | self._rule.is_joined(linked_to(links.rows, chosen))
         self._chosen(number).write(links.begin, more)
 
     def connect(self, first: int, last: int) -> None:
         """The parts of the points; those that are linked to points of other tiles are left to `across`."""
-        links = Links.read(self._links, self.cells, first, last)
+        links = Links.read(self.links(), self.cells, first, last)
         chosen = links.of_all(self._chosen(JOINED)) > 0
         count = len(links.rows)
         parts = linked_parts(links.rows, chosen)
         self._parts.write(links.begin, parts + links.begin)
         sizes, sums = part_sums(parts, links.of_own(self._thicknesses), count)
-        stray = ~chosen[:count] | self.rule.too_small(sizes, sums)[parts]
+        stray = ~chosen[:count] | self._rule.too_small(sizes, sums)[parts]
         rows, at = np.nonzero(links.rows >= count)
         others = links.rows[rows, at].astype(np.int64)
         both = chosen[rows] & chosen[others]
@@ -142,7 +144,7 @@ class StrayTiles:
         open_ = np.unique(own)
         stray[np.isin(parts, open_) & chosen[:count]] = False
         np.savez(
-            self._across(first),
+            self.aside(first),
             parts=open_ + links.begin,
             sizes=sizes[open_],
             sums=sums[open_],
@@ -154,13 +156,13 @@ class StrayTiles:
     def across(self, tiles: list[tuple[int, int]]) -> Longs:
         """The parts that are stray though they reach through several tiles, ascending."""
         names = ("parts", "sizes", "sums", "own", "others")
-        parts, sizes, sums, own, others = joined((self._across(first) for first, _ in tiles), names)
+        parts, sizes, sums, own, others = joined((self.aside(first) for first, _ in tiles), names)
         ends = np.searchsorted(parts, own), np.searchsorted(parts, self._parts.gather(others))
         graph = sparse.coo_matrix((np.ones(len(own), np.int8), ends), shape=(len(parts), len(parts)))
         count, whole = sparse.csgraph.connected_components(graph, directed=False)
         # Sums of whole numbers below 2^53, which are exact.
         totals = (np.bincount(whole, values, minlength=count).astype(np.int64) for values in (sizes, sums))
-        stray: Longs = parts[self.rule.too_small(*totals)[whole]]
+        stray: Longs = parts[self._rule.too_small(*totals)[whole]]
         return stray
 
     def finish(self, stray: Longs, first: int, last: int) -> None:

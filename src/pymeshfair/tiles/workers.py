@@ -1,18 +1,29 @@
-"""Does the tasks of a run by tiles, on processes of this machine or on the workers of a dask scheduler."""
+"""Does the tasks of a run by tiles, on processes of this machine or on the workers of a dask scheduler.
+
+Their files are in a folder, with a journal of the finished tasks: a run that was killed goes on from it. The same run gives the
+same tasks in the same order. So a resumed run takes the results of finished tasks from the journal, and their files are in the
+folder. A task that was under way is done again.
+"""
 
 import contextlib
+import hashlib
 import math
 import os
+import pickle
 import socket
+import stat
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Future
+from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from queue import Empty
-from typing import Any
+from typing import Any, BinaryIO
 
 from ..errors import FilterInputError, Place, RunError
-from ..files.errors import ContentsError
+from ..files.errors import ContentsError, OutputError
+from ..files.staging import WORK_PREFIX, in_use, remove_folder
 from ..filters.execution import ignore_progress, part_of
 from ..processes.cluster import LostSchedulerError, Scheduler, check_workers, conditions, open_client
 from ..processes.order import Answer, DefectError, answer
@@ -22,7 +33,99 @@ from ..running.errors import RunTimeout
 from ..running.interrupts import Interrupted
 from ..running.job import Job
 from .memory import Budget
-from .work_folder import WorkFolder
+
+_JOURNAL = "journal"
+
+
+@dataclass(frozen=True)
+class WorkFolder:
+    """The folder and its journal."""
+
+    path: Path  # the folder
+    note: str  # why the files of a former run are not used; empty if they are, or if there are none
+    journal: BinaryIO
+    answers: Mapping[tuple[int, int], Answer]  # those of a former run
+
+    def answer(self, call: int, number: int) -> Answer | None:
+        """The answer of a finished task: the `number`-th of the `call`-th group of tasks."""
+        return self.answers.get((call, number))
+
+    def append(self, call: int, number: int, answer: Answer) -> None:
+        """Write down that a task is finished."""
+        self.journal.write(pickle.dumps((call, number, answer)))
+        self.journal.flush()
+
+
+def work_path(output: Path) -> Path:
+    """The folder of the run to an output: a hidden one beside it."""
+    return output.with_name(WORK_PREFIX + hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16])
+
+
+@contextlib.contextmanager
+def work_folder(
+    output: Path, key: Mapping[str, Any], *, resume: bool, keep: tuple[type[BaseException], ...]
+) -> Iterator[WorkFolder]:
+    """The folder for a run to `output`, removed at the end of the run; the output must be locked.
+
+    Args:
+        output: the file to write.
+        key: stands for all on which the tasks and their files depend. Files of a run with another key are removed.
+        resume: use the files of a former run with the same key.
+        keep: exceptions at which the folder stays, for a later run.
+
+    Raises:
+        OutputError: it cannot be made.
+    """
+    path = work_path(output)
+    answers, end, note = _former(path, key) if resume else ({}, 0, "")
+    with contextlib.ExitStack() as opened:
+        try:
+            if not end:
+                remove_folder(path)
+                path.mkdir(mode=0o700)
+            opened.enter_context(in_use(path))
+            journal = opened.enter_context((path / _JOURNAL).open("r+b" if end else "wb"))
+            journal.truncate(end)
+            journal.seek(end)
+            if not end:
+                journal.write(pickle.dumps(dict(key)))
+                journal.flush()
+        except OSError as error:
+            raise OutputError(output, f"cannot make a folder beside it: {error.strerror or error}") from error
+        try:
+            yield WorkFolder(path, note, journal, answers)
+        except keep:
+            raise
+        except BaseException:
+            remove_folder(path)
+            raise
+        remove_folder(path)
+
+
+def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], Answer], int, str]:
+    """Of a former run its answers, the end of its last whole record in bytes (0 if it cannot be used), and why it cannot."""
+    answers: dict[tuple[int, int], Answer] = {}
+    end = 0
+    try:
+        # Pickles run code, so that a folder of another user is not read.
+        status = path.lstat()
+        if not stat.S_ISDIR(status.st_mode) or (hasattr(os, "getuid") and status.st_uid != os.getuid()):
+            return {}, 0, f"the folder {path} belongs to another user"
+        with (path / _JOURNAL).open("rb") as file:
+            former = pickle.load(file)
+            if former != dict(key):
+                names = " and ".join(name for name in key if former.get(name) != key[name])
+                return {}, 0, f"the files of the former run are not used, since it differs in {names}"
+            end = file.tell()
+            while True:
+                call, number, answer = pickle.load(file)
+                answers[call, number] = answer
+                end = file.tell()
+    except FileNotFoundError:
+        return {}, 0, ""
+    except Exception:  # the end of the file, or a record that was not written to its end
+        return answers, end, ""
+
 
 #: seconds between two looks at silent workers
 _PULSE = 0.5
@@ -36,39 +139,21 @@ class FullDiskError(RunError):
     """There is no room for what a task has to write."""
 
 
+@dataclass
 class Tasks:
-    """Does tasks on workers, and gives their results in the order of the tasks.
+    """Does tasks on workers, and gives their results in the order of the tasks."""
 
-    Attributes:
-        work: the folder of the files of the tasks; None without a journal.
-        peaks: by process, the most bytes that it has held, as far as that is known.
-        seconds: processor time of all tasks.
-    """
+    submit: Callable[..., Future[Answer]]  # does a task with its arguments on some worker
+    items: Items  # of `pymeshfair.running.interrupts.Interrupts`
+    timeout: float | None = None  # seconds from now in which all must be done
+    check: Callable[[], None] = lambda: None  # called every moment; may raise to stop
+    work: WorkFolder | None = None  # the folder of the files of the tasks; None without a journal
+    peaks: dict[str, int] = field(default_factory=dict)  # by process, the most bytes that it has held, as far as that is known
+    seconds: float = 0.0  # processor time of all tasks
 
-    def __init__(
-        self,
-        submit: Callable[..., Future[Answer]],
-        items: Items,
-        *,
-        timeout: float | None = None,
-        check: Callable[[], None] = lambda: None,
-    ) -> None:
-        """See the class.
-
-        Args:
-            submit: does a task with its arguments on some worker.
-            items: of `pymeshfair.running.interrupts.Interrupts`.
-            timeout: seconds from now in which all must be done.
-            check: called every moment; may raise to stop.
-        """
-        self._submit = submit
-        self._items = items
-        self._timeout = math.inf if timeout is None else timeout
+    def __post_init__(self) -> None:
+        self._timeout = math.inf if self.timeout is None else self.timeout
         self._deadline = time.monotonic() + self._timeout
-        self._check = check
-        self.work: WorkFolder | None = None
-        self.peaks: dict[str, int] = {}
-        self.seconds = 0.0
         self._calls = 0
 
     def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
@@ -109,18 +194,18 @@ class Tasks:
         progress: Callable[[float], None],
         note: Callable[[int, Answer], None] = lambda number, done: None,
     ) -> list[Answer]:
-        futures = [self._submit(task, *arguments) for arguments in tasks]
+        futures = [self.submit(task, *arguments) for arguments in tasks]
         for future in futures:
-            future.add_done_callback(lambda done: self._items.put(("done", done)))
+            future.add_done_callback(lambda done: self.items.put(("done", done)))
         numbers = {future: number for number, future in enumerate(futures)}
         results: dict[int, Answer] = {}
         try:
             while len(results) < len(futures):
                 if time.monotonic() >= self._deadline:
                     raise RunTimeout(Place("working by tiles"), self._timeout)
-                self._check()
+                self.check()
                 try:
-                    kind, item = self._items.get(timeout=_PULSE)
+                    kind, item = self.items.get(timeout=_PULSE)
                 except Empty:
                     continue
                 if kind == "signal":

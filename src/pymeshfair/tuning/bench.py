@@ -19,8 +19,7 @@ from ..looking.mesh_state import state_of
 from ..looking.words import comparison_lines, distance_headers, distance_rows, measure_rows
 from ..mesh_data import MeshData
 from ..processes.worker import report
-from ..report.display import Shown, shown_mesh
-from ..report.scene import pack_scene
+from ..report.scene import Shown, pack_scene, shown_mesh
 from ..running.job import Event, Job, PhaseStarted
 from ..running.measuring import Measuring
 from ..running.read import ReadMesh, read_mesh
@@ -40,11 +39,7 @@ class Stopped(RunError):  # noqa: N818 - says what happened
 
 
 class Bench:
-    """One scan, and what recipes make of it.
-
-    Args:
-        scan: the file to run recipes on.
-    """
+    """One scan, and what recipes make of it."""
 
     def __init__(self, scan: Path) -> None:
         """Read and measure the scan."""

@@ -16,17 +16,12 @@ StepChoices: TypeAlias = Mapping[str, str] | None
 
 
 class ChoiceError(ParameterError):
-    """A value that a parameter does not allow.
-
-    Attributes:
-        step: the number of the step, from 0.
-        parameter: its name.
-    """
+    """A value that a parameter does not allow."""
 
     def __init__(self, step: int, parameter: str, reason: str) -> None:
         super().__init__(reason)
-        self.step = step
-        self.parameter = parameter
+        self.step = step  # its number, from 0
+        self.parameter = parameter  # its name
 
 
 def controls(recipe: Recipe) -> dict[str, Any]:

@@ -36,15 +36,10 @@ class Subject:
 
 
 class Conversation:
-    """One page.
-
-    Args:
-        connection: an accepted socket.
-        subject: the recipe and the scan.
-        workshops: by whether it is the whole of a large scan.
-    """
+    """One page."""
 
     def __init__(self, connection: WebSocket, subject: Subject, workshops: dict[bool, Workshop]) -> None:
+        """Talk through an accepted socket; there is a workshop for the scan, and one for the whole of a large one."""
         self._connection = connection
         self._subject = subject
         self._workshops = workshops

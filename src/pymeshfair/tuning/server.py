@@ -1,12 +1,21 @@
-"""Serves the page and talks with it through one socket."""
+"""Serves the page and talks with it through one socket, behind a token.
+
+Access is by the token, from a page of the server itself, under a name of this machine.
+"""
 
 import asyncio
 import contextlib
+import hmac
+import ipaddress
+import os
+import secrets
 import signal
 import socket
 import sys
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, MutableMapping
+from html import escape
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import uvicorn
 from starlette.applications import Starlette
@@ -17,9 +26,109 @@ from starlette.websockets import WebSocket
 
 from ..operating_system import this_system
 from ..report.page import render
-from .access import Guarded
 from .conversation import Conversation, Subject
 from .workshop import Workshop
+
+Scope: TypeAlias = MutableMapping[str, Any]
+Receive: TypeAlias = Callable[[], Awaitable[MutableMapping[str, Any]]]
+Send: TypeAlias = Callable[[MutableMapping[str, Any]], Awaitable[None]]
+Application: TypeAlias = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+#: with every answer: nothing is kept or told to other sites; a notebook, which knows the token, may frame the page
+_HEADERS = [
+    (b"cache-control", b"no-store"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"x-content-type-options", b"nosniff"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+    (b"cross-origin-opener-policy", b"same-origin"),
+]
+
+
+def new_token() -> str:
+    """A random token of 256 bits."""
+    return secrets.token_urlsafe(32)
+
+
+def redirecting_file(address: str, folder: Path) -> Path:
+    """A file that leads a browser to an address, and that this user alone can read.
+
+    The address holds the token, and every user of the machine can read the browser's command line.
+    """
+    path = folder / "open.html"
+    where = escape(address)
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
+        file.write(
+            f'<!DOCTYPE html>\n<meta http-equiv="refresh" content="0; url={where}">\n<a href="{where}">pymeshfair tune</a>\n'
+        )
+    return path
+
+
+class Guarded:
+    """An application behind a token.
+
+    A request is answered with 403 unless its path begins with the token; the ``Host`` header is an address in numbers,
+    ``localhost`` or the name that was asked for, so that no other site's name leads here; and the ``Origin`` header, without
+    which no browser opens a socket, is that host itself.
+
+    Args:
+        application: to be guarded.
+        token: the first part of every path.
+        names: host names besides ``localhost`` and addresses in numbers.
+    """
+
+    def __init__(self, application: Application, token: str, names: tuple[str, ...] = ()) -> None:
+        self._application = application
+        self._start = f"/{token}/".encode()
+        self._names = {"localhost", *(name.casefold() for name in names)}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer one request of ASGI."""
+        if scope["type"] in ("http", "websocket") and not self.allows(scope):
+            await _refuse(scope, receive, send)
+        else:
+            await self._application(scope, receive, _with_headers(send) if scope["type"] == "http" else send)
+
+    def allows(self, scope: Scope) -> bool:
+        """Whether token, host and origin are right."""
+        path = str(scope["path"]).encode("utf-8", "replace")
+        if not hmac.compare_digest(path[: len(self._start)], self._start):
+            return False
+        headers = [(name.lower(), value.decode("latin-1")) for name, value in scope["headers"]]
+        hosts = [value for name, value in headers if name == b"host"]
+        origins = [value for name, value in headers if name == b"origin"]
+        if len(hosts) != 1 or not self._is_ours(hosts[0]):
+            return False
+        if scope["type"] == "websocket" and not origins:
+            return False
+        return all(origin == f"http://{hosts[0]}" for origin in origins)
+
+    def _is_ours(self, host: str) -> bool:
+        name = host.rsplit(":", 1)[0] if not host.endswith("]") else host
+        if name.casefold() in self._names:
+            return True
+        try:
+            ipaddress.ip_address(name.removeprefix("[").removesuffix("]"))
+        except ValueError:
+            return False
+        return True
+
+
+async def _refuse(scope: Scope, receive: Receive, send: Send) -> None:
+    if scope["type"] == "websocket":
+        await receive()
+        await send({"type": "websocket.close", "code": 1008})  # before it is accepted, that is an answer with 403
+        return
+    await send({"type": "http.response.start", "status": 403, "headers": [(b"content-type", b"text/plain"), *_HEADERS]})
+    await send({"type": "http.response.body", "body": b"403: this page needs the address that pymeshfair tune printed\n"})
+
+
+def _with_headers(send: Send) -> Send:
+    async def sending(message: MutableMapping[str, Any]) -> None:
+        if message["type"] == "http.response.start":
+            message = {**message, "headers": [*message.get("headers", ()), *_HEADERS]}
+        await send(message)
+
+    return sending
 
 
 def application(subject: Subject, token: str, folder: Path, names: tuple[str, ...] = ()) -> Guarded:

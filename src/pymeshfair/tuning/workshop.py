@@ -8,12 +8,11 @@ import tempfile
 import time
 from collections.abc import Callable, Coroutine
 from pathlib import Path
-from queue import SimpleQueue
-from typing import Any, cast
+from typing import Any
 
 from ..errors import PymeshfairError, RunError
 from ..processes.order import Answer, Order
-from ..processes.process import Items, LostProcessError, Process
+from ..processes.process import LostProcessError, Process
 from ..recipe import Recipe
 from ..running.job import Event, Job, StepProgress, StepStarted
 from ..running.memory import default_memory
@@ -85,32 +84,24 @@ class Worker:
 
     def _follow(self, order: Order, on_event: Callable[[Any], None]) -> Answer:
         """Give an order and wait for the answer, in a thread."""
-        items: Items = SimpleQueue()
-        self._process.give(order, items)
         step = 0
-        while True:
-            kind, item = items.get()
-            if kind == "answer":
-                return cast("Answer", item)
-            if kind == "end":
-                raise LostProcessError(self._process.wait())
+
+        def take(kind: str, item: Any) -> None:
+            nonlocal step
             if kind == "event":
                 step = item.index if isinstance(item, StepStarted) else step
                 on_event(item)
             elif kind == "talk" and step and (fraction := parse_talk(item).fraction) is not None:
                 on_event(StepProgress(step, fraction))
 
+        return self._process.do(order, take)
+
 
 class Workshop:
-    """Runs the recipe that was asked for last, on one scan.
-
-    Args:
-        scan: the file.
-        folder: for what is made; it comes to be when it is needed.
-    """
+    """Runs the recipe that was asked for last, on one scan."""
 
     def __init__(self, scan: Path, folder: Path) -> None:
-        """See the class; nothing is started before `open`."""
+        """See the class; nothing is started before `open`, and the folder for what is made comes to be when it is needed."""
         self._scan = scan
         self._folder = folder
         self._numbers = itertools.count(1)
