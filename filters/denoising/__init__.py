@@ -24,6 +24,7 @@ from .preparation import denoised
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, RelaxedPart, direction_for, rings_of_relaxation, share_along
 from .rounding import ROUNDING_POLICIES, RoundingPolicy
 from .scan import Scan
+from .unfolding import RINGS_OF_UNFOLDING, going_back
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 __all__ = [
@@ -35,6 +36,7 @@ __all__ = [
     "RANGE_MEASURES",
     "RELAXATION_DIRECTIONS",
     "REPERTOIRE",
+    "RINGS_OF_UNFOLDING",
     "ROUNDING_POLICIES",
     "SPACE_KERNELS",
     "VERTEX_UPDATES",
@@ -68,6 +70,7 @@ __all__ = [
     "estimate_noise",
     "estimated_range_sigma",
     "filter_face_normals",
+    "going_back",
     "needs_distance",
     "noise_floor",
     "normal_filtering",
