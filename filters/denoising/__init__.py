@@ -24,7 +24,7 @@ from .preparation import denoised
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, RelaxedPart, direction_for, rings_of_relaxation, share_along
 from .rounding import ROUNDING_POLICIES, RoundingPolicy
 from .scan import Scan
-from .unfolding import RINGS_OF_UNFOLDING, going_back
+from .unfolding import RINGS_OF_UNFOLDING, going_back, unfolded
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 __all__ = [
@@ -83,5 +83,6 @@ __all__ = [
     "share_along",
     "shared_noise",
     "smoothed_directions",
+    "unfolded",
     "unit_normals",
 ]

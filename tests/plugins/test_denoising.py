@@ -128,14 +128,14 @@ def test_a_mesh_without_noise_is_left_alone() -> None:
     assert edit.values["drift"] == 0.0
 
 
-def test_more_folded_faces_than_before_are_said_and_slivers_named() -> None:
-    """On a sheet of triangles of 1:20 with very strong noise the filter folds faces over: a note has both numbers and why."""
+def test_faces_that_stay_folded_are_said_and_slivers_named() -> None:
+    """On a sheet of triangles of 1:20 with very strong noise faces stay folded over: a note has both numbers and why."""
     vertices, faces = irregular_grid(30, 30)
     vertices = vertices * [0.05, 1.0, 1.0]
     vertices += np.random.default_rng(1).normal(0.0, 1.0, vertices.shape)
     edit = apply(apply_coord_normal_filtering, Surface(vertices, faces), choice="fixed")
     before, after = (edit.values[f"folded_{when}"] for when in ("before", "after"))
-    assert after > before
+    assert 0 < after <= before
     (note,) = edit.notes
     assert f"{after} faces are folded over, {before} were before" in note
     assert "slivers" in note
