@@ -14,7 +14,6 @@ from pymeshfair.filters.denoising import REPERTOIRE, Outliers, replace_outlying
 from pymeshfair.filters.denoising.automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from pymeshfair.filters.denoising.impulses import far_from
 from pymeshfair.filters.denoising.noise_level import smooth_normals
-from pymeshfair.filters.denoising.preparation import denoised
 from pymeshfair.filters.denoising.scan import Scan
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
 from pymeshfair.filters.evidence import far_from_border
@@ -251,24 +250,6 @@ def test_far_from_a_plane_is_what_is_more_than_three_deviations_above_it() -> No
     raised[3, 2] += 0.3
     raised[[5, 8], 2] += 1.0
     assert np.flatnonzero(far_from(raised, faces, points, smooth_normals(points, faces), none)).tolist() == [5, 8]
-
-
-@pytest.mark.parametrize("name", MESHES)
-def test_the_setting_reproduces_the_result(name: str) -> None:
-    """What the choice says, given to the filters, does what `denoise_automatically` does."""
-    vertices, faces = MESHES[name]
-    result, choice = _denoised(name)
-    setting = choice.setting
-    assert setting.parameters is not None
-    again = denoised(
-        vertices,
-        faces,
-        outliers=setting.outliers,
-        relaxation=setting.relaxation,
-        relaxation_direction=setting.relaxation_direction,
-        filtering=vars(setting.parameters),
-    )
-    np.testing.assert_allclose(result, again, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", MESHES)
