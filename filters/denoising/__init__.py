@@ -24,11 +24,12 @@ from .preparation import denoised
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, RelaxedPart, direction_for, rings_of_relaxation, share_along
 from .rounding import ROUNDING_POLICIES, RoundingPolicy
 from .scan import Scan
-from .unfolding import RINGS_OF_UNFOLDING, going_back, unfolded
+from .unfolding import HALF_WAY, RINGS_OF_UNFOLDING, going_back, unfolded
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 __all__ = [
     "FIXED",
+    "HALF_WAY",
     "JONES_BORDERS",
     "NEIGHBORHOODS",
     "NORMAL_FILTER_METHODS",

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from ..errors import FilterInputError
 from ..files.errors import ContentsError
 from ..files.ply import CORNERS
 from ..filters.denoising import (
+    HALF_WAY,
     RINGS_OF_UNFOLDING,
     RelaxedPart,
     distances_of_part,
@@ -183,28 +185,28 @@ class Unfolding:
         begin, end = self.surface.cells.slots_of(first, last)
         self.surface.before.write(begin, self.surface.cells.points.read(begin, end))
 
-    def look(self, first: int, last: int) -> tuple[int, Floats, Floats]:
+    def look(self, share: float, first: int, last: int) -> tuple[int, Floats, Floats]:
         """Of faces that count with some cells how many more are folded than before; the corners of the box of the cells.
 
-        Writes down where the vertices are if some go back.
+        Writes down where the vertices are if some go back and keep that share of their way.
         """
         columns = (self.surface.before, self.surface.cells.points)
         before, after = (tile_with_rings(self.surface, first, last, RINGS_OF_UNFOLDING, places=places) for places in columns)
         folded, now = (folded_faces(tile.vertices, tile.faces) for tile in (before, after))
-        back = going_back(before.vertices, after.vertices, after.faces, now & ~folded)
-        found = after.own_by_slot(np.where(back[:, None], before.vertices, after.vertices))
-        self.surface.moved.write(self.surface.cells.slots_of(first, last)[0], found)
+        found = going_back(before.vertices, after.vertices, after.faces, now & ~folded, share)
+        self.surface.moved.write(self.surface.cells.slots_of(first, last)[0], after.own_by_slot(found))
         own, points = after.own[after.faces.min(axis=1)], after.vertices[after.own]
         return int(now[own].sum()) - int(folded[own].sum()), points.min(axis=0), points.max(axis=0)
 
     def do(self, tiles: Ranges, tasks: Tasks) -> list[tuple[Floats, Floats]]:
         """Take vertices back while more faces are folded than before; the box of each tile then."""
-        while True:
+        for share in chain([HALF_WAY], repeat(0.0)):
             tasks.run(self.surface.moved.create, self.surface.cells.count)
-            found = tasks.map(self.look, tiles, lambda share: None)
+            found = tasks.map(self.look, [(share, *tile) for tile in tiles], lambda _: None)
             if sum(more for more, _, _ in found) <= 0:
-                return [(low, high) for _, low, high in found]
+                break
             tasks.run(self.surface.turn, self.surface.moved, self.surface.cells.points)
+        return [(low, high) for _, low, high in found]
 
 
 #: vertices of the sample that settings are chosen on, and cells of each of its patches
