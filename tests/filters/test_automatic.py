@@ -253,7 +253,7 @@ def test_far_from_a_plane_is_what_is_more_than_three_deviations_above_it() -> No
 
 
 def test_ties_go_to_the_least_risk_where_the_noise_is_even() -> None:
-    """One and twenty pairs of Taubin's steps on a noisy sheet, alike at held-out vertices: twenty leave less, of even noise alone."""
+    """One and twenty of Taubin's steps on a noisy sheet, alike at held-out vertices: twenty leave less, of even noise alone."""
     vertices, faces = irregular_grid(40, 40)
     noise = 0.2 * mean_edge_length(vertices, faces) * np.random.default_rng(4).normal(size=len(vertices))
     ties = tuple(Trial(number, 0.2 + 0.001 * number, 0.0, 1.0) for number in (1, 20))
