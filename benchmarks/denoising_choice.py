@@ -5,9 +5,10 @@
 
 looked_at, unseen: for every noisy mesh of that half of `denoising_pairs` the mean angle to the true normals of the best setting,
 and over it those of nothing, of the best number of Taubin's steps, and of the choice, in the mean and at worst; and the mean
-displacement of the vertices in mean edges. --seeds repeats the choice with other vertices held out. --ablations adds columns: the
-choice by all rules (full), and without each of them. --faces meshes the shapes anew with about so many faces, so that a row takes
-a minute or two. Seconds are of the processor, of one choice.
+displacement of the vertices in mean edges. Pairs with a `rough_truth` are marked, and have means of their own. --seeds repeats
+the choice with other vertices held out. --ablations adds columns: the choice by all rules (full), and without each of them.
+--faces meshes the shapes anew with about so many faces, so that a row takes a minute or two. Seconds are of the processor, of
+one choice.
 clean: how far meshes without noise are moved.
 borders: of noisy shapes cut open, the mean angles at faces with a vertex on the border, at those next to them, and at all others;
 and how far border vertices are from their true places, in mean edges.
@@ -55,6 +56,8 @@ from pymeshfair.filters.topology import border_vertices, one_rings
 
 #: of a pair; "worst" is of the choice, over the seeds
 COLUMNS = ("nothing", "Taubin", "choice", "worst", "moved", "best's")
+#: the worst that is asked of a pair
+ASKED = 1.15
 #: fewer outliers than this share of the vertices change no mean angle
 FEW = 0.01
 #: faces, and the seconds and megabytes that are asked for
@@ -74,6 +77,18 @@ def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
         for family, results in zip(tried.labels, tried(scan.points, NONE_HELD), strict=True):
             found |= {s: measured(result, pair.truth, pair.faces) for s, result in zip(family, results, strict=True)}
     return found
+
+
+def rough_truth(pair: NoisyPair) -> bool:
+    """Whether the truth has so much noise of its own that a choice which takes all noise may miss what is asked.
+
+    If t is what `Scan.surface_noise` says of the truth, where that is not clean, and s the noise that was added, the estimate of
+    least error leaves t s / sqrt(t^2 + s^2), and one that takes all noise errs by t: sqrt(1 + t^2 / s^2) times as much.
+    """
+    truth = Scan.of(pair.truth, pair.faces)
+    heights = np.einsum("ij,ij->i", pair.noisy - pair.truth, truth.normals) / mean_edge_length(pair.truth, pair.faces)
+    added, own = np.median(np.abs(heights)) / tuned.MEDIAN_OF_NORMAL, 0.0 if truth.clean else truth.surface_noise
+    return bool(np.hypot(added, own) > ASKED * added)
 
 
 def rules() -> dict[str, list[tuple[Any, str, Any]]]:
@@ -124,11 +139,11 @@ def of_choice(pair: NoisyPair, found: dict[Setting, tuple[float, float]], seed: 
     return measured(setting.apply(pair.noisy, pair.faces), pair.truth, pair.faces)
 
 
-def compared(rules_out: str, seeds: int, ablated: Sequence[str], pair: NoisyPair) -> tuple[Floats, str]:
+def compared(rules_out: str, seeds: int, ablated: Sequence[str], pair: NoisyPair) -> tuple[Floats, str, bool]:
     """The choice on a pair with as many sets of held-out vertices, without some rules, and without each of others.
 
     Returns:
-        The angles over the best, means over the seeds, see `COLUMNS`; and the line that is printed.
+        The angles over the best, means over the seeds, see `COLUMNS`; the line that is printed; and whether `rough_truth`.
     """
     with left_out(filter(None, rules_out.split(","))):
         found = of_settings(pair)
@@ -146,7 +161,8 @@ def compared(rules_out: str, seeds: int, ablated: Sequence[str], pair: NoisyPair
     after = COLUMNS.index("worst")
     values = np.insert(np.nanmean(rows, axis=0), after, np.max(rows, axis=0)[after - 1])
     shown = " ".join(f"{value:8.3f}" for value in values)
-    return values, f"{pair.name:18} {len(pair.faces):6} {best:6.2f} {shown} {seconds:5.1f}"
+    rough = rough_truth(pair)
+    return values, f"{pair.name:18} {len(pair.faces):6} {best:6.2f} {shown} {seconds:5.1f}{' rough truth' * rough}", rough
 
 
 def contest(only: Sequence[str], options: argparse.Namespace) -> None:
@@ -157,15 +173,16 @@ def contest(only: Sequence[str], options: argparse.Namespace) -> None:
     pairs = made(shapes, only)
     ablated = list(rules()) if options.ablations else []
     print("mesh                faces   best " + " ".join(f"{name:>8}" for name in (*COLUMNS, *ablated)) + "     s")
-    every = []
+    every: tuple[list[Floats], list[Floats]] = [], []
     with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
-        for values, line in pool.map(partial(compared, options.without, options.seeds, ablated), pairs):
-            every.append(values)
+        for values, line, rough in pool.map(partial(compared, options.without, options.seeds, ablated), pairs):
+            every[rough].append(values)
             print(line, flush=True)
-    if not every:
+    if not any(every):
         raise SystemExit("no mesh has such a name")
-    for name, values in (("mean", np.mean(every, axis=0)), ("worst", np.max(every, axis=0))):
-        print(f"{name:32} " + " ".join(f"{value:8.3f}" for value in values))
+    for rows, kind in zip(every, ("", ", rough truth"), strict=True):
+        for name, values in (("mean", np.mean(rows, axis=0)), ("worst", np.max(rows, axis=0))) if rows else ():
+            print(f"{name + kind:32} " + " ".join(f"{value:8.3f}" for value in values))
 
 
 def clean_meshes(scans: Path | None) -> None:

@@ -35,7 +35,7 @@ from pymeshfair.filters.denoising import (
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.inspection import folded_faces, triangle_shapes
 from pymeshfair.filters.robust import KernelName
-from pymeshfair.filters.topology import BorderPolicy, referenced_vertices
+from pymeshfair.filters.topology import BorderPolicy, border_vertices, referenced_vertices
 
 from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices, reported
 
@@ -96,6 +96,11 @@ CHOSEN = frozenset(field.name for field in fields(AutomaticParameters))
 BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")
 #: triangles below this of `triangle_shapes` are slivers, as 1:10; more than this share of them is worth a word
 SLIVER, MANY_SLIVERS = 0.2, 0.05
+#: the note on a map whose noise neighbours share
+NO_EVIDENCE_AT_BORDER = (
+    "neighbours share the noise, and the filter is chosen by the faces inside: at the border, as at silhouettes, faces may end "
+    "farther from the truth than they were"
+)
 #: the defaults of `normal_filtering`, where neither the caller nor the mesh decides
 DEFAULTS: dict[str, Any] = {
     **{field.name: field.default for field in fields(NormalFilter) if field.name in STEP_ONE},
@@ -190,6 +195,8 @@ def apply_coord_normal_filtering(
             findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
         if made.kind == "clean":
             notes = ("there is no noise to remove: the vertices stay where they are",)
+        elif made.kind == "correlated" and made.setting.rounding == "keep" and border_vertices(layer.faces, len(vertices)).any():
+            notes = (NO_EVIDENCE_AT_BORDER,)
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
     return Edit(
         vertices=vertices,
@@ -297,12 +304,12 @@ def _comparison(layer: Layer, made: AutomaticChoice, movable: Bools | None, prog
 
 
 def _warnings(layer: Layer, before: int, after: int) -> tuple[str, ...]:
-    """In words, where more faces are folded over than before, and whether slivers are why."""
-    if after <= before:
+    """In words, where faces are folded over still, and slivers are why."""
+    slivers = float(np.mean(triangle_shapes(layer.vertices, layer.faces) < SLIVER)) if after else 0.0
+    if slivers <= MANY_SLIVERS:
         return ()
-    slivers = float(np.mean(triangle_shapes(layer.vertices, layer.faces) < SLIVER))
-    why = f"; {slivers:.0%} of the triangles are slivers, which noise folds over" if slivers > MANY_SLIVERS else ""
-    return (f"{after} faces are folded over, {before} were before{why}: remesh it first, or use Taubin Fairing",)
+    why = f"{slivers:.0%} of the triangles are slivers, which noise folds over"
+    return (f"{after} faces are folded over, {before} were before; {why}: remesh it first, or use Taubin Fairing",)
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:

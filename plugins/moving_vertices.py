@@ -8,6 +8,7 @@ import numpy as np
 from pymeshfair.declaration import Bool, Bools, Enum, Float, Floats, Int, Ints, Layer, MeshElement, Percentage
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.choosing import DETAIL_SIZES, chosen_amount
+from pymeshfair.filters.denoising import unfolded
 from pymeshfair.filters.evidence import Choice
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.topology import BorderPolicy
@@ -61,7 +62,7 @@ class Smoothed(NamedTuple):
 def smoothed_by_amount(
     layer: Layer, amount: float, smooth: Smooth, tried: Sequence[float], *, unit: float = 1.0, selected: bool, progress: Progress
 ) -> Smoothed:
-    """Smooths by `amount`; "auto", below 0, takes the best of `tried` (`chosen_amount`).
+    """Smooths by `amount`; "auto", below 0, takes the best of `tried` (`chosen_amount`), and folds no more faces over.
 
     Args:
         layer: the mesh.
@@ -90,8 +91,8 @@ def smoothed_by_amount(
     if amount == 0.0:
         progress(1.0)
         return Smoothed(layer.vertices, amount, values, (NOTHING_TO_REMOVE,))
-    vertices = smooth(layer.vertices, layer.faces, amount, movable=movable, progress=part_of(progress, 0.8, 1.0))
-    return Smoothed(vertices, amount, values, ())
+    smoothed = smooth(layer.vertices, layer.faces, amount, movable=movable, progress=part_of(progress, 0.8, 1.0))
+    return Smoothed(unfolded(layer.vertices, smoothed, layer.faces), amount, values, ())
 
 
 def smoothed_by_size(layer: Layer, size: float, smooth: Smooth, *, selected: bool, progress: Progress) -> Smoothed:

@@ -24,10 +24,12 @@ from .preparation import denoised
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, RelaxedPart, direction_for, rings_of_relaxation, share_along
 from .rounding import ROUNDING_POLICIES, RoundingPolicy
 from .scan import Scan
+from .unfolding import HALF_WAY, RINGS_OF_UNFOLDING, going_back, unfolded
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 __all__ = [
     "FIXED",
+    "HALF_WAY",
     "JONES_BORDERS",
     "NEIGHBORHOODS",
     "NORMAL_FILTER_METHODS",
@@ -35,6 +37,7 @@ __all__ = [
     "RANGE_MEASURES",
     "RELAXATION_DIRECTIONS",
     "REPERTOIRE",
+    "RINGS_OF_UNFOLDING",
     "ROUNDING_POLICIES",
     "SPACE_KERNELS",
     "VERTEX_UPDATES",
@@ -68,6 +71,7 @@ __all__ = [
     "estimate_noise",
     "estimated_range_sigma",
     "filter_face_normals",
+    "going_back",
     "needs_distance",
     "noise_floor",
     "normal_filtering",
@@ -80,5 +84,6 @@ __all__ = [
     "share_along",
     "shared_noise",
     "smoothed_directions",
+    "unfolded",
     "unit_normals",
 ]

@@ -1,4 +1,4 @@
-"""All steps of denoising: rounding undone, outliers taken away, noise calmed, normals filtered."""
+"""All steps of denoising: rounding undone, outliers taken away, noise calmed, normals filtered, folds taken back."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,6 +11,7 @@ from .impulses import Outliers, without_outliers
 from .normal_filtering import normal_filtering
 from .relaxation import RelaxationDirection, relaxed
 from .rounding import ROUNDING_POLICIES, RoundingPolicy, without_rounding
+from .unfolding import unfolded
 
 
 def denoised(
@@ -27,7 +28,7 @@ def denoised(
     certain: Bools | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """(n, 3) the vertices after Taubin's steps and normal filtering, which outliers do not mislead.
+    """(n, 3) the vertices after Taubin's steps and normal filtering, which outliers do not mislead, and `unfolded`.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -69,8 +70,7 @@ def denoised(
     if border == "fixed" and (outliers != "keep" or rounding != "keep"):
         inside = ~border_vertices(faces, len(vertices))
         movable = inside if movable is None else movable & inside
-    if rounding == "undo":
-        vertices = without_rounding(vertices, faces, movable)
-    result = without_outliers(vertices, faces, outliers, smooth, movable=movable, certain=certain)
+    start = without_rounding(vertices, faces, movable) if rounding == "undo" else vertices
+    result = unfolded(vertices, without_outliers(start, faces, outliers, smooth, movable=movable, certain=certain), faces)
     progress(1.0)  # also where there was nothing to do
     return result

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..geometry import looking_away
+from ..geometry import cross_products, looking_away
 from ..mesh import Bools, Floats, check_mesh, normalised_mesh
 from ..operators import uniform_laplacian
 from .face_measures import face_measures
@@ -68,6 +68,7 @@ def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
     """
     points, triangles = check_mesh(vertices, faces)
     mesh = normalised_mesh(points, triangles)
+    # Scaled by a power of two, not moved: what other vertices do changes no bit here.
     local = np.zeros_like(points)
-    local[mesh.used] = mesh.points
-    return looking_away(face_measures(local, triangles)[0], triangles, len(points))
+    local[mesh.used] = mesh.scale * points[mesh.used]
+    return looking_away(cross_products(local, triangles), triangles, len(points))

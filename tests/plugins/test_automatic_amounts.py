@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
+from unittest import mock
 
 import numpy as np
 import pymeshlab
 import pytest
 
 import pymeshfair
+from pymeshfair.declaration import Layer
 from pymeshfair.filters.choosing import DETAIL_SIZES, SMOOTHERS, chosen_amount, compare_smoothers
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.diffusion import taubin_fairing
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
+from pymeshfair.filters.inspection import folded_faces
+from pymeshfair.plugins import moving_vertices
 from tests.angles import mean_angle
 from tests.meshes import Mesh, icosphere, irregular_grid, noisy, renumbered, rotation
 
@@ -110,3 +115,18 @@ def test_sizes_rise_and_a_fair_ball_needs_no_more() -> None:
     fair = taubin_fairing(*noisy(TRUE, 0.1 * EDGE), iterations=60)
     found = chosen_amount(fair, TRUE[1], *SMOOTHERS["taubin"])
     assert found is None or found.chosen.label == 0.0
+
+
+def test_no_more_faces_are_folded_than_before() -> None:
+    """A filter that scatters the vertices folds no more over than there were, where it chooses its amount."""
+    vertices, faces = NOISY
+    layer = cast(Layer, SimpleNamespace(vertices=vertices, faces=faces))
+
+    def folding(points: np.ndarray, *_: object) -> np.ndarray:
+        return points + np.random.default_rng(1).normal(scale=0.3 * EDGE, size=points.shape)
+
+    with mock.patch.object(moving_vertices, "chosen_amount") as choice:
+        choice.return_value.chosen.label, choice.return_value.trials = 1.0, ()
+        found = moving_vertices.smoothed_by_amount(layer, -1.0, folding, (0.0, 1.0), selected=False, progress=lambda _: None)
+    assert folded_faces(folding(vertices), faces).sum() > folded_faces(vertices, faces).sum()
+    assert folded_faces(found.vertices, faces).sum() <= folded_faces(vertices, faces).sum()

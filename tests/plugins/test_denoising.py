@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 from typing import Any, cast
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -11,7 +12,10 @@ import pytest
 from pymeshfair.declaration import Bools, Edit, Filter, Layer
 from pymeshfair.filters.denoising import (
     FIXED,
+    AutomaticChoice,
+    Setting,
     denoise_automatically,
+    estimate_noise,
     filter_face_normals,
     normal_filtering,
     replace_outlying,
@@ -128,17 +132,26 @@ def test_a_mesh_without_noise_is_left_alone() -> None:
     assert edit.values["drift"] == 0.0
 
 
-def test_more_folded_faces_than_before_are_said_and_slivers_named() -> None:
-    """On a sheet of triangles of 1:20 with very strong noise the filter folds faces over: a note has both numbers and why."""
+def test_faces_that_stay_folded_are_said_and_slivers_named() -> None:
+    """On a sheet of triangles of 1:20 with very strong noise faces stay folded over: a note has both numbers and why."""
     vertices, faces = irregular_grid(30, 30)
     vertices = vertices * [0.05, 1.0, 1.0]
     vertices += np.random.default_rng(1).normal(0.0, 1.0, vertices.shape)
     edit = apply(apply_coord_normal_filtering, Surface(vertices, faces), choice="fixed")
     before, after = (edit.values[f"folded_{when}"] for when in ("before", "after"))
-    assert after > before
+    assert 0 < after <= before
     (note,) = edit.notes
     assert f"{after} faces are folded over, {before} were before" in note
     assert "slivers" in note
+
+
+def test_where_neighbours_share_the_noise_the_border_is_named(rough: Mesh) -> None:
+    """An open mesh gets a note that nothing speaks for its border; a closed one has none."""
+    for (vertices, faces), named in ((irregular_grid(5, 5), True), (rough, False)):
+        made = AutomaticChoice("correlated", Setting(), estimate_noise(vertices, faces))
+        with mock.patch("pymeshfair.plugins.denoising.denoise_automatically", return_value=(vertices, made)):
+            notes = apply(apply_coord_normal_filtering, Surface(vertices, faces)).notes
+        assert [("at the border" in note) for note in notes] == [True] * named
 
 
 def test_only_selected_vertices_move(rough: Mesh) -> None:

@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pymeshfair.errors import FilterInputError
-from pymeshfair.filters.denoising import FIXED, REPERTOIRE, automatic_choice, denoise_automatically, denoised
+from pymeshfair.filters.denoising import FIXED, REPERTOIRE, automatic_choice, denoise_automatically, denoised, preparation
 from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
+from pymeshfair.filters.inspection import folded_faces
 from pymeshfair.registry import find_filter
 from pymeshfair.tiles import cells as cells_module
 from pymeshfair.tiles.mesh import MeshFile, MeshTiles, cut, do_move
@@ -146,6 +147,21 @@ def test_normal_filtering_by_tiles_changes_no_bit(most: int, cell: int, settings
     # Of the way along the surface borders keep a share that comes from sums over all vertices.
     np.testing.assert_allclose(found, whole, rtol=0.0, atol=1e-9 if before and border == "along" else 0.0)
     assert not np.array_equal(whole, vertices)
+
+
+def test_folded_faces_are_taken_back_across_tiles() -> None:
+    """Steps that fold more faces over than before end, by tiles too, with the vertices of the whole, and no more of them."""
+    vertices, faces = awkward(2)
+    given = {"method": "mean", "vertex_iterations": 3, "outer_iterations": 6}
+    filtering = {**asdict(FIXED), **given}
+    with mock.patch.object(preparation, "unfolded", lambda before, after, faces: after):
+        folding = denoised(vertices, faces, relaxation=20, filtering=filtering)
+    before, most = (int(folded_faces(points, faces).sum()) for points in (vertices, folding))
+    assert most > before
+    values = find_filter(NORMALS).defaults | {"choice": "fixed", "border": "along", "relaxation": 20} | given
+    found = by_tiles(vertices, faces, Move(1, NORMALS, values), most=150, cell=30)
+    assert folded_faces(found, faces).sum() <= before
+    np.testing.assert_allclose(found, denoised(vertices, faces, relaxation=20, filtering=filtering), rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("given", [{}, {"outliers": "keep", "method": "bilateral"}])

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,11 @@ from ..errors import FilterInputError
 from ..files.errors import ContentsError
 from ..files.ply import CORNERS
 from ..filters.denoising import (
+    HALF_WAY,
+    RINGS_OF_UNFOLDING,
     RelaxedPart,
     distances_of_part,
+    going_back,
     needs_distance,
     rings_of_relaxation,
     rings_of_round,
@@ -26,6 +30,7 @@ from ..filters.denoising import (
     share_along,
 )
 from ..filters.execution import part_of
+from ..filters.inspection import folded_faces
 from ..filters.mesh import NormalisedMesh, Whole, check_healthy, normalised_mesh
 from ..filters.topology import border_vertices, proper_faces
 from .cells import Cells, Ranges
@@ -164,6 +169,41 @@ class Relaxation:
         """Remove the files that nothing needs any more."""
         for column in (self.surface.across, self.surface.outline):
             column.path.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True)
+class Unfolding:
+    """The tasks of taking back the folds of the steps between, see `unfolded`; each may be done twice."""
+
+    surface: Surface  # the mesh
+
+    def begin(self, first: int, last: int) -> None:
+        """Write down the coordinates of some cells, to which they may go back."""
+        begin, end = self.surface.cells.slots_of(first, last)
+        self.surface.before.write(begin, self.surface.cells.points.read(begin, end))
+
+    def look(self, share: float, first: int, last: int) -> tuple[int, Floats, Floats]:
+        """Of faces that count with some cells how many more are folded than before; the corners of the box of the cells.
+
+        Writes down where the vertices are if some go back and keep that share of their way.
+        """
+        columns = (self.surface.before, self.surface.cells.points)
+        before, after = (tile_with_rings(self.surface, first, last, RINGS_OF_UNFOLDING, places=places) for places in columns)
+        folded, now = (folded_faces(tile.vertices, tile.faces) for tile in (before, after))
+        found = going_back(before.vertices, after.vertices, after.faces, now & ~folded, share)
+        self.surface.moved.write(self.surface.cells.slots_of(first, last)[0], after.own_by_slot(found))
+        own, points = after.own[after.faces.min(axis=1)], after.vertices[after.own]
+        return int(now[own].sum()) - int(folded[own].sum()), points.min(axis=0), points.max(axis=0)
+
+    def do(self, tiles: Ranges, tasks: Tasks) -> list[tuple[Floats, Floats]]:
+        """Take vertices back while more faces are folded than before; the box of each tile then."""
+        for share in chain([HALF_WAY], repeat(0.0)):
+            tasks.run(self.surface.moved.create, self.surface.cells.count)
+            found = tasks.map(self.look, [(share, *tile) for tile in tiles], lambda _: None)
+            if sum(more for more, _, _ in found) <= 0:
+                break
+            tasks.run(self.surface.turn, self.surface.moved, self.surface.cells.points)
+        return [(low, high) for _, low, high in found]
 
 
 #: vertices of the sample that settings are chosen on, and cells of each of its patches
@@ -305,7 +345,9 @@ def do_move(
         moved = tasks.map(work.move, [(move, whole, *tile) for tile in tiles], rest)
         tasks.run(surface.turn, surface.moved, surface.cells.points)
         return _joined(moved), told
-    after: list[tuple[Floats, Floats]] = []
+    unfolding, after = Unfolding(surface), list[tuple[Floats, Floats]]()
+    tasks.run(surface.before.create, surface.cells.count)
+    tasks.map(unfolding.begin, tiles, lambda share: None)
     if filtering.relaxation:
         is_open = any(b[2] for b in boxes)
         after = Relaxation(surface, filtering, whole, is_open).do(tiles, tasks, part_of(rest, 0.0, 0.2))
@@ -318,7 +360,7 @@ def do_move(
         tasks.run(surface.turn, surface.moved, surface.cells.points)
     if not after:
         told["notes"] = ("there is nothing to remove: the vertices stay where they are",)
-    return _joined(after) if after else None, told
+    return _joined(unfolding.do(tiles, tasks)) if after else None, told
 
 
 def _joined(boxes: list[tuple[Floats, Floats]]) -> tuple[list[float], list[float]]:

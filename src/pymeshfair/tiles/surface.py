@@ -33,6 +33,7 @@ class Surface:
 
     slots = Stored("<i4")  # of each vertex, by its number
     moved = Stored("<f8", 3)  # new coordinates by slot
+    before = Stored("<f8", 3)  # those before a step that may fold faces
     state = Stored("<f8", 3)  # normalised coordinates by slot, between the rounds of a filter
     next_state = Stored("<f8", 3)  # those after a round
     across = Stored("<f8", 3)  # the places of vertices of the outline without their displacement along the surface
