@@ -55,18 +55,18 @@ class Rounding(NamedTuple):
         return np.asarray(result)
 
     def left(self, points: Floats, rounded: Floats, normals: Floats) -> Floats:
-        """(n,) by how much other (n, 3) points are out of the steps of the rounded ones, in steps, along (n, 3) unit normals.
+        """(n,) by how much other (n, 3) points are out of the steps of the rounded ones, in steps: no truth is.
 
-        No truth is; what slides along the surface counts for nothing.
+        It counts along the axes or along the (n, 3) unit normals, whichever is less: sliding along the surface is no error.
         """
+        moves, out = points - rounded, np.zeros(len(points))
         reach, steps = np.zeros(len(points)), np.zeros(len(points))
         for direction, levels in zip(self.directions, self.levels, strict=True):
-            at = np.searchsorted(0.5 * (levels[1:] + levels[:-1]), rounded @ direction)
-            step = np.gradient(levels)[at]
+            step = np.gradient(levels)[np.searchsorted(0.5 * (levels[1:] + levels[:-1]), rounded @ direction)]
+            out = np.maximum(out, np.abs(moves @ direction) / step - 0.5)
             reach += 0.5 * step * np.abs(normals @ direction)
             steps += step / len(self.levels)
-        moved = np.abs(np.einsum("ij,ij->i", points - rounded, normals))
-        return np.asarray(np.maximum(moved - reach, 0.0) / steps)
+        return np.minimum(out, np.maximum(np.abs(np.einsum("ij,ij->i", moves, normals)) - reach, 0.0) / steps)
 
 
 def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
@@ -90,7 +90,7 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     def is_rounded(axis: Floats, levels: Floats) -> bool:
         """Whether it is as rough along the axis as rounding, whose deviation is 1 / sqrt(12) steps."""
         noise = float(np.sqrt(((differences @ axis) ** 2).mean())) if len(differences) else 0.0
-        return 1.0 / tuned.ROUNDED < noise * np.sqrt(12.0) / _step(levels) < tuned.ROUNDED
+        return 1.0 / tuned.ROUNDED < noise * 12.0**0.5 / _step(levels) < tuned.ROUNDED
 
     rounded = [pair for pair in on_levels if is_rounded(*pair)]
     return Rounding(*map(tuple, zip(*rounded, strict=True))) if rounded else None
