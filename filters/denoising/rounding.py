@@ -66,7 +66,8 @@ class Rounding(NamedTuple):
             out = np.maximum(out, np.abs(moves @ direction) / step - 0.5)
             reach += 0.5 * step * np.abs(normals @ direction)
             steps += step / len(self.levels)
-        return np.minimum(out, np.maximum(np.abs(np.einsum("ij,ij->i", moves, normals)) - reach, 0.0) / steps)
+        along = np.maximum(np.abs(np.einsum("ij,ij->i", moves, normals)) - reach, 0.0) / steps
+        return np.asarray(np.minimum(out, along))
 
 
 def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
@@ -90,7 +91,7 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     def is_rounded(axis: Floats, levels: Floats) -> bool:
         """Whether it is as rough along the axis as rounding, whose deviation is 1 / sqrt(12) steps."""
         noise = float(np.sqrt(((differences @ axis) ** 2).mean())) if len(differences) else 0.0
-        return 1.0 / tuned.ROUNDED < noise * 12.0**0.5 / _step(levels) < tuned.ROUNDED
+        return bool(1.0 / tuned.ROUNDED < noise * np.sqrt(12.0) / _step(levels) < tuned.ROUNDED)
 
     rounded = [pair for pair in on_levels if is_rounded(*pair)]
     return Rounding(*map(tuple, zip(*rounded, strict=True))) if rounded else None

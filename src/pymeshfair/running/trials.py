@@ -81,13 +81,12 @@ def trials(
     scores = scores_of(np.stack([heights(points, which) for points in (start, *results.values())]))
     ties = [name for name, tied in zip(results, scores.within(STAYS)[1:], strict=True) if tied]
     risks = {} if clean or len(ties) < 2 else risks_of(scan, {name: scripts[name] for name in ties}, timeout)
-    level, spiked = (0.0, False) if clean else (scan.noise.deviation, scan.without_impulses[0] is not scan)
+    level = 0.0 if clean else scan.noise.deviation
     # Spikes pass for relief.
-    lost = [
-        (not spiked and relief_lost(scan.points, points, scan.faces, noise=level)) or (None, 0.0) for points in results.values()
-    ]
+    seen = {} if not clean and scan.without_impulses[0] is not scan else results
+    lost = {name: relief_lost(scan.points, points, scan.faces, noise=level) for name, points in seen.items()}
     return {
-        name: Trial(float(error), float(scores.errors[0]), *(lost.get(name) or (None, 0.0)), risks.get(name))
+        name: Trial(float(error), float(scores.errors[0]), *(lost.get(name) or (None, 0.0)), risk=risks.get(name))
         for name, error in zip(results, scores.errors[1:], strict=True)
     }
 
