@@ -86,8 +86,9 @@ def trials(
     seen = {} if not clean and scan.without_impulses[0] is not scan else results
     lost = {name: relief_lost(scan.points, points, scan.faces, noise=level) for name, points in seen.items()}
     return {
-        name: Trial(float(error), float(scores.errors[0]), *(lost.get(name) or (None, 0.0)), risk=risks.get(name))
+        name: Trial(float(error), float(scores.errors[0]), share, shortest, risks.get(name))
         for name, error in zip(results, scores.errors[1:], strict=True)
+        for share, shortest in [lost.get(name) or (None, 0.0)]
     }
 
 
