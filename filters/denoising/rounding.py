@@ -79,22 +79,22 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     edge = mean_edge_length(points, faces)
     if edge == 0.0 or not len(faces):
         return None
-    used, width = points[referenced_vertices(faces, len(points))], _FLAT * edge
-    on_levels = [
-        (axis, found) for axis in _axes(face_normals(points, faces)) if (found := _levels(used @ axis, width)) is not None
-    ]
-    if not on_levels:
-        return None
-    fourth = FourthOrder.of(faces, len(points))
-    differences = fourth.differences(points)[fourth.inner]
+    used, found = points[referenced_vertices(faces, len(points))], []
+    for axis in _axes(face_normals(points, faces)):
+        levels = _levels(used @ axis, _FLAT * edge)
+        if levels is not None and _is_rough(points @ axis, faces, _step(levels)):
+            found.append((axis, levels))
+        elif not found:
+            return None
+    return Rounding(*map(tuple, zip(*found, strict=True))) if found else None
 
-    def is_rounded(axis: Floats, levels: Floats) -> bool:
-        """Whether it is as rough along the axis as rounding, whose deviation is 1 / sqrt(12) steps."""
-        noise = float(np.sqrt(((differences @ axis) ** 2).mean())) if len(differences) else 0.0
-        return bool(1.0 / tuned.ROUNDED < noise * np.sqrt(12.0) / _step(levels) < tuned.ROUNDED)
 
-    rounded = [pair for pair in on_levels if is_rounded(*pair)]
-    return Rounding(*map(tuple, zip(*rounded, strict=True))) if rounded else None
+def _is_rough(heights: Floats, faces: Ints, step: float) -> bool:
+    """Whether (n,) heights are as rough as if rounded to that step, whose standard deviation is step / sqrt(12)."""
+    fourth = FourthOrder.of(faces, len(heights))
+    differences = fourth.differences(heights[:, None])[fourth.inner]
+    noise = float(np.sqrt((differences**2).mean())) if len(differences) else 0.0
+    return bool(1.0 / tuned.ROUNDED < noise * np.sqrt(12.0) / step < tuned.ROUNDED)
 
 
 def _axes(normals: Floats) -> list[Floats]:
