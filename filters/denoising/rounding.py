@@ -20,8 +20,6 @@ ROUNDING_POLICIES: tuple[RoundingPolicy, ...] = get_args(RoundingPolicy)
 
 # Faces of one level are parallel up to this angle in radians, and its vertices as many mean edges apart.
 _FLAT = 1e-3
-# Steps of descent: with a hundred tubes shrink to the ends of their steps.
-_STEPS = 30
 
 
 class Rounding(NamedTuple):
@@ -47,7 +45,7 @@ class Rounding(NamedTuple):
             if movable is not None:
                 low, high = np.where(movable, low, heights), np.where(movable, high, heights)
             now = heights
-            for _ in range(_STEPS):
+            for _ in range(100):
                 # Descent on the squares of (I - W)^2 of W = (I + 2 U) / 3, which is (2/3)^2 (I - U)^2
                 differences = (now - means @ now) * (2.0 / 3.0)
                 now = np.clip(now - 0.9 * (2.0 / 3.0) * (differences - means @ differences), low, high)
