@@ -45,7 +45,7 @@ class Rounding(NamedTuple):
             if movable is not None:
                 low, high = np.where(movable, low, heights), np.where(movable, high, heights)
             now = heights
-            for _ in range(100):
+            for _ in range(100 // len(self.directions)):  # of three axes a hundred steps shrink tubes to the ends of theirs
                 # Descent on the squares of (I - W)^2 of W = (I + 2 U) / 3, which is (2/3)^2 (I - U)^2
                 differences = (now - means @ now) * (2.0 / 3.0)
                 now = np.clip(now - 0.9 * (2.0 / 3.0) * (differences - means @ differences), low, high)
@@ -55,7 +55,8 @@ class Rounding(NamedTuple):
     def left(self, points: Floats, rounded: Floats, normals: Floats) -> Floats:
         """(n,) by how much other (n, 3) points are out of the steps of the rounded ones, in steps: no truth is.
 
-        It counts along the axes or along the (n, 3) unit normals, whichever is less: sliding along the surface is no error.
+        Where several coordinates are rounded it counts along the axes or along the (n, 3) unit normals, whichever is less: all
+        vertices slide along the surface then.
         """
         moves, out = points - rounded, np.zeros(len(points))
         reach, steps = np.zeros(len(points)), np.zeros(len(points))
@@ -65,7 +66,7 @@ class Rounding(NamedTuple):
             reach += 0.5 * step * np.abs(normals @ direction)
             steps += step / len(self.levels)
         along = np.maximum(np.abs(np.einsum("ij,ij->i", moves, normals)) - reach, 0.0) / steps
-        return np.asarray(np.minimum(out, along))
+        return np.asarray(np.maximum(out, 0.0) if len(self.directions) == 1 else np.minimum(out, along))
 
 
 def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
