@@ -145,7 +145,8 @@ def _trials(
     # Nor are relief, as the waves of that noise pass for some, and the risk, which is that of noise of single vertices.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
     # Nothing at all leaves rounding in its steps, which is no merit.
-    nothing, best = max(errors[0], traits["noise"]), min(values["tried"], key=lambda trial: float(trial["excess"]))["error"]
+    nothing = max(errors[0], traits["noise"])
+    best = min(nothing, min(values["tried"], key=lambda trial: float(trial["excess"]))["error"])
     return {
         name: replace(
             trial, before=nothing, error=best if name in filtered else max(nothing, trial.error), relief=None, risk=None
