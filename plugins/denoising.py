@@ -156,8 +156,8 @@ def apply_coord_normal_filtering(
         outliers: Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the
             others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep edges
             keep such spikes too. 'auto' keeps them where all parameters of the filter are given.
-        rounding: Coordinates that were rounded along one axis, as depths of a camera: 'keep' filters the steps like any noise,
-            'undo' puts the vertices first on the smoothest surface within half a step of them. 'auto' keeps them where all
+        rounding: Coordinates that were rounded, all or along one axis, as depths of a camera: 'keep' filters the steps like any
+            noise, 'undo' puts the vertices first on a smoother surface within half a step of them. 'auto' keeps them where all
             parameters of the filter are given.
         relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over, and
             round edges, which the filter sharpens again. 'auto' takes 0 where all parameters of the filter are given.

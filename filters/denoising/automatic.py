@@ -3,7 +3,6 @@
 from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ..evidence import Choice, tuned
@@ -12,7 +11,6 @@ from ..mesh import Floats, NormalisedMesh, check_mesh, check_movable, normalised
 from ..topology import BorderPolicy
 from .candidates import REPERTOIRE, Repertoire, Setting, SettingsTried
 from .correlated_noise import setting_of_rounded, setting_of_shared
-from .impulses import replace_outlying, sizes_beside
 from .noise_level import NoiseEstimate, estimate_noise, is_designed
 from .rounding import rounding_of
 from .scan import Scan
@@ -86,7 +84,7 @@ def _independent(
 ) -> AutomaticChoice:
     """The choice for noise that is independent between neighbours, or none."""
     # 2. Impulse noise: outliers are replaced first, and are no evidence.
-    calmed, uneven = (scan, False) if repertoire.outliers == "keep" else _without_impulses(scan)
+    calmed, uneven = (scan, False) if repertoire.outliers == "keep" else scan.without_impulses
     even, setting, evidence = calmed is scan and not uneven, Setting(), None
     # 3. No noise: a model of planes, or residuals that are correlated between neighbours.
     if not is_designed(mesh.points, mesh.cells) and not (even and scan.clean):
@@ -106,17 +104,6 @@ def _independent(
     few = evidence is not None and len(evidence.rivals) <= tuned.RIVALS
     sure = few and calmed is scan and scan.agreement[0] < tuned.SURE
     return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, evidence, sure)
-
-
-def _without_impulses(scan: Scan) -> tuple[Scan, bool]:
-    """The scan with its outliers replaced, as it is where it has no impulse noise; and whether its noise is uneven instead."""
-    replaced, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
-    if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # half a mesh may be calm
-        return scan, False
-    beside, elsewhere = sizes_beside(replaced, scan.faces, scan.normals, outlying, scan.scored)
-    uneven = beside > max(tuned.LARGER * elsewhere, tuned.WEAK)
-    impulsive = not uneven and np.mean(outlying) > tuned.IMPULSIVE
-    return (replace(scan, points=replaced, replaced=outlying) if impulsive else scan), uneven
 
 
 def denoise_automatically(

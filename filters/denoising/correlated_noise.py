@@ -47,7 +47,7 @@ def setting_of_rounded(
 
     def measures(result: Floats) -> tuple[float, float]:
         """How far vertices are out of their steps, and the product."""
-        left = rounding.left(result, rounded)[scan.scored]
+        left = rounding.left(result, rounded, scan.normals)[scan.scored]
         out = float(np.sqrt((left**2).mean())) if len(left) else 0.0
         return out, roughness(result, scan.faces) * (out + tuned.OUT_OF_STEP)
 
@@ -57,7 +57,7 @@ def setting_of_rounded(
     best = int(products.argmin())
     if measures(other.apply(rounded, scan.faces, border=border, movable=scan.movable))[1] <= products[best]:
         return None
-    return Scores(out, products - products[best], np.zeros(len(out)), best).choice(tried.labels)
+    return Scores(out * rounding.step / unit, products - products[best], np.zeros(len(out)), best).choice(tried.labels)
 
 
 def setting_of_shared(
@@ -86,7 +86,7 @@ def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
     """
     rounding = rounding_of(points, faces)
     if rounding is not None:
-        return float(np.median(np.diff(rounding.levels)) / np.sqrt(12.0))
+        return rounding.step / float(np.sqrt(12.0))
     return _shared(points, faces, noise)[0]
 
 

@@ -1,4 +1,4 @@
-"""Coordinates rounded along one axis, as depths to steps of disparity: terraces on the surface, and how they are taken back.
+"""Coordinates rounded, as depths to steps of disparity, or all three: terraces on the surface, and how they are taken back.
 
 Everywhere here `points` are (n, 3) coordinates, `faces` (m, 3) triangles, and `movable` says which of (n,) vertices may move,
 None for all.
@@ -10,7 +10,7 @@ import numpy as np
 
 from ..evidence import tuned
 from ..geometry import face_normals, mean_edge_length
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import edges, referenced_vertices
 from .noise_level import FourthOrder, ring_means
 
@@ -23,67 +23,115 @@ _FLAT = 1e-3
 
 
 class Rounding(NamedTuple):
-    """Rounding along an axis."""
+    """Rounding along one axis, as of depths, or along up to three at right angles, as of coordinates."""
 
-    direction: Floats  # (3,) its unit vector
-    levels: Floats  # (k,) the coordinates along it that vertices have, ascending
+    directions: tuple[Floats, ...]  # (3,) the unit vectors of the axes
+    levels: tuple[Floats, ...]  # (k,) for each the coordinates along it that vertices have, ascending
+
+    @property
+    def step(self) -> float:
+        """The largest usual step; it is noise with a deviation of step / sqrt(12) along any direction."""
+        return max(_step(levels) for levels in self.levels)
 
     def undone(self, points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
-        """(n, 3) the smoothest surface that has these levels when it is rounded: least bi-Laplacian energy within half a step."""
-        heights = points @ self.direction
-        middles = 0.5 * (self.levels[1:] + self.levels[:-1])
-        ends = 2.0 * self.levels[[0, -1]] - middles[[0, -1]]
-        at, limits = np.searchsorted(middles, heights), np.concatenate([ends[:1], middles, ends[1:]])
-        low, high = limits[at], limits[at + 1]
-        if movable is not None:
-            low, high = np.where(movable, low, heights), np.where(movable, high, heights)
-        means, now = ring_means(edges(faces), len(points)), heights
-        for _ in range(100):
-            # Descent on the squares of (I - W)^2 of W = (I + 2 U) / 3, which is (2/3)^2 (I - U)^2
-            differences = (now - means @ now) * (2.0 / 3.0)
-            now = np.clip(now - 0.9 * (2.0 / 3.0) * (differences - means @ differences), low, high)
-        return np.asarray(points + (now - heights)[:, None] * self.direction)
+        """(n, 3) a smoother surface that has these levels when it is rounded: less bi-Laplacian energy, within half a step."""
+        means, result = ring_means(edges(faces), len(points)), points
+        for direction, levels in zip(self.directions, self.levels, strict=True):
+            heights = points @ direction
+            middles = 0.5 * (levels[1:] + levels[:-1])
+            ends = 2.0 * levels[[0, -1]] - middles[[0, -1]]
+            at, limits = np.searchsorted(middles, heights), np.concatenate([ends[:1], middles, ends[1:]])
+            low, high = limits[at], limits[at + 1]
+            if movable is not None:
+                low, high = np.where(movable, low, heights), np.where(movable, high, heights)
+            now = heights
+            for _ in range(100 // len(self.directions)):  # of three axes a hundred steps shrink tubes to the ends of theirs
+                # Descent on the squares of (I - W)^2 of W = (I + 2 U) / 3, which is (2/3)^2 (I - U)^2
+                differences = (now - means @ now) * (2.0 / 3.0)
+                now = np.clip(now - 0.9 * (2.0 / 3.0) * (differences - means @ differences), low, high)
+            result = result + (now - heights)[:, None] * direction
+        return np.asarray(result)
 
-    def left(self, points: Floats, rounded: Floats) -> Floats:
-        """(n,) by how much other (n, 3) points are out of the steps of the rounded ones, in steps: no truth is."""
-        heights = rounded @ self.direction
-        at = np.searchsorted(0.5 * (self.levels[1:] + self.levels[:-1]), heights)
-        steps = np.gradient(self.levels)[at]
-        return np.asarray(np.maximum(np.abs(points @ self.direction - heights) / steps - 0.5, 0.0))
+    def left(self, points: Floats, rounded: Floats, normals: Floats) -> Floats:
+        """(n,) by how much other (n, 3) points are out of the steps of the rounded ones, in steps: no truth is.
+
+        Where several coordinates are rounded it counts along the axes or along the (n, 3) unit normals, whichever is less: all
+        vertices slide along the surface then.
+        """
+        moves, out = points - rounded, np.zeros(len(points))
+        reach, steps = np.zeros(len(points)), np.zeros(len(points))
+        for direction, levels in zip(self.directions, self.levels, strict=True):
+            step = np.gradient(levels)[np.searchsorted(0.5 * (levels[1:] + levels[:-1]), rounded @ direction)]
+            out = np.maximum(out, np.abs(moves @ direction) / step - 0.5)
+            reach += 0.5 * step * np.abs(normals @ direction)
+            steps += step / len(self.levels)
+        along = np.maximum(np.abs(np.einsum("ij,ij->i", moves, normals)) - reach, 0.0) / steps
+        return np.asarray(np.maximum(out, 0.0) if len(self.directions) == 1 else np.minimum(out, along))
 
 
 def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     """The rounding of a mesh; None of one that was not rounded.
 
     Faces whose vertices were rounded alike have one normal, the axis. Along it all vertices lie on few levels, and the roughness
-    of the surface is along it.
+    of the surface is along it. Others are at right angles to it.
     """
     edge = mean_edge_length(points, faces)
-    normals = face_normals(points, faces)
     if edge == 0.0 or not len(faces):
         return None
+    used, found = points[referenced_vertices(faces, len(points))], []
+    for axis in _axes(face_normals(points, faces)):
+        levels = _levels(used @ axis, _FLAT * edge)
+        if levels is not None and _is_rough(points @ axis, faces, _step(levels)):
+            found.append((axis, levels))
+        elif not found:
+            return None
+    return Rounding(*map(tuple, zip(*found, strict=True))) if found else None
+
+
+def _is_rough(heights: Floats, faces: Ints, step: float) -> bool:
+    """Whether (n,) heights are as rough as if rounded to that step, whose standard deviation is step / sqrt(12)."""
+    fourth = FourthOrder.of(faces, len(heights))
+    differences = fourth.differences(heights[:, None])[fourth.inner]
+    noise = float(np.sqrt((differences**2).mean())) if len(differences) else 0.0
+    return bool(1.0 / tuned.ROUNDED < noise * np.sqrt(12.0) / step < tuned.ROUNDED)
+
+
+def _axes(normals: Floats) -> list[Floats]:
+    """(3,) the most frequent of (m, 3) normals, the most frequent at right angles to it, and the axis across both.
+
+    There is none where they are few, or the most frequent is not one of many faces.
+    """
     largest = np.abs(normals).argmax(axis=1)
-    normals *= np.sign(normals[np.arange(len(normals)), largest])[:, None]
+    normals = normals * np.sign(normals[np.arange(len(normals)), largest])[:, None]
     width = 2 * int(1.0 / _FLAT) + 3
     keys = np.round(normals / _FLAT).astype(np.int64) @ [width**2, width, 1]
-    _, first, counts = np.unique(keys, return_index=True, return_counts=True)
-    flush = normals @ normals[first[counts.argmax()]] > 1.0 - _FLAT**2
-    direction = normals[flush].sum(axis=0)
-    length = np.linalg.norm(direction)  # 0 where the most frequent normal is that of faces without area
-    if flush.mean() < tuned.FLUSH or len(counts) < 8 or length == 0.0:  # stairs have fewer normals
-        return None
-    direction /= length
-    heights = np.sort(points[referenced_vertices(faces, len(points))] @ direction)
-    apart = np.flatnonzero(np.diff(heights) > _FLAT * edge)
+
+    def most_frequent(which: Longs) -> tuple[Floats, float, int]:
+        """That of some faces, the share of them that have it, and how many different ones there are."""
+        _, first, counts = np.unique(keys[which], return_index=True, return_counts=True)
+        flush = normals[which] @ normals[which[first[counts.argmax()]]] > 1.0 - _FLAT**2
+        direction = normals[which][flush].sum(axis=0)
+        length = np.linalg.norm(direction)  # 0 where the most frequent normal is that of faces without area
+        return direction / (length or 1.0), float(flush.mean()), len(counts)
+
+    direction, share, kinds = most_frequent(np.arange(len(normals)))
+    if share < tuned.FLUSH or kinds < 8 or not direction.any():  # stairs have fewer normals
+        return []
+    across = np.flatnonzero(np.abs(normals @ direction) < _FLAT)
+    second = most_frequent(across)[0] if len(across) else np.zeros(3)
+    return [direction, second, np.cross(direction, second)] if second.any() else [direction]
+
+
+def _levels(heights: Floats, width: float) -> Floats | None:
+    """The levels of heights, ascending; None if they are on none that are at least three and no wider than that."""
+    heights = np.sort(heights)
+    apart = np.flatnonzero(np.diff(heights) > width)
     low, high = heights[np.append(0, apart + 1)], heights[np.append(apart, len(heights) - 1)]
-    levels = 0.5 * (low + high)
-    if len(levels) < 3 or (high - low).max() > _FLAT * edge:
-        return None
-    fourth = FourthOrder.of(faces, len(points))
-    along = (fourth.differences(points) @ direction)[fourth.inner]
-    noise = float(np.sqrt((along**2).mean())) / float(np.median(np.diff(levels))) if len(along) else 0.0
-    # The standard deviation of rounding to steps of 1 is 1 / sqrt(12).
-    return Rounding(direction, levels) if 1.0 / tuned.ROUNDED < noise * np.sqrt(12.0) < tuned.ROUNDED else None
+    return None if len(low) < 3 or (high - low).max() > width else 0.5 * (low + high)
+
+
+def _step(levels: Floats) -> float:
+    return float(np.median(np.diff(levels)))
 
 
 def without_rounding(points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:

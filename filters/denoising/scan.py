@@ -26,6 +26,7 @@ from ..geometry import edge_lengths, face_normals, mean_edge_length, roughness
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints, Longs, check_mesh, normalised_mesh
 from ..topology import VertexFaces, edges, referenced_vertices, vertex_faces
+from .impulses import replace_outlying, sizes_beside
 from .noise_level import NoiseEstimate, agreement, estimate_noise, is_designed, noise_floor, smooth_normals
 
 Label = TypeVar("Label")
@@ -143,6 +144,17 @@ class Scan:
             return self.noise.level
         floor = noise_floor(self.points, self.faces, normals=self.normals, scored=self.scored)
         return min(self.noise.level, tuned.EVEN * floor)
+
+    @cached_property
+    def without_impulses(self) -> "tuple[Scan, bool]":
+        """The scan with outliers replaced, itself where there is no impulse noise; and whether its noise is uneven instead."""
+        replaced, outlying = replace_outlying(self.points, self.faces, self.movable)
+        if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # half a mesh may be calm
+            return self, False
+        beside, elsewhere = sizes_beside(replaced, self.faces, self.normals, outlying, self.scored)
+        uneven = beside > max(tuned.LARGER * elsewhere, tuned.WEAK)
+        impulsive = not uneven and np.mean(outlying) > tuned.IMPULSIVE
+        return (replace(self, points=replaced, replaced=outlying) if impulsive else self), uneven
 
     @property
     def shows_surface(self) -> bool:

@@ -235,8 +235,9 @@ def test_the_axis_and_the_levels_of_rounding_are_found() -> None:
     vertices, truth, faces = _waves()
     found = _rounding(40.0 * vertices @ rotation().T, faces)
     axis = (vertices - truth)[0] @ rotation().T
-    assert abs(found.direction @ axis) > (1.0 - 1e-6) * np.linalg.norm(axis)
-    steps = np.diff(found.levels) / 20.0
+    (direction,), (levels,) = found.directions, found.levels
+    assert abs(direction @ axis) > (1.0 - 1e-6) * np.linalg.norm(axis)
+    steps = np.diff(levels) / 20.0
     assert np.abs(steps - np.round(steps)).max() < 1e-3
 
 
@@ -249,14 +250,30 @@ def test_undoing_rounding_leaves_no_vertex_out_of_its_step_and_little_of_the_ang
     found = _rounding(vertices, faces)
     undone = found.undone(vertices, faces)
     moves = undone - vertices
-    assert np.abs(moves @ found.direction).max() <= 0.25 + 1e-9
-    assert np.abs(np.cross(moves, found.direction)).max() < 1e-9
-    assert found.left(undone, vertices).max() < 1e-9
+    (direction,) = found.directions
+    assert np.abs(moves @ direction).max() <= 0.25 + 1e-9
+    assert np.abs(np.cross(moves, direction)).max() < 1e-9
+    along = np.tile(direction, (len(vertices), 1))
+    assert found.left(undone, vertices, along).max() < 1e-9
+    assert found.left(vertices + direction, vertices, along) == pytest.approx(1.5, abs=1e-3)
     assert measured(undone, truth, faces)[0] < 0.2 * measured(vertices, truth, faces)[0]
     movable = vertices[:, 0] > np.median(vertices[:, 0])
     part = found.undone(vertices, faces, movable)
     assert np.array_equal(part[~movable], vertices[~movable])
     assert not np.array_equal(part, vertices)
+
+
+def test_coordinates_that_are_all_rounded_are_put_back_along_three_axes() -> None:
+    """On a turned ball of 16 edges across: three axes at right angles, one step, and less than half of the distance is left."""
+    truth, faces = icosphere(4)
+    truth /= mean_edge_length(truth, faces)
+    vertices = 0.4 * np.round(truth / 0.4)
+    found = _rounding(vertices @ rotation().T, faces)
+    axes = np.stack(found.directions) @ rotation()
+    assert np.sort(np.abs(axes), axis=None)[-3:] == pytest.approx(1.0)
+    assert [float(np.median(np.diff(levels))) for levels in found.levels] == pytest.approx([0.4] * 3)
+    undone = found.undone(vertices @ rotation().T, faces) @ rotation()
+    assert distance(undone, (truth, faces)) < 0.5 * distance(vertices, (truth, faces))
 
 
 def test_a_fixed_border_keeps_its_rounding() -> None:

@@ -163,6 +163,17 @@ def test_smoothing_runs_say_what_is_left_of_relief_and_of_sharp_edges() -> None:
     assert (still.relief_lost, still.sharp_kept) == (None, None)
 
 
+def test_spikes_that_are_taken_away_are_no_relief() -> None:
+    """Where a tenth of the vertices of a bumpy ball is off by an edge, and they go back, nothing is said of its relief."""
+    vertices, faces = icosphere(4)
+    x, y, z = 9.0 * vertices.T
+    bumps = vertices * (1.0 + 0.02 * np.sin(x) * np.sin(y) * np.cos(z))[:, None]
+    rng = np.random.default_rng(0)
+    hit = rng.random((len(bumps), 1)) < 0.1
+    spiked = bumps + rng.normal(scale=mean_edge_length(bumps, faces), size=bumps.shape) * hit
+    assert change_of((spiked, faces), (bumps, faces)).relief_lost is None
+
+
 def test_words_on_faces_that_were_turned_over_say_whether_that_is_a_fault() -> None:
     """Two faces of the chevron fold over, which is one; turned back they are none."""
     folded = CHEVRON.copy()

@@ -140,12 +140,15 @@ def _trials(
     if not is_correlated:
         return found
     # Held-out vertices are no evidence where neighbours share their noise: the filter that knows such noise was judged otherwise.
-    # Nor is relief, as the waves of that noise pass for some.
+    # Nor are relief, as the waves of that noise pass for some, and the risk, which is that of noise of single vertices.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
     # Nothing at all leaves rounding in its steps, which is no merit.
-    nothing, best = max(errors[0], traits["noise"]), min(values["tried"], key=lambda trial: float(trial["excess"]))["error"]
+    nothing = max(errors[0], traits["noise"])
+    best = min(nothing, min(values["tried"], key=lambda trial: float(trial["excess"]))["error"])
     return {
-        name: replace(trial, before=nothing, error=best if name in filtered else max(nothing, trial.error), relief=None)
+        name: replace(
+            trial, before=nothing, error=best if name in filtered else max(nothing, trial.error), relief=None, risk=None
+        )
         for name, trial in found.items()
     }
 

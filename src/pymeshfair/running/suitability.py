@@ -144,9 +144,9 @@ def ranked(
 
     def key(suited: Suitability) -> _Key:
         erases = suited.trial is not None and suited.trial.erases
-        error, risk = of_nothing, 0.0
+        error, risk = of_nothing, traits.get("noise", 0.0)  # which is the risk of doing nothing
         if suited.trial is not None:
-            error, risk = (suited.trial.error, 0.0) if suited.trial.risk is None else (least, suited.trial.risk)
+            error, risk = (suited.trial.error, risk) if suited.trial.risk is None else (least, suited.trial.risk)
         aside, closes = suited.task in _ASIDE, is_open and suited.task in _CLOSING
         return not suited.fits, len(suited.unmet), aside, erases, error, risk, closes, -suited.made_for, _place(suited.task)
 

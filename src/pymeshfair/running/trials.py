@@ -82,10 +82,13 @@ def trials(
     ties = [name for name, tied in zip(results, scores.within(STAYS)[1:], strict=True) if tied]
     risks = {} if clean or len(ties) < 2 else risks_of(scan, {name: scripts[name] for name in ties}, timeout)
     level = 0.0 if clean else scan.noise.deviation
-    lost = [relief_lost(scan.points, points, scan.faces, noise=level) or (None, 0.0) for points in results.values()]
+    # Spikes pass for relief.
+    seen = {} if not clean and scan.without_impulses[0] is not scan else results
+    lost = {name: relief_lost(scan.points, points, scan.faces, noise=level) for name, points in seen.items()}
     return {
         name: Trial(float(error), float(scores.errors[0]), share, shortest, risks.get(name))
-        for name, error, (share, shortest) in zip(results, scores.errors[1:], lost, strict=True)
+        for name, error in zip(results, scores.errors[1:], strict=True)
+        for share, shortest in [lost.get(name) or (None, 0.0)]
     }
 
 
