@@ -29,6 +29,8 @@ FAR = 1e300
 ANY_INDEX = 2**62
 #: Guesses at a threshold before the exact selection takes over: with ties no guess succeeds.
 _GUESSES = 6
+#: Of k candidates that have to stay, up to k / 8 more may.
+_MORE = 8
 
 
 class KdTree(NamedTuple):
@@ -157,6 +159,33 @@ def partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> 
                 i += 1
                 j -= 1
         low, high = _side_of_middle(low, high, i, j, middle)
+
+
+@compiled(nogil=True)
+def keep_near(near: Floats, at: Ints, q: int, count: int, k: int, bound: float, indices: Ints) -> tuple[int, float, int]:
+    """Keeps the k nearest of the candidates of a point, and perhaps some more: exactly k would take longer.
+
+    Returns:
+        How many are kept, their bound, and the index below which a tie counts.
+    """
+    low, high = 0.0, bound
+    n_low, n_high = 0, count
+    most = k + k // _MORE
+    if bound == FAR:
+        high = _farthest(near, q, count)
+    # Guess a distance as if all were spread evenly, and count: that is faster than sorting.
+    for _ in range(_GUESSES):
+        guess = low + (high - low) * ((0.5 * (k + most) - n_low) / (n_high - n_low))
+        n = _count_within(near, q, count, guess)
+        if k <= n <= most:
+            _drop_beyond(near, at, q, count, guess)
+            return n, guess, ANY_INDEX
+        if n > k:
+            high, n_high = guess, n
+        else:
+            low, n_low = guess, n
+    bound, tie = keep_nearest(near, at, q, count, k, bound, indices)
+    return k, bound, tie
 
 
 @compiled(nogil=True)

@@ -10,7 +10,7 @@ from ..checks import FilterInputError, check_whole_number
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
 from ..mesh import Floats, Ints
-from .kd_tree import ANY_INDEX, FAR, LEAF, STACK, KdTree, build_tree, keep_nearest
+from .kd_tree import ANY_INDEX, FAR, LEAF, STACK, KdTree, build_tree, keep_near, keep_nearest
 
 #: The share of the time that building the tree takes, roughly.
 _BUILDING = 0.2
@@ -211,8 +211,7 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
                     count += np.uint64(distances[i] <= limit)  # no branch to predict
                 counts[q] = count
                 if counts[q] > 2 * k:
-                    bounds[q], ties[q] = keep_nearest(near, at, q, counts[q], k, limit, indices)
-                    counts[q] = k
+                    counts[q], bounds[q], ties[q] = keep_near(near, at, q, counts[q], k, limit, indices)
                     shrunk = True
             if shrunk:
                 bound, tie = 0.0, 0
