@@ -47,6 +47,7 @@ from pymeshfair.filters.denoising import (
     denoise_automatically,
     impulses,
     replace_outlying,
+    scan,
 )
 from pymeshfair.filters.denoising.scan import NONE_HELD
 from pymeshfair.filters.evidence import cross_validation, tuned
@@ -72,9 +73,9 @@ def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
     found: dict[Setting, tuple[float, float]] = {}
     calmed, outlying = replace_outlying(pair.noisy, pair.faces)
     scans = [Scan(pair.noisy, pair.faces), Scan(calmed, pair.faces, replaced=outlying)]
-    for scan in scans if outlying.mean() > FEW else scans[:1]:
-        tried = SettingsTried(scan, border="along", alone=scan.replaced is not None)
-        for family, results in zip(tried.labels, tried(scan.points, NONE_HELD), strict=True):
+    for one in scans if outlying.mean() > FEW else scans[:1]:
+        tried = SettingsTried(one, border="along", alone=one.replaced is not None)
+        for family, results in zip(tried.labels, tried(one.points, NONE_HELD), strict=True):
             found |= {s: measured(result, pair.truth, pair.faces) for s, result in zip(family, results, strict=True)}
     return found
 
@@ -102,11 +103,11 @@ def rules() -> dict[str, list[tuple[Any, str, Any]]]:
         "direction": [(candidates, "direction_for", lambda _: "all")],
         "all directions": [(candidates, "direction_for", lambda _: "normal")],
         "impulses": [(tuned, "IMPULSIVE", 1.0)],
-        "uneven": [(automatic, "sizes_beside", lambda *_: (0.0, 0.0))],
+        "uneven": [(scan, "sizes_beside", lambda *_: (0.0, 0.0))],
         "flattening": [(impulses, "flattening", lambda _points, _moved, _faces, which: which)],
         "put back": [(impulses, "put_back_along", lambda vertices, *_: vertices)],
         "found again": [(impulses, "_LOOKS", 0)],
-        "no noise": [(Scan, "clean", property(lambda scan: scan.noise.level < tuned.NO_NOISE))],
+        "no noise": [(Scan, "clean", property(lambda of: of.noise.level < tuned.NO_NOISE))],
         "or nothing": [(Scan, "or_nothing", lambda _, choice: choice)],
         "designed": [(automatic, "is_designed", lambda *_: False)],
         "shared": [(automatic, "setting_of_shared", lambda *_, **__: None)],
