@@ -10,7 +10,7 @@ import numpy as np
 
 from ..evidence import tuned
 from ..geometry import face_normals, mean_edge_length
-from ..mesh import Bools, Floats, Ints, Longs
+from ..mesh import Bools, Floats, Ints
 from ..topology import edges, referenced_vertices
 from .noise_level import FourthOrder, ring_means
 
@@ -31,12 +31,12 @@ class Rounding(NamedTuple):
     @property
     def step(self) -> float:
         """The largest usual step; it is noise with a deviation of step / sqrt(12) along any direction."""
-        return max(_step(levels) for levels in self.levels)
+        return max(float(np.median(np.diff(levels))) for levels in self.levels)
 
     def undone(self, points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
         """(n, 3) a smoother surface that has these levels when it is rounded: less bi-Laplacian energy, within half a step."""
         means, result = ring_means(edges(faces), len(points)), points
-        for direction, levels in zip(self.directions, self.levels, strict=True):
+        for direction, levels in zip(*self, strict=True):
             heights = points @ direction
             middles = 0.5 * (levels[1:] + levels[:-1])
             ends = 2.0 * levels[[0, -1]] - middles[[0, -1]]
@@ -55,18 +55,16 @@ class Rounding(NamedTuple):
     def left(self, points: Floats, rounded: Floats, normals: Floats) -> Floats:
         """(n,) by how much other (n, 3) points are out of the steps of the rounded ones, in steps: no truth is.
 
-        Where several coordinates are rounded it counts along the axes or along the (n, 3) unit normals, whichever is less: all
-        vertices slide along the surface then.
+        Of several axes along them or along (n, 3) unit normals, whichever is less, since all vertices slide.
         """
-        moves, out = points - rounded, np.zeros(len(points))
-        reach, steps = np.zeros(len(points)), np.zeros(len(points))
+        moves, out, reach = points - rounded, np.zeros(len(points)), np.zeros(len(points))
         for direction, levels in zip(self.directions, self.levels, strict=True):
             step = np.gradient(levels)[np.searchsorted(0.5 * (levels[1:] + levels[:-1]), rounded @ direction)]
             out = np.maximum(out, np.abs(moves @ direction) / step - 0.5)
             reach += 0.5 * step * np.abs(normals @ direction)
-            steps += step / len(self.levels)
-        along = np.maximum(np.abs(np.einsum("ij,ij->i", moves, normals)) - reach, 0.0) / steps
-        return np.asarray(np.maximum(out, 0.0) if len(self.directions) == 1 else np.minimum(out, along))
+        if len(self.directions) > 1:
+            out = np.minimum(out, np.maximum(np.abs(np.einsum("ij,ij->i", moves, normals)) - reach, 0.0) / self.step)
+        return np.asarray(out)
 
 
 def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
@@ -81,57 +79,43 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     used, found = points[referenced_vertices(faces, len(points))], []
     for axis in _axes(face_normals(points, faces)):
         levels = _levels(used @ axis, _FLAT * edge)
-        if levels is not None and _is_rough(points @ axis, faces, _step(levels)):
-            found.append((axis, levels))
-        elif not found:
+        if levels is not None:
+            fourth = FourthOrder.of(faces, len(points))
+            squares = fourth.differences((points @ axis)[:, None])[fourth.inner] ** 2
+            # The standard deviation of rounding to steps of 1 is 1 / sqrt(12).
+            noise = np.sqrt(12.0 * squares.mean()) / np.median(np.diff(levels)) if len(squares) else 0.0
+            if 1.0 / tuned.ROUNDED < noise < tuned.ROUNDED:
+                found.append((axis, levels))
+        if not found:
             return None
     return Rounding(*map(tuple, zip(*found, strict=True))) if found else None
 
 
-def _is_rough(heights: Floats, faces: Ints, step: float) -> bool:
-    """Whether (n,) heights are as rough as if rounded to that step, whose standard deviation is step / sqrt(12)."""
-    fourth = FourthOrder.of(faces, len(heights))
-    differences = fourth.differences(heights[:, None])[fourth.inner]
-    noise = float(np.sqrt((differences**2).mean())) if len(differences) else 0.0
-    return bool(1.0 / tuned.ROUNDED < noise * np.sqrt(12.0) / step < tuned.ROUNDED)
-
-
 def _axes(normals: Floats) -> list[Floats]:
-    """(3,) the most frequent of (m, 3) normals, the most frequent at right angles to it, and the axis across both.
-
-    There is none where they are few, or the most frequent is not one of many faces.
-    """
-    largest = np.abs(normals).argmax(axis=1)
-    normals = normals * np.sign(normals[np.arange(len(normals)), largest])[:, None]
+    """(3,) the most frequent of (m, 3) normals, the most frequent across it, and what is across both, as far as there are."""
+    normals = normals * np.sign(normals[np.arange(len(normals)), np.abs(normals).argmax(axis=1)])[:, None]
     width = 2 * int(1.0 / _FLAT) + 3
-    keys = np.round(normals / _FLAT).astype(np.int64) @ [width**2, width, 1]
-
-    def most_frequent(which: Longs) -> tuple[Floats, float, int]:
-        """That of some faces, the share of them that have it, and how many different ones there are."""
-        _, first, counts = np.unique(keys[which], return_index=True, return_counts=True)
-        flush = normals[which] @ normals[which[first[counts.argmax()]]] > 1.0 - _FLAT**2
-        direction = normals[which][flush].sum(axis=0)
+    keys, axes = np.round(normals / _FLAT).astype(np.int64) @ [width**2, width, 1], list[Floats]()
+    for _ in range(2):
+        across = np.flatnonzero(np.abs(normals @ axes[0]) < _FLAT) if axes else np.arange(len(normals))
+        _, first, counts = np.unique(keys[across], return_index=True, return_counts=True)
+        if not len(counts) or (not axes and len(counts) < 8):  # stairs have fewer normals
+            return axes
+        flush = normals[across] @ normals[across[first[counts.argmax()]]] > 1.0 - _FLAT**2
+        direction = normals[across][flush].sum(axis=0)
         length = np.linalg.norm(direction)  # 0 where the most frequent normal is that of faces without area
-        return direction / (length or 1.0), float(flush.mean()), len(counts)
-
-    direction, share, kinds = most_frequent(np.arange(len(normals)))
-    if share < tuned.FLUSH or kinds < 8 or not direction.any():  # stairs have fewer normals
-        return []
-    across = np.flatnonzero(np.abs(normals @ direction) < _FLAT)
-    second = most_frequent(across)[0] if len(across) else np.zeros(3)
-    return [direction, second, np.cross(direction, second)] if second.any() else [direction]
+        if length == 0.0 or (not axes and flush.mean() < tuned.FLUSH):
+            return axes
+        axes.append(direction / length)
+    return [*axes, np.cross(axes[0], axes[1])]
 
 
 def _levels(heights: Floats, width: float) -> Floats | None:
-    """The levels of heights, ascending; None if they are on none that are at least three and no wider than that."""
+    """The levels of heights, ascending; None if they are not on three at least, none wider than that."""
     heights = np.sort(heights)
     apart = np.flatnonzero(np.diff(heights) > width)
     low, high = heights[np.append(0, apart + 1)], heights[np.append(apart, len(heights) - 1)]
     return None if len(low) < 3 or (high - low).max() > width else 0.5 * (low + high)
-
-
-def _step(levels: Floats) -> float:
-    return float(np.median(np.diff(levels)))
 
 
 def without_rounding(points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
