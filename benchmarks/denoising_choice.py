@@ -37,18 +37,8 @@ from denoising_pairs import SAMPLES, Maker, Shape, blobs, coarser, lens, looked_
 from diffusion import make_mesh, seconds
 from peers.machine import peak, start_of_peak
 
-from pymeshfair.filters.denoising import (
-    Scan,
-    Setting,
-    SettingsTried,
-    automatic,
-    automatic_choice,
-    candidates,
-    denoise_automatically,
-    impulses,
-    replace_outlying,
-    scan,
-)
+from pymeshfair.filters.denoising import Scan, Setting, SettingsTried, automatic, candidates, impulses, replace_outlying, scan
+from pymeshfair.filters.denoising.automatic import automatic_choice, denoise_automatically
 from pymeshfair.filters.denoising.scan import NONE_HELD
 from pymeshfair.filters.evidence import cross_validation, tuned
 from pymeshfair.filters.evidence.held_out import without

@@ -9,18 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..compilation import compiled
-from ..evidence import (
-    Candidates,
-    Choice,
-    Scores,
-    cross_validate,
-    far_from_border,
-    held_out_vertices,
-    initial_positions,
-    measured,
-    random_signs,
-    tuned,
-)
+from ..evidence import Candidates, Choice, Scores, cross_validate, initial_positions, measured, tuned
+from ..evidence.held_out import far_from_border, held_out_vertices, random_signs
 from ..execution import Progress, ignore_progress, part_of
 from ..geometry import edge_lengths, face_normals, mean_edge_length, roughness
 from ..libraries import spatial
@@ -43,27 +33,16 @@ _WHOLE = 20_000
 
 @dataclass(frozen=True)
 class Scan:
-    """A mesh with a mean edge of 1, or patches of a large one.
+    """A mesh with a mean edge of 1, or patches of a large one."""
 
-    Attributes:
-        points: (n, 3) coordinates around 0.
-        faces: (m, 3) triangles.
-        movable: (n,) which vertices may move, None for all. The others are not evidence.
-        seed: other vertices are held out for another number.
-        progress: called while filters are tried; may raise to stop.
-        replaced: (n,) outliers that were replaced and are not evidence, None for none.
-        whole: whether it is all of the mesh.
-        rings: so many complete rings are around the vertices that are evidence.
-    """
-
-    points: Floats
-    faces: Ints
-    movable: Bools | None = None
-    seed: int = 0
-    progress: Progress = ignore_progress
-    replaced: Bools | None = None
-    whole: bool = True
-    rings: int = 2
+    points: Floats  # (n, 3) coordinates around 0
+    faces: Ints  # (m, 3) triangles
+    movable: Bools | None = None  # (n,) which vertices may move, None for all; the others are not evidence
+    seed: int = 0  # other vertices are held out for another number
+    progress: Progress = ignore_progress  # called while filters are tried; may raise to stop
+    replaced: Bools | None = None  # (n,) outliers that were replaced and are not evidence, None for none
+    whole: bool = True  # whether it is all of the mesh
+    rings: int = 2  # so many complete rings are around the vertices that are evidence
 
     @staticmethod
     def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> "Scan":

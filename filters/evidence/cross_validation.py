@@ -26,19 +26,12 @@ Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
 
 @dataclass(frozen=True)
 class Trial(Generic[Label]):
-    """One candidate and its score.
+    """One candidate and its score."""
 
-    Attributes:
-        label: which it is.
-        error: the root mean square of its deviations at the held-out vertices, outliers clipped, in mean edges.
-        excess: how much its mean square exceeds that of the best, in squared mean edges.
-        uncertainty: the standard error of the excess.
-    """
-
-    label: Label
-    error: float
-    excess: float
-    uncertainty: float
+    label: Label  # which it is
+    error: float  # the root mean square of its deviations at the held-out vertices, outliers clipped, in mean edges
+    excess: float  # how much its mean square exceeds that of the best, in squared mean edges
+    uncertainty: float  # the standard error of the excess
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,8 @@ import pytest
 
 from pymeshfair.filters.denoising import Scan, noise_floor
 from pymeshfair.filters.denoising.impulses import flattening, outlying_vertices, sizes_beside
-from pymeshfair.filters.evidence import (
-    Choice,
-    far_from_border,
-    held_out_vertices,
-    predicted_heights,
-    random_signs,
-    scores_of,
-    tuned,
-)
-from pymeshfair.filters.evidence.held_out import without
+from pymeshfair.filters.evidence import Choice, predicted_heights, scores_of, tuned
+from pymeshfair.filters.evidence.held_out import far_from_border, held_out_vertices, random_signs, without
 from pymeshfair.filters.geometry import mean_edge_length, roughness
 from pymeshfair.filters.topology import OneRings, edges, one_rings
 from tests.meshes import Floats, Ints, cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, torus
