@@ -53,7 +53,7 @@ def recipe() -> Recipe:
 @pytest.fixture
 def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder that stands for the one of the shipped recipes."""
-    monkeypatch.setattr(recipe_module, "_shipped", lambda: {p.stem: p for p in tmp_path.glob("*.mlx")})
+    monkeypatch.setattr(recipe_module, "_scripts", lambda folder=".": {p.stem: p for p in (tmp_path / folder).glob("*.mlx")})
     (tmp_path / "smooth_two_ways.mlx").write_text(textwrap.dedent(TWO_STEPS).strip())
     (tmp_path / "broken.mlx").write_text("<FilterScript><filter name='Taubin Smoth'/></FilterScript>")
     return tmp_path

@@ -60,6 +60,15 @@ def _declared(loaded: object) -> tuple[Filter, ...]:
     return tuple({id(f): f for f in declared}.values())  # each once, even if its module binds it to several names
 
 
+def _name(distribution: importlib.metadata.Distribution) -> str | None:
+    """The name of a package; None if it has no metadata or no name there."""
+    try:
+        metadata = distribution.metadata
+    except FileNotFoundError:  # raised by the library importlib_metadata, once something has imported it
+        return None
+    return metadata["Name"] if "Name" in metadata else None  # noqa: SIM401 - it promises no get() before 3.12
+
+
 def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metadata.EntryPoint]]:
     by_name: dict[str, list[importlib.metadata.EntryPoint]] = {}
     for distribution in importlib.metadata.distributions():
@@ -69,7 +78,7 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
             text = distribution.read_text("entry_points.txt")
             if not text or ENTRY_POINT_GROUP not in text:
                 continue
-            name = distribution.metadata["Name"] if "Name" in distribution.metadata else place  # noqa: SIM401 - no get() before 3.12
+            name = _name(distribution) or place
             if name in by_name:
                 continue  # the same package further down sys.path
             entries = distribution.entry_points.select(group=ENTRY_POINT_GROUP)

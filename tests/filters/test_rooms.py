@@ -28,7 +28,7 @@ FOUNDATION = (
 #: the families, and which others each of them may import besides the foundation
 FAMILIES = {
     "diffusion": set(),
-    "denoising": {"diffusion"},
+    "denoising": {"diffusion", "inspection"},
     "fairing": {"denoising", "inspection"},
     "holes": {"fairing"},
     "curves": {"diffusion"},

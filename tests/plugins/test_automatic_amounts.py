@@ -122,7 +122,7 @@ def test_no_more_faces_are_folded_than_before() -> None:
     vertices, faces = NOISY
     layer = cast(Layer, SimpleNamespace(vertices=vertices, faces=faces))
 
-    def folding(points: np.ndarray, *_: object) -> np.ndarray:
+    def folding(points: np.ndarray, *_: object, **__: object) -> np.ndarray:
         return points + np.random.default_rng(1).normal(scale=0.3 * EDGE, size=points.shape)
 
     with mock.patch.object(moving_vertices, "chosen_amount") as choice:
