@@ -10,8 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..denoising import CloudKernels, estimated_range_sigma, noise_floor, normals_of, projections, unit_normals
-from ..evidence import Choice, cross_validate, height_residuals, predicted_heights, tuned
-from ..evidence.held_out import held_out_vertices, lengths_around, local_means
+from ..evidence import (
+    Choice,
+    cross_validate,
+    height_residuals,
+    held_out_vertices,
+    lengths_around,
+    local_means,
+    predicted_heights,
+    tuned,
+)
 from ..execution import Progress, ignore_progress
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints, NormalisedMesh, check_points, mask_of, normalised_mesh

@@ -17,21 +17,14 @@ from .scan import Scan
 
 
 class AutomaticChoice(NamedTuple):
-    """How a scan is denoised, and why.
+    """How a scan is denoised, and why."""
 
-    Attributes:
-        kind: "clean", "correlated", with noise that neighbours share, or "noisy".
-        setting: what is done.
-        noise: the estimate of the noise.
-        evidence: the settings that were tried, and how well they predict; None if none were.
-        sure: whether the noise of neighbours is independent, no outliers were replaced, and at most one other setting predicts as
-            well: then it is hardly ever off by more than 5 %.
-    """
-
-    kind: str
-    setting: Setting
+    kind: str  # "clean", "correlated", with noise that neighbours share, or "noisy"
+    setting: Setting  # what is done
     noise: NoiseEstimate
-    evidence: Choice[Setting] | None = None
+    evidence: Choice[Setting] | None = None  # the settings that were tried, and how well they predict; None if none were
+    # whether the noise of neighbours is independent, no outliers were replaced, and at most one other setting predicts as well:
+    # then it is hardly ever off by more than 5 %
     sure: bool = False
 
 

@@ -64,21 +64,13 @@ Chain: TypeAlias = tuple[AutomaticParameters, tuple[int, ...]]
 
 
 class Repertoire(NamedTuple):
-    """What is chosen from.
+    """What is chosen from."""
 
-    Attributes:
-        relaxations: pairs of Taubin's steps before the chains.
-        chains: normal filtering.
-        taubin: pairs of such steps alone; the first is 0, which is to do nothing.
-        relaxation_direction: where the steps go; None if the noise says that.
-        outliers: what becomes of them; None if that is chosen too.
-    """
-
-    relaxations: tuple[int, ...]
-    chains: tuple[Chain, ...]
-    taubin: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 28)
-    relaxation_direction: RelaxationDirection | None = None
-    outliers: Outliers | None = None
+    relaxations: tuple[int, ...]  # pairs of Taubin's steps before the chains
+    chains: tuple[Chain, ...]  # normal filtering
+    taubin: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 28)  # pairs of such steps alone; 0, the first, is to do nothing
+    relaxation_direction: RelaxationDirection | None = None  # where the steps go; None if the noise says that
+    outliers: Outliers | None = None  # what becomes of them; None if that is chosen too
 
     def narrowed(
         self,

@@ -9,8 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..compilation import compiled
-from ..evidence import Candidates, Choice, Scores, cross_validate, initial_positions, measured, tuned
-from ..evidence.held_out import far_from_border, held_out_vertices, random_signs
+from ..evidence import (
+    Candidates,
+    Choice,
+    Scores,
+    cross_validate,
+    far_from_border,
+    held_out_vertices,
+    initial_positions,
+    measured,
+    random_signs,
+    tuned,
+)
 from ..execution import Progress, ignore_progress, part_of
 from ..geometry import edge_lengths, face_normals, mean_edge_length, roughness
 from ..libraries import spatial

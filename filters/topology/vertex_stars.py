@@ -208,28 +208,28 @@ def _walk_round(ends: Ints, start: int, stop: int, names: Ints, following: Longs
     two vertices share a slot the walk is given up.
     """
     first, last = _U(start), _U(stop)
-    begin, least = ends[first], _name(names, ends[first])
+    begin, before = ends[first], ends[first]  # the vertex of the lowest name, and the one before it
+    least, lowest = _name(names, begin), _name(names, ends[first + _U(1)])
     for k in range(first, last, _U(2)):
-        vertex = ends[k]
-        following[slot_of(vertex)] = np.int64(ends[k + _U(1)]) << 32 | vertex
-        name = _name(names, vertex)
-        begin = vertex if name < least else begin
-        least = min(name, least)
+        vertex, after = ends[k], ends[k + _U(1)]
+        following[slot_of(vertex)] = np.int64(after) << 32 | vertex
+        name, name_after = _name(names, vertex), _name(names, after)
+        begin, before = vertex if name < least else begin, vertex if name_after < lowest else before
+        least, lowest = min(name, least), min(name_after, lowest)
     at, size, wrong = first // _U(2), (last - first) // _U(2), 0
-    vertex = begin
+    # Towards the lower of the two beside it: from the first place on, or from the last one back.
+    second: Any = np.int32(following[slot_of(begin)] >> 32)
+    forward = _name(names, second) <= _name(names, before)
+    vertex, place = begin, at
     for m in range(size):
         both = following[slot_of(vertex)]
         wrong += (np.int32(both) != vertex) | ((m > _U(0)) & (vertex == begin))
-        walks[at + m] = vertex
+        walks[place] = vertex
         vertex = np.int32(both >> 32)
+        place = at + m + _U(1) if forward else at + size - _U(1) - m
     for k in range(first, last, _U(2)):
         following[slot_of(ends[k])] = -1
     found: bool = (vertex == begin) & (wrong == 0) & (size > _U(1))
-    low, high = at + _U(1), at + size - _U(1)
-    if found and _name(names, walks[low]) > _name(names, walks[high]):
-        while low < high:
-            walks[low], walks[high] = walks[high], walks[low]
-            low, high = low + _U(1), high - _U(1)
     return found
 
 
