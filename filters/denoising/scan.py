@@ -173,8 +173,8 @@ class Scan:
     ) -> Choice[Label]:
         """The best candidate within two standard errors that does not leave many faces flipped, which heights hardly show.
 
-        Held-out vertices start farther off the truth than results end. Where noise is `even`, in the calmest part too, another is
-        taken if its risk is lower by two standard errors [stein1981], by h, b and g of `choose_by_risk` the mean of h^2 + 2 b g.
+        Held-out vertices start farther off the truth than results end. Where the noise is `even` and independent another is taken
+        if its risk is lower by two standard errors [stein1981], by h, b and g of `choose_by_risk` the mean of h^2 + 2 b g.
         """
         means, near = self.normals[self.faces].sum(axis=1), {trial.label for trial in choice.rivals}
 
@@ -189,7 +189,7 @@ class Scan:
         heights, shares = zip(*measures(self.points), strict=True)
         left = [k for k, share in enumerate(shares) if share <= max(tuned.FLIPPED, 2.0 * min(shares))]
         best = min(left, key=lambda k: choice.rivals[k].error)
-        if even and len(left) > 1 and self.noise.level < tuned.LARGER * self.surface_noise:
+        if even and len(left) > 1:
             more = self.noise.level * random_signs(self.points, edges(self.faces), self.seed)
             passed, _ = zip(*measures(self.points + _LITTLE * more[:, None] * self.normals), strict=True)
             h, b = np.array(heights), more[self.scored]

@@ -16,7 +16,7 @@ from pymeshfair.filters.denoising.impulses import far_from
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.scan import Scan
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
-from pymeshfair.filters.evidence import Choice, Trial, far_from_border
+from pymeshfair.filters.evidence import far_from_border
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from pymeshfair.filters.inspection import folded_faces
 from tests.angles import mean_angle
@@ -250,17 +250,6 @@ def test_far_from_a_plane_is_what_is_more_than_three_deviations_above_it() -> No
     raised[3, 2] += 0.3
     raised[[5, 8], 2] += 1.0
     assert np.flatnonzero(far_from(raised, faces, points, smooth_normals(points, faces), none)).tolist() == [5, 8]
-
-
-def test_ties_go_to_the_least_risk_where_the_noise_is_even() -> None:
-    """One and twenty of Taubin's steps on a noisy sheet, alike at held-out vertices: twenty leave less, of even noise alone."""
-    vertices, faces = irregular_grid(40, 40)
-    noise = 0.2 * mean_edge_length(vertices, faces) * np.random.default_rng(4).normal(size=len(vertices))
-    ties = tuple(Trial(number, 0.2 + 0.001 * number, 0.0, 1.0) for number in (1, 20))
-    for levels, even, expected in ((1.0, True, 20), (1.0, False, 1), (vertices[:, 0] / vertices[:, 0].max(), True, 1)):
-        scan = Scan.of(vertices + np.outer(noise * levels, [0.0, 0.0, 1.0]), faces)
-        run = lambda points, _: [(taubin_fairing(points, faces, iterations=tie.label) for tie in ties)]  # noqa: E731
-        assert scan.few_flipped(run, [[1, 20]], Choice(ties[0], ties), even=even).chosen.label == expected
 
 
 @pytest.mark.parametrize("name", MESHES)
