@@ -88,7 +88,7 @@ def _independent(
         setting = Setting(outliers="keep" if calmed is scan else "only")
         evidence = calmed.choose(tried, tried.labels, by_means=alone)
         if evidence is not None:
-            evidence = calmed.few_flipped(tried, tried.labels, evidence, even=even)
+            evidence = calmed.few_flipped(tried, tried.labels, evidence)
             # 5. In doubt nothing is done.
             evidence = scan.or_nothing(evidence) if even else evidence
             setting = evidence.chosen.label

@@ -168,37 +168,22 @@ class Scan:
         takes_details = self.shows_surface and choice.chosen.error >= tuned.LARGER * self.noise.level
         return replace(choice, chosen=choice.trials[0]) if takes_details else choice
 
-    def few_flipped(
-        self, candidates: Candidates, labels: Sequence[Sequence[Label]], choice: Choice[Label], *, even: bool = False
-    ) -> Choice[Label]:
-        """The best candidate within two standard errors that does not leave many faces flipped, which heights hardly show.
+    def few_flipped(self, candidates: Candidates, labels: Sequence[Sequence[Label]], choice: Choice[Label]) -> Choice[Label]:
+        """The best of the candidates within two standard errors of it that do not leave many faces flipped.
 
-        Held-out vertices start farther off the truth than results end. Where the noise is `even` and independent another is taken
-        if its risk is lower by two standard errors [stein1981], by h, b and g of `choose_by_risk` the mean of h^2 + 2 b g.
+        Heights along the normals hardly tell of faces folded over, though their normals are all wrong.
         """
-        means, near = self.normals[self.faces].sum(axis=1), {trial.label for trial in choice.rivals}
+        near = {trial.label: trial for trial in choice.rivals}
+        means = self.normals[self.faces].sum(axis=1)
 
-        def heights_and_flipped(_: int, result: Floats) -> tuple[Floats, float]:
-            away = np.einsum("ij,ij->i", face_normals(result, self.faces), means) < 0.0
-            return self._heights_of(result)[self.scored], float(np.mean(away))
+        def flipped(_: int, result: Floats) -> float:
+            return float(np.mean(np.einsum("ij,ij->i", face_normals(result, self.faces), means) < 0.0))
 
-        def measures(points: Floats) -> list[tuple[Floats, float]]:
-            kept = np.array([label in near for family in labels for label in family])
-            return measured(candidates(points, NONE_HELD), labels, heights_and_flipped, kept=kept)
-
-        heights, shares = zip(*measures(self.points), strict=True)
-        left = [k for k, share in enumerate(shares) if share <= max(tuned.FLIPPED, 2.0 * min(shares))]
-        best = min(left, key=lambda k: choice.rivals[k].error)
-        if even and len(left) > 1:
-            more = self.noise.level * random_signs(self.points, edges(self.faces), self.seed)
-            passed, _ = zip(*measures(self.points + _LITTLE * more[:, None] * self.normals), strict=True)
-            h, b = np.array(heights), more[self.scored]
-            risks = (h**2 + 2.0 * b * (np.array(passed) - h) / _LITTLE)[left]
-            risks -= risks[left.index(best)]
-            least = int(risks.mean(axis=1).argmin())
-            if risks[least].mean() < -tuned.STAYS * risks[least].std() / np.sqrt(len(b)):
-                best = left[least]
-        return replace(choice, chosen=choice.rivals[best])
+        wanted = [label in near for family in labels for label in family]
+        shares = measured(candidates(self.points, NONE_HELD), labels, flipped, kept=np.array(wanted))
+        most = max(tuned.FLIPPED, 2.0 * min(shares))
+        left = [trial for trial, share in zip(near.values(), shares, strict=True) if share <= most]
+        return replace(choice, chosen=min(left, key=lambda trial: trial.error))
 
     def choose(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, stays: float = tuned.STAYS, by_means: bool = False
@@ -229,10 +214,6 @@ class Scan:
             held, lambda mask: candidates(start(mask), mask), deviations, labels, stays=stays, progress=self.progress
         )
 
-    def _heights_of(self, result: Floats) -> Floats:
-        """(n,) how far vertices went along the normals."""
-        return np.asarray(np.einsum("ij,ij->i", result - self.points, self.normals))
-
     def choose_by_risk(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], noise: Floats | None = None
     ) -> Choice[Label] | None:
@@ -257,12 +238,15 @@ class Scan:
             return None
         more = self.noise.level * random_signs(self.points, pairs, self.seed) if noise is None else noise
 
+        def heights_of(result: Floats) -> Floats:
+            return np.asarray(np.einsum("ij,ij->i", result - self.points, self.normals))
+
         first, second = part_of(self.progress, 0.0, 0.5), part_of(self.progress, 0.5, 1.0)
         found = candidates(self.points, NONE_HELD)
-        looks = measured(found, labels, lambda _, result: (self._heights_of(result), roughness(result, self.faces)), first)
+        looks = measured(found, labels, lambda _, result: (heights_of(result), roughness(result, self.faces)), first)
         heights, flatness = zip(*looks, strict=True)
         noisier = candidates(self.points + _LITTLE * more[:, None] * self.normals, NONE_HELD)
-        passed = measured(noisier, labels, lambda at, result: (self._heights_of(result) - heights[at]) / _LITTLE, second)
+        passed = measured(noisier, labels, lambda at, result: (heights_of(result) - heights[at]) / _LITTLE, second)
         # Regions are what is nearest to vertices that lie anywhere.
         distances = np.linalg.norm(self.points[i] - self.points[i].mean(axis=0), axis=1)
         middles = i[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
