@@ -57,11 +57,12 @@ def test_never_two_at_once(tmp_path: Path) -> None:
 
     def work() -> None:
         nonlocal inside, most, rounds
-        for _ in range(200):
+        own = 0
+        while own < 50:  # a try that fails counts for nothing
             with contextlib.suppress(OutputError), output_lock(tmp_path / "out.ply"):
                 inside += 1
                 most = max(most, inside)
-                rounds += 1
+                own, rounds = own + 1, rounds + 1
                 inside -= 1
 
     threads = [threading.Thread(target=work) for _ in range(4)]
@@ -70,5 +71,5 @@ def test_never_two_at_once(tmp_path: Path) -> None:
     for thread in threads:
         thread.join()
     assert most == 1
-    assert rounds >= 200
+    assert rounds == 200
     assert names_in(tmp_path) == set()
