@@ -77,10 +77,11 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     if edge == 0.0 or not len(faces):
         return None
     used, found = points[referenced_vertices(faces, len(points))], []
+    fourth: FourthOrder | None = None
     for axis in _axes(face_normals(points, faces)):
         levels = _levels(used @ axis, _FLAT * edge)
         if levels is not None:
-            fourth = FourthOrder.of(faces, len(points))
+            fourth = fourth or FourthOrder.of(faces, len(points))
             squares = fourth.differences((points @ axis)[:, None])[fourth.inner] ** 2
             # The standard deviation of rounding to steps of 1 is 1 / sqrt(12).
             noise = np.sqrt(12.0 * squares.mean()) / np.median(np.diff(levels)) if len(squares) else 0.0

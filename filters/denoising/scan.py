@@ -146,6 +146,11 @@ class Scan:
         return (replace(self, points=replaced, replaced=outlying) if impulsive else self), uneven
 
     @property
+    def has_impulses(self) -> bool:
+        """Whether there is impulse noise, whose spikes pass for relief."""
+        return self.without_impulses[0] is not self
+
+    @property
     def shows_surface(self) -> bool:
         """Whether the residuals are of edges and details, too."""
         return self.agreement[0] > tuned.SURFACE

@@ -164,7 +164,7 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
     sharp = share_kept(sharp_edges(old, faces), sharp_edges(new, faces), within=edge)
     points, scale = scaled_to_unit(old)
     scan, origin = Scan.sampled(points, faces)
-    if scan.without_impulses[0] is not scan:  # spikes pass for relief
+    if scan.has_impulses:
         return None, sharp
     noise = scan.noise.deviation  # energies are compared: outliers count in full
     return relief_lost(points[origin], (scale * new)[origin], scan.faces, noise=noise), sharp

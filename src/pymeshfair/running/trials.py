@@ -82,13 +82,11 @@ def trials(
     ties = [name for name, tied in zip(results, scores.within(STAYS)[1:], strict=True) if tied]
     risks = {} if clean or len(ties) < 2 else risks_of(scan, {name: scripts[name] for name in ties}, timeout)
     level = 0.0 if clean else scan.noise.deviation
-    # Spikes pass for relief.
-    seen = {} if not clean and scan.without_impulses[0] is not scan else results
-    lost = {name: relief_lost(scan.points, points, scan.faces, noise=level) for name, points in seen.items()}
+    tells = clean or not scan.has_impulses
+    lost = [(tells and relief_lost(scan.points, points, scan.faces, noise=level)) or (None, 0.0) for points in results.values()]
     return {
         name: Trial(float(error), float(scores.errors[0]), share, shortest, risks.get(name))
-        for name, error in zip(results, scores.errors[1:], strict=True)
-        for share, shortest in [lost.get(name) or (None, 0.0)]
+        for name, error, (share, shortest) in zip(results, scores.errors[1:], lost, strict=True)
     }
 
 
