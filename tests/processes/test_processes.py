@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import pytest
 
-from pymeshfair.errors import ParameterError, RunError
+from pymeshfair.errors import ParameterError, RunError, StepFailedError
 from pymeshfair.files.provenance import sha256_of
 from pymeshfair.processes.order import DefectError
 from pymeshfair.processes.pool import Pool
@@ -161,6 +161,18 @@ def test_a_worker_that_hangs_is_ended(tmp_path: Path) -> None:
         with pytest.raises(ProcessLookupError):
             os.kill(known.numbers[0], 0)
     assert names_in(tmp_path) == set()
+
+
+def test_the_process_of_a_run_that_failed_is_not_lent_again(tmp_path: Path) -> None:
+    """What the run has left in its memory would count for the next one."""
+    fails: Given = ("apply_coord_bilaplacian_smoothing", {"detail_size": "0edge"})
+    with (known := _Known(modules=MODULES)):
+        run_job(Job(recipe_of(SMOOTH), BONE, tmp_path / "first.ply"), workers=known)
+        with pytest.raises(StepFailedError):
+            run_job(Job(recipe_of(fails), BONE, tmp_path / "second.ply"), workers=known)
+        run_job(Job(recipe_of(SMOOTH), BONE, tmp_path / "third.ply"), workers=known)
+    first, second, third = known.numbers[-3:]
+    assert (first == second, second == third) == (True, False)
 
 
 def test_nothing_in_the_working_folder_is_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

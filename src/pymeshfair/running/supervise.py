@@ -88,6 +88,7 @@ class Watch:
         except LostProcessError as error:
             raise self._death(error.status) from None
         if answer.error is not None:
+            self._worker.is_idle = False  # what a failed run has left in memory is not for the next one
             raise self._failure(answer.error, answer.details)
         return self._with_talk(answer.result, answer.peak_memory)
 
@@ -185,9 +186,9 @@ MODULES = ("pymeshfair.running.session",)
 Work: TypeAlias = "Callable[[Job, Path, Items, Callable[[Event], None]], Report]"
 
 
-def workers_of_runs(most: int = 1, threads: int | None = None) -> Pool:
+def workers_of_runs(most: int = 1, threads: int | None = None, *, rest_after: float | None = None) -> Pool:
     """Processes for `run_job`, see `pymeshfair.processes.pool.Pool`."""
-    return Pool(most, threads, MODULES)
+    return Pool(most, threads, MODULES, rest_after=rest_after)
 
 
 def run_job(
