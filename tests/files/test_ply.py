@@ -273,6 +273,18 @@ def test_colours_of_other_types_are_levels(tmp_path: Path) -> None:
         np.testing.assert_array_equal(again.vertex_attributes["colors"], other)
 
 
+def test_new_colours_beside_a_foreign_alpha_are_opaque(tmp_path: Path) -> None:
+    """A column `alpha` without colours is a number of its own; of colours that a step gives it is the opacity."""
+    rows = [[*place, 7] for place in SQUARE]
+    data = ply_file([Element("vertex", [*PLACE, ("uchar", "alpha")], rows)])
+    mesh = read(tmp_path, data)
+    colors = np.array([[10, 20, 30, 255]] * 4, dtype=np.uint8)
+    assert mesh.source is not None
+    assert np.array_equal(mesh.source.document.custom("vertex")["alpha"], [7] * 4)
+    again = read(tmp_path, written(mesh.with_attributes({"colors": colors})), "again.ply")
+    assert np.array_equal(again.vertex_attributes["colors"], colors)
+
+
 @pytest.mark.parametrize("encoding", ENCODINGS)
 def test_vertices_that_are_not_finite_are_left_out_by_name(tmp_path: Path, encoding: str) -> None:
     """They and their faces are said to be gone, and the rows of the others stay theirs."""

@@ -62,7 +62,7 @@ _POINTS = frozenset(("vertex normals", "vertex colours", "custom attributes"))  
 _LAS = _POINTS | {"vertex scalars", "vertex radii"}
 _XML = (r"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff", "'<'")
 _EDGES = frozenset(("edges",))
-FORMATS = (
+_FORMATS = (
     Format(("ply",), "ply.read_ply", "ply_write.write_ply", frozenset(ATTRIBUTES), begin=(r"ply\s", "'ply'")),
     Format(("obj",), "obj.read_obj", "obj_write.write_obj", _OBJ),
     Format(("off",), "off.read_off", "off.write_off", _OFF),
@@ -82,8 +82,8 @@ FORMATS = (
     Format(("dxf",), writer="drawings.write_dxf", holds=_EDGES),
     Format(("svg",), writer="drawings.write_svg", holds=_EDGES),
 )
-READABLE: Mapping[str, Format] = {e: f for f in FORMATS if f.reader for e in f.extensions}
-WRITABLE: Mapping[str, Format] = {e: f for f in FORMATS if f.writer for e in f.extensions}
+READABLE: Mapping[str, Format] = {e: f for f in _FORMATS if f.reader for e in f.extensions}
+WRITABLE: Mapping[str, Format] = {e: f for f in _FORMATS if f.writer for e in f.extensions}
 
 
 def load_function(name: str) -> Any:

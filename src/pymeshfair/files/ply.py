@@ -58,7 +58,8 @@ class PlyDocument:
         table = self.tables.get(element)
         if table is None:
             return {}
-        return {name: c for name, c in table.columns.items() if name not in meant(table) and not isinstance(c, Lists)}
+        meanings = meant(table)
+        return {name: c for name, c in table.columns.items() if name not in meanings and not isinstance(c, Lists)}
 
 
 def read_ply(path: Path, references: References) -> Reading:
@@ -278,8 +279,8 @@ def _extras(document: PlyDocument) -> list[str]:
             taken = document.has_other_faces and element.name in ("tristrips", "range_grid")
             extras += [] if taken else [f"element {element.name!r} ({element.count:,})"]
             continue
-        table = document.tables[element.name]
-        extras += [f"{element.name} property {str(p)!r}" for p in element.properties if p.name not in meant(table)]
+        meanings = meant(document.tables[element.name])
+        extras += [f"{element.name} property {str(p)!r}" for p in element.properties if p.name not in meanings]
     comments = [c for c in document.header.comments if c and c != "VCGLIB generated" and not c.lower().startswith("texturefile")]
     if comments:
         extras.append(f"comment {comments[0][:60]!r}" + (f" and {len(comments) - 1} more" if len(comments) > 1 else ""))

@@ -228,7 +228,8 @@ def _text_table(piece: Tokens, line: int, element: PlyElement) -> Table:
             at += 1
         refuse(piece, lines, at + lengths > end, f"ends before its {p.name!r}")
         tokens = indices_of_runs(at, lengths)
-        refuse(piece, np.repeat(lines, lengths), ~_fits(piece, tokens, p.type), f"has a {p.name!r} that is no {p.type}")
+        if not (fit := _fits(piece, tokens, p.type)).all():
+            refuse(piece, np.repeat(lines, lengths), ~fit, f"has a {p.name!r} that is no {p.type}")
         values = piece.values[tokens].astype(KINDS[p.type])
         columns[p.name] = Lists(values, lengths) if p.count_type else values
         at += lengths

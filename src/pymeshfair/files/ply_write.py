@@ -274,12 +274,12 @@ def _custom(attributes: Mapping[str, Array], known: frozenset[str]) -> dict[str,
 
 def _channels(colors: NDArray[np.uint8], table: Table | None, ids: NDArray[np.int64] | None) -> dict[str, Array]:
     """The columns of colours: those of the file if they are these, else levels of its types, or bytes."""
-    before = None if table is None else colors_of(table)
-    if table is None or before is None:
-        return dict(zip((*COLOR, ALPHA) if table is None or (colors[:, 3] != 255).any() else COLOR, colors.T, strict=False))
+    if table is None:
+        return dict(zip((*COLOR, ALPHA), colors.T, strict=True))
     names = (*COLOR, ALPHA) if ALPHA in table.columns or (colors[:, 3] != 255).any() else COLOR
     own = {name: np.asarray(_chosen(column, ids)) for name in names if (column := table.numbers(name)) is not None}
-    if np.array_equal(np.asarray(_chosen(before, ids)), colors):
+    before = colors_of(table)
+    if before is not None and np.array_equal(np.asarray(_chosen(before, ids)), colors):
         return own
     return {name: _levels(colors[:, k], own.get(name)) for k, name in enumerate(names)}
 

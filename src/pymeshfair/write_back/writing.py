@@ -120,7 +120,8 @@ def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
     notes: tuple[str, ...] = ()
     if mesh is not None:
         try:
-            check_deletable(edit, read_array(mesh, "edges"), mesh.label())
+            if edit.delete_vertices is not None:
+                check_deletable(edit, read_array(mesh, "edges"), mesh.label())
             if adds(edit):
                 with undone_on_failure(bench, mesh):
                     edit, notes = add_elements(bench, mesh, edit)
