@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import pickle
+import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
@@ -19,6 +20,9 @@ from ..processes.process import Items
 from ..running.job import Job
 from .plan import Scan
 from .station import Kind, Station, pool_of
+
+#: seconds without work after which a worker ends its processes
+_IDLE = 120.0
 
 
 @contextmanager
@@ -111,7 +115,7 @@ class _Plugin(WorkerPlugin):
             return
         template: Job = pickle.loads(self._template)
         slots = worker.state.nthreads
-        self.station = Station(template, self._folder, slots, pool_of(slots))
+        self.station = Station(template, self._folder, slots, pool_of(slots, rest_after=_IDLE))
 
     def teardown(self, worker: Worker) -> None:
         """Called by dask when the batch or the worker ends."""
@@ -121,7 +125,7 @@ class _Plugin(WorkerPlugin):
     def transition(self, key: Any, start: str, finish: str, **more: Any) -> None:
         """Called by dask for every task: once one is not wanted any more the batch was given up or killed, and all are ended."""
         if (start, finish) == ("executing", "released") and self.station is not None and str(key).startswith(self.name):
-            self.station.pool.stop()
+            threading.Thread(target=self.station.pool.close, daemon=True).start()  # dask is not to wait for that
 
 
 def _do(batch: str, kind: Kind, scan: Scan) -> Any:

@@ -42,9 +42,9 @@ def share_of_threads(slots: int) -> int:
     return max(1, this_system().processors() // slots)
 
 
-def pool_of(slots: int) -> Pool:
+def pool_of(slots: int, *, rest_after: float | None = None) -> Pool:
     """Processes for so many tasks at a time, see `pymeshfair.processes.pool.Pool`."""
-    return workers_of_runs(slots, share_of_threads(slots))
+    return workers_of_runs(slots, share_of_threads(slots), rest_after=rest_after)
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Station:
     template: Job  # the options that all runs share
     folder: Path  # of the batch
     slots: int  # tasks at a time; each takes its share of processors and memory
-    pool: Pool  # lends the processes, see `pool_of`; tasks fail once it is stopped
+    pool: Pool  # lends the processes, see `pool_of`; tasks fail once it is closed
 
     def do(self, kind: Kind, scan: Scan) -> Any:
         """Do a task in this thread: an `Outcome`, or what `draw` gives, with ``"problem"`` the reason why there is no page."""

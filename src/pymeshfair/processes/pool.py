@@ -24,14 +24,19 @@ class Pool:
     May be used from several threads. A process that ended, or was given back in the middle of an order, is not lent again.
     """
 
-    def __init__(self, most: int = 1, threads: int | None = None, modules: Sequence[str] = ()) -> None:
+    def __init__(
+        self, most: int = 1, threads: int | None = None, modules: Sequence[str] = (), *, rest_after: float | None = None
+    ) -> None:
         """See the class.
 
         Args:
             most: processes at a time.
             threads: that a filter may use in each, see `pymeshfair.processes.environment.worker_environment`.
             modules: those that each imports before its first order.
+            rest_after: seconds after which processes that have nothing to do are ended; None keeps them.
         """
+        self._rest_after = rest_after
+        self._clock: threading.Timer | None = None
         self._most = most
         self._threads = threads
         self._modules = modules
@@ -48,26 +53,19 @@ class Pool:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def stop(self) -> None:
-        """Kill all processes, and lend no more; tasks that were submitted are not begun or fail."""
+    def close(self) -> None:
+        """End all processes, and lend no more; tasks that were submitted are not begun or fail."""
         self._callers.shutdown(wait=False, cancel_futures=True)
         with self._lock:
             self._is_over = True
-            processes = [*self._lent, *self._idle]
-        for process in processes:
+            lent = list(self._lent)
+        for process in lent:
             process.kill()
-
-    def close(self) -> None:
-        """End all processes, as `stop` does, and leave nothing of them."""
-        self.stop()
         self._callers.shutdown()
-        with self._lock:
-            idle, self._idle = self._idle, []
-        for process in idle:
-            process.close()
+        self.rest()
 
     def check_open(self) -> None:
-        """Raise `RunError` once it is stopped."""
+        """Raise `RunError` once it is closed."""
         if self._is_over:
             raise RunError("the workers are ended")
 
@@ -79,6 +77,13 @@ class Pool:
         for name in self._modules:
             importlib.import_module(name)
         self._idle += [Process(self._threads, forked=can_fork()) for _ in range(self._most)]
+
+    def rest(self) -> None:
+        """End the processes that have nothing to do."""
+        with self._lock:
+            idle, self._idle = self._idle, []
+        for process in idle:
+            process.close()
 
     @contextmanager
     def lend(self) -> Iterator[Process]:
@@ -97,6 +102,16 @@ class Pool:
                         self._idle.append(process)
                 if not is_kept:
                     process.close()
+                elif self._rest_after is not None:
+                    self._rest_later(self._rest_after)
+
+    def _rest_later(self, seconds: float) -> None:
+        with self._lock:
+            if self._clock is not None:
+                self._clock.cancel()
+            self._clock = threading.Timer(seconds, self.rest)
+            self._clock.daemon = True
+            self._clock.start()
 
     def submit(self, task: Callable[..., Any], *arguments: Any, memory_limit: int | None = None) -> Future[Answer]:
         """Do a task as soon as a process is free; it begins again if its process is lost.
