@@ -63,10 +63,13 @@ def compare(
     from ..looking.comparison import FORMATS, deviations_file
     from ..looking.comparison import compare as compare_states
     from ..looking.mesh_state import state_of
-    from ..report.charts import Plane
     from ..running.read import read_mesh
 
-    planes = [Plane.parse(text) for text in section or ()]
+    planes = []
+    if section:
+        from ..report.charts import Plane  # which loads a library of pictures
+
+        planes = [Plane.parse(text) for text in section]
     if planes and report is None:
         raise typer.BadParameter("sections are shown in the report: give --report, too", param_hint="--section")
     if report is not None:

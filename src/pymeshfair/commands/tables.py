@@ -49,8 +49,8 @@ def measures_table(columns: Mapping[str, Mapping[str, Any]], unit: str | None = 
     return table(["", *columns], measure_rows(columns, unit), numbers=range(1, len(columns) + 1))
 
 
-#: characters of a line
-WIDTH = 80
+#: characters of a line of text about recipes and rims
+_NARROW = 80
 _INDENT = " " * 6
 _MOST_RIMS = 12
 
@@ -62,17 +62,17 @@ def fitting_lines(found: Sequence[Suitability]) -> Iterator[str]:
         yield "no recipe is for such a mesh"
     for number, suited in enumerate(fitting, 1):
         title = f"{number:>4}  {suited.recipe}: {suited.title}"
-        yield textwrap.fill(title, WIDTH, subsequent_indent=_INDENT)
+        yield textwrap.fill(title, _NARROW, subsequent_indent=_INDENT)
         # That there are faces goes without saying where there is more to say.
         said = [said for _, said in suited.met[len(suited.met) > 1 :]]
         reasons = "; ".join([*said, *([] if suited.trial is None else [suited.trial.words])])
-        yield textwrap.fill(reasons, WIDTH, initial_indent=_INDENT, subsequent_indent=_INDENT)
+        yield textwrap.fill(reasons, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT)
     others = [s for s in found if not s.fits]
     if others:
         yield "not for this one:"
     for suited in others:
         text = f"{suited.recipe}: {suited.unmet[0][1]}" if suited.unmet else f"{suited.recipe}: does not say for what it is"
-        yield textwrap.fill(text, WIDTH, initial_indent=_INDENT, subsequent_indent=_INDENT + "  ")
+        yield textwrap.fill(text, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT + "  ")
 
 
 def rim_lines(rims: Sequence[Mapping[str, Any]]) -> Iterator[str]:

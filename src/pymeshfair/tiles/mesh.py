@@ -187,12 +187,12 @@ class Unfolding:
 
         Writes down where the vertices are if some go back and keep that share of their way.
         """
-        columns = (self.surface.before, self.surface.cells.points)
-        before, after = (tile_with_rings(self.surface, first, last, RINGS_OF_UNFOLDING, places=places) for places in columns)
-        folded, now = (folded_faces(tile.vertices, tile.faces) for tile in (before, after))
-        found = going_back(before.vertices, after.vertices, after.faces, now & ~folded, share)
-        self.surface.moved.write(self.surface.cells.slots_of(first, last)[0], after.own_by_slot(found))
-        own, points = after.own[after.faces.min(axis=1)], after.vertices[after.own]
+        tile = tile_with_rings(self.surface, first, last, RINGS_OF_UNFOLDING)
+        before, after = self.surface.before.gather(tile.slots), tile.vertices
+        folded, now = (folded_faces(vertices, tile.faces) for vertices in (before, after))
+        found = going_back(before, after, tile.faces, now & ~folded, share)
+        self.surface.moved.write(self.surface.cells.slots_of(first, last)[0], tile.own_by_slot(found))
+        own, points = tile.own[tile.faces.min(axis=1)], after[tile.own]
         return int(now[own].sum()) - int(folded[own].sum()), points.min(axis=0), points.max(axis=0)
 
     def do(self, tiles: Ranges, tasks: Tasks) -> list[tuple[Floats, Floats]]:

@@ -145,15 +145,14 @@ class Tasks:
 
     submit: Callable[..., Future[Answer]]  # does a task with its arguments on some worker
     items: Items  # of `pymeshfair.running.interrupts.Interrupts`
-    timeout: float | None = None  # seconds from now in which all must be done
+    timeout: float = math.inf  # seconds from now in which all must be done
     check: Callable[[], None] = lambda: None  # called every moment; may raise to stop
     work: WorkFolder | None = None  # the folder of the files of the tasks; None without a journal
     peaks: dict[str, int] = field(default_factory=dict)  # by process, the most bytes that it has held, as far as that is known
     seconds: float = 0.0  # processor time of all tasks
 
     def __post_init__(self) -> None:
-        self._timeout = math.inf if self.timeout is None else self.timeout
-        self._deadline = time.monotonic() + self._timeout
+        self._deadline = time.monotonic() + self.timeout
         self._calls = 0
 
     def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
@@ -202,7 +201,7 @@ class Tasks:
         try:
             while len(results) < len(futures):
                 if time.monotonic() >= self._deadline:
-                    raise RunTimeout(Place("working by tiles"), self._timeout)
+                    raise RunTimeout(Place("working by tiles"), self.timeout)
                 self.check()
                 try:
                     kind, item = self.items.get(timeout=_PULSE)
@@ -257,9 +256,10 @@ def open_tasks(
     Raises:
         ClusterError: there is no scheduler, or a worker of it does not fit.
     """
+    timeout = math.inf if job.timeout is None else job.timeout
     if scheduler is None:
         with Pool(share.workers, share.threads) as pool:
-            yield Tasks(partial(pool.submit, memory_limit=memory), items, timeout=job.timeout, check=check)
+            yield Tasks(partial(pool.submit, memory_limit=memory), items, timeout=timeout, check=check)
         return
     with open_client(scheduler) as client:
         with conditions(job.output.parent, [job.input]) as wanted:
@@ -272,7 +272,7 @@ def open_tasks(
             if client.status != "running":
                 raise LostSchedulerError
 
-        yield Tasks(submit, items, timeout=job.timeout, check=check_scheduler)
+        yield Tasks(submit, items, timeout=timeout, check=check_scheduler)
 
 
 def _do(task: Callable[..., Any], *arguments: Any) -> Answer:
