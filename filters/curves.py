@@ -161,8 +161,7 @@ def explicit_curve_steps(
     start: Floats, rings: OneRings, weights: OperatorName, steps: Sequence[float], count: int, moves: Bools, progress: Progress
 ) -> Floats:
     """(n, 3) the vertices after `count` rounds of the `steps`."""
-    movers = np.flatnonzero(moves).astype(np.int32)
-    advance = curve_stencil(start, weights, movers, Rings(rings.offsets, rings.neighbours))
+    advance = curve_stencil(start, weights, moves.view(np.uint8), Rings(rings.offsets, rings.neighbours))
     now, following = start.copy(), start.copy()
     for done in range(count):
         for step in steps:

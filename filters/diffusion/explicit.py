@@ -124,8 +124,9 @@ class ExplicitSurface(NamedTuple):
             for done in range(iterations):
                 now, free = iteration(done, now, free)
                 progress((done + 1) / iterations)
-        del free
+        del free  # the memory of a result
         result = self.mesh.restored(now)
+        del now
         if not np.isfinite(result).all():
             raise FilterInputError(
                 f"the vertices left all bounds within {iterations} iterations; take fewer, or update='euler', which cannot"

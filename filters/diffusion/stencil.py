@@ -8,9 +8,9 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
-from ..mesh import Bools, Floats, Ints, NormalisedMesh, mask_of
+from ..mesh import Bools, Floats, NormalisedMesh, mask_of
 from ..operators import CURVE_OPERATOR, OPERATOR_NAMES, SHORTEST_EDGE, Laplacian, OperatorName, build_laplacian, curve_laplacian
-from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, OPEN, BorderPolicy, Stars, one_rings
+from ..topology import BORDER_POLICIES, IRREGULAR, NO_STAR, BorderPolicy, Kinds, Stars, one_rings
 from .steps import (
     BY_AREA,
     MESHLAB,
@@ -62,16 +62,16 @@ def explicit_stencil(
         if operator != "robust":
             raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
         free = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
-        return _assembled(build_laplacian(mesh.points, mesh.cells, operator), np.flatnonzero(free).astype(np.int32))
+        return _assembled(build_laplacian(mesh.points, mesh.cells, operator), free.view(np.uint8))
     moving = moving_vertices(star, border, mesh.movable)
     if update == "euler":
-        surface = _surface(mesh, operator, star, moving)
+        surface = _surface(mesh, operator, star, moving.surface)
     elif operator == "cotangent":
-        surface = _cotangent(star, moving, MESHLAB)
+        surface = _cotangent(star, moving.surface, MESHLAB)
     else:
         counts = star.face_counts().astype(np.float64)  # an interior edge counts twice, for it has two faces
         surface = _of_meshlab(moving.surface, Rings(star.offsets, star.neighbours), counts, 1.0)
-    if len(moving.curve) == 0:
+    if moving.curve is None:
         return surface
     if update == "euler":
         curve = curve_stencil(mesh.points, operator, moving.curve, moving.curve_rings)
@@ -80,16 +80,16 @@ def explicit_stencil(
     return lambda now, out, step: max(surface(now, out, step), curve(now, out, step))
 
 
-def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, moving: MovingVertices) -> Advance:
-    movers, rings = moving.surface, Rings(star.offsets, star.neighbours)
+def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, kinds: Kinds) -> Advance:
+    rings = Rings(star.offsets, star.neighbours)
     if operator == "uniform":
-        return _uniform(movers, rings)
+        return _uniform(kinds, rings)
     if operator == "inverse_length" or operator == "scale_dependent":
-        return _lengths(mesh.points, movers, rings, operator == "scale_dependent")
+        return _lengths(mesh.points, kinds, rings, operator == "scale_dependent")
     if operator == "cotangent":
-        return _cotangent(star, moving, NORMALISED)
+        return _cotangent(star, kinds, NORMALISED)
     if operator == "laplace_beltrami":
-        stencil = _cotangent(star, moving, BY_AREA)
+        stencil = _cotangent(star, kinds, BY_AREA)
 
         def advance(now: Floats, out: Floats, step: float) -> float:
             bound = stencil(now, out, step)
@@ -99,63 +99,61 @@ def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, moving: 
             return min(bound, float(element_bound(now, mesh.cells)))
 
         return advance
-    return _assembled(build_laplacian(mesh.points, mesh.cells, operator), movers)
+    return _assembled(build_laplacian(mesh.points, mesh.cells, operator), kinds)
 
 
-def curve_stencil(points: Floats, operator: OperatorName, movers: Ints, rings: Rings) -> Advance:
+def curve_stencil(points: Floats, operator: OperatorName, moves: Kinds, rings: Rings) -> Advance:
     """The step on polylines of the operator that `CURVE_OPERATOR` names for `operator`.
 
     Args:
         points: (n, 3) coordinates of ordinary size.
         operator: see `build_laplacian`; the weights are taken from the current points, for "robust" from `points`.
-        movers: the vertices that move.
+        moves: (n,) uint8, 0 for vertices that stay.
         rings: the neighbours of all n vertices along the polylines.
     """
     if CURVE_OPERATOR[operator] == "uniform":
-        return _uniform(movers, rings)
+        return _uniform(moves, rings)
     if operator == "robust":
         ends = np.repeat(np.arange(len(points), dtype=np.int32), np.diff(rings.offsets))
         edges = np.column_stack([ends, rings.neighbours])[ends < rings.neighbours]
-        return _assembled(curve_laplacian(points, edges, operator), movers)
-    return _lengths(points, movers, rings, CURVE_OPERATOR[operator] == "scale_dependent")
+        return _assembled(curve_laplacian(points, edges, operator), moves)
+    return _lengths(points, moves, rings, CURVE_OPERATOR[operator] == "scale_dependent")
 
 
-def _uniform(movers: Ints, rings: Rings) -> Advance:
+def _uniform(moves: Kinds, rings: Rings) -> Advance:
     def advance(now: Floats, out: Floats, step: float) -> float:
-        uniform_step(now, out, movers, *rings, step)
+        uniform_step(now, out, moves, *rings, step)
         return 2.0
 
     return advance
 
 
-def _lengths(points: Floats, movers: Ints, rings: Rings, by_arc_length: bool) -> Advance:
+def _lengths(points: Floats, moves: Kinds, rings: Rings, by_arc_length: bool) -> Advance:
     sums = np.empty(len(points))
     sum_ring_lengths(points, *rings, sums)
     mean = float(sums.sum()) / max(len(rings.neighbours), 1)
     shortest = SHORTEST_EDGE * mean if mean > 0.0 else 1.0
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        bound = length_step(now, out, movers, *rings, step, shortest, by_arc_length)
+        bound = length_step(now, out, moves, *rings, step, shortest, by_arc_length)
         return float(bound) if by_arc_length else 2.0
 
     return advance
 
 
-def _cotangent(star: Stars, moving: MovingVertices, rule: int) -> Advance:
-    rings = Rings(star.offsets, star.neighbours)
+def _cotangent(star: Stars, kinds: Kinds, rule: int) -> Advance:
+    irregular = kinds[star.irregular] == IRREGULAR
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        bound = star_step(now, out, moving.closed, True, *rings, rule, step)
-        if len(moving.open):
-            bound = max(bound, star_step(now, out, moving.open, False, *rings, rule, step))
-        if len(star.irregular):
-            bound = max(bound, irregular_step(now, out, star, moving.irregular, rule, step))
+        bound = star_step(now, out, kinds, star.offsets, star.neighbours, rule, step)
+        if len(irregular):
+            bound = max(bound, irregular_step(now, out, star, irregular, rule, step))
         return float(bound) if rule == BY_AREA else 2.0
 
     return advance
 
 
-def _assembled(laplacian: Laplacian, movers: Ints) -> Advance:
+def _assembled(laplacian: Laplacian, moves: Kinds) -> Advance:
     stiffness, inverse_mass, bound = laplacian.stiffness, laplacian.inverse_mass, laplacian.spectral_bound()
     rings = Rings(stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32))
 
@@ -163,32 +161,29 @@ def _assembled(laplacian: Laplacian, movers: Ints) -> Advance:
         if step * bound > 2.0:
             return bound
         # The diagonal is among the entries and does no harm: it multiplies p_i - p_i.
-        weighted_step(now, out, movers, *rings, stiffness.data, step * inverse_mass)
+        weighted_step(now, out, moves, *rings, stiffness.data, step * inverse_mass)
         return bound
 
     return advance
 
 
-def _of_meshlab(movers: Ints, rings: Rings, counts: Floats, own: float) -> Advance:
+def _of_meshlab(moves: Kinds, rings: Rings, counts: Floats, own: float) -> Advance:
     """(own p + sum c_j p_j) / (own + sum c_j), the vertex itself counted once on surfaces and twice on borders."""
     totals = np.concatenate([[0.0], np.cumsum(counts)])
     shares = 1.0 / (totals[rings.offsets[1:]] - totals[rings.offsets[:-1]] + own)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        weighted_step(now, out, movers, *rings, counts, shares)
+        weighted_step(now, out, moves, *rings, counts, shares)
         return 2.0
 
     return advance
 
 
 class MovingVertices(NamedTuple):
-    """The vertices that move, ascending, by the neighbours that count for them; every vertex is in one list at most."""
+    """The vertices that move, by the neighbours that count for them."""
 
-    closed: Ints  # int32 interior vertices, with their whole star
-    open: Ints  # int32 border vertices with their whole star, under the policy "free"
-    irregular: Bools  # bool for each of `Stars.irregular`, whether it moves with its whole star
-    surface: Ints  # int32 all of these
-    curve: Ints  # int32 border vertices with their neighbours on the border, under the policy "along"
+    surface: Kinds  # (n,) the kind of the star of those that move with their whole star, `NO_STAR` of all others
+    curve: Kinds | None  # (n,) the same of those that move with their neighbours on the border, under the policy "along"
     curve_rings: Rings  # those neighbours, for all n vertices
 
 
@@ -206,25 +201,13 @@ def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -
     check_choice("border", border, BORDER_POLICIES)
     n = len(stars.kinds)
     edges = np.empty((0, 2), dtype=np.int32) if border == "free" else stars.border_edges()
-    kinds = stars.kinds if movable is None else np.where(movable, stars.kinds, np.uint8(0))
-    inside, curve = kinds, np.empty(0, dtype=np.int32)
-    if len(edges):
-        on_border = mask_of(edges, n)
-        inside = np.where(on_border, np.uint8(0), kinds)
-        if border == "along":
-            curve = _where(on_border & (kinds > 0))
-    curves = one_rings(edges, n) if len(curve) else None
+    kinds = stars.kinds if movable is None else np.where(movable, stars.kinds, np.uint8(NO_STAR))
+    if len(edges) == 0:
+        return MovingVertices(kinds, None, Rings(np.zeros(n + 1, dtype=np.int64), np.empty(0, dtype=np.int32)))
+    on_border = mask_of(edges, n)
+    curves = one_rings(edges, n)
     return MovingVertices(
-        closed=_where(inside == CLOSED),
-        open=_where(inside == OPEN),
-        irregular=inside[stars.irregular] == IRREGULAR,
-        surface=_where(inside > 0),
-        curve=curve,
-        curve_rings=Rings(np.zeros(n + 1, dtype=np.int64), np.empty(0, dtype=np.int32))
-        if curves is None
-        else Rings(curves.offsets, curves.neighbours),
+        surface=np.where(on_border, np.uint8(NO_STAR), kinds),
+        curve=np.where(on_border, kinds, np.uint8(NO_STAR)) if border == "along" else None,
+        curve_rings=Rings(curves.offsets, curves.neighbours),
     )
-
-
-def _where(mask: Bools) -> Ints:
-    return np.flatnonzero(mask).astype(np.int32)

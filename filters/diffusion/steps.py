@@ -1,7 +1,7 @@
 """Kernels of one explicit diffusion step, over one-rings and stars.
 
-Each kernel takes the points of one moment and writes those of the next for the listed vertices, all at once as the paper's
-equation says: out_i = p_i + step (L p)_i. Vertices that are not listed keep what `out` holds.
+Each kernel takes the points of one moment and writes those of the next for the vertices that move, all at once as the paper's
+equation says: out_i = p_i + step (L p)_i. The others, 0 in `moves`, keep what `out` holds.
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 from ..compilation import compiled, prange
 from ..mesh import Bools, Floats, Ints, Longs
 from ..operators import halved_cotangents, mixed_share
-from ..topology import Stars
+from ..topology import CLOSED, OPEN, Kinds, Stars
 
 # Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
 _U: Any = np.uint64
@@ -33,55 +33,66 @@ class Rings(NamedTuple):
 
 
 @compiled(parallel=True)
-def uniform_step(points: Floats, out: Floats, movers: Ints, offsets: Longs, neighbours: Ints, step: float) -> None:
+def uniform_step(points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, step: float) -> None:
     """Towards the mean of the one-ring."""
-    for m in prange(movers.shape[0]):
-        i = _U(movers[m])
-        start, stop = _U(offsets[i]), _U(offsets[i + _U(1)])
-        x = y = z = 0.0
-        for k in range(start, stop):
-            j = _U(neighbours[k])
-            x += points[j, 0]
-            y += points[j, 1]
-            z += points[j, 2]
-        share = step / np.int64(stop - start)
-        out[i, 0] = points[i, 0] + (share * x - step * points[i, 0])
-        out[i, 1] = points[i, 1] + (share * y - step * points[i, 1])
-        out[i, 2] = points[i, 2] + (share * z - step * points[i, 2])
+    for i in prange(moves.shape[0]):
+        if moves[i]:
+            start, stop = _U(offsets[i]), _U(offsets[i + 1])
+            x = y = z = 0.0
+            k = start
+            while k + _U(1) < stop:  # two at a time: half of the branches, which are what takes time
+                j = _U(neighbours[k])
+                x += points[j, 0]
+                y += points[j, 1]
+                z += points[j, 2]
+                j = _U(neighbours[k + _U(1)])
+                x += points[j, 0]
+                y += points[j, 1]
+                z += points[j, 2]
+                k += _U(2)
+            if k < stop:
+                j = _U(neighbours[k])
+                x += points[j, 0]
+                y += points[j, 1]
+                z += points[j, 2]
+            share = step / np.int64(stop - start)
+            out[i, 0] = points[i, 0] + (share * x - step * points[i, 0])
+            out[i, 1] = points[i, 1] + (share * y - step * points[i, 1])
+            out[i, 2] = points[i, 2] + (share * z - step * points[i, 2])
 
 
 @compiled(parallel=True)
 def weighted_step(
-    points: Floats, out: Floats, movers: Ints, offsets: Longs, neighbours: Ints, weights: Floats, shares: Floats
+    points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, weights: Floats, shares: Floats
 ) -> None:
     """By the sum of weights times edges, times the vertex's share, which holds the step and one over the mass."""
-    for m in prange(movers.shape[0]):
-        i = _U(movers[m])
-        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        x = y = z = 0.0
-        for k in range(_U(offsets[i]), _U(offsets[i + _U(1)])):
-            j = _U(neighbours[k])
-            x += weights[k] * (points[j, 0] - px)
-            y += weights[k] * (points[j, 1] - py)
-            z += weights[k] * (points[j, 2] - pz)
-        out[i, 0] = px + shares[i] * x
-        out[i, 1] = py + shares[i] * y
-        out[i, 2] = pz + shares[i] * z
+    for i in prange(moves.shape[0]):
+        if moves[i]:
+            px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+            x = y = z = 0.0
+            for k in range(_U(offsets[i]), _U(offsets[i + 1])):
+                j = _U(neighbours[k])
+                x += weights[k] * (points[j, 0] - px)
+                y += weights[k] * (points[j, 1] - py)
+                z += weights[k] * (points[j, 2] - pz)
+            out[i, 0] = px + shares[i] * x
+            out[i, 1] = py + shares[i] * y
+            out[i, 2] = pz + shares[i] * z
 
 
 @compiled(parallel=True)
 def length_step(
-    points: Floats, out: Floats, movers: Ints, offsets: Longs, neighbours: Ints, step: float, shortest: float, by_arc_length: bool
+    points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, step: float, shortest: float, by_arc_length: bool
 ) -> float:
     """By the sum of edges over their lengths: over the sum of inverse lengths, or (`by_arc_length`) over half that of lengths.
 
     Edges shorter than `shortest` count as that long. Returns Gershgorin's bound of the spectrum of -L, by arc length.
     """
     bound = 0.0
-    for m in prange(movers.shape[0]):
-        i = _U(movers[m])
-        row = _pull(points, out, i, neighbours, _U(offsets[i]), _U(offsets[i + _U(1)]), step, shortest, by_arc_length)
-        bound = max(bound, row)
+    for i in prange(moves.shape[0]):
+        if moves[i]:
+            row = _pull(points, out, _U(i), neighbours, _U(offsets[i]), _U(offsets[i + 1]), step, shortest, by_arc_length)
+            bound = max(bound, row)
     return bound
 
 
@@ -139,51 +150,57 @@ def _share(rule: int, step: float, total: float, size: float, area: float) -> fl
 
 
 @compiled(parallel=True)
-def star_step(
-    points: Floats, out: Floats, movers: Ints, closed: bool, offsets: Longs, neighbours: Ints, rule: int, step: float
-) -> float:
-    """A step of vertices whose neighbours are in the order of a walk: round a closed star, or (not `closed`) across an open one.
+def star_step(points: Floats, out: Floats, kinds: Kinds, offsets: Longs, neighbours: Ints, rule: int, step: float) -> float:
+    """A step of the vertices with closed and open stars, whose neighbours are in the order of a walk round or across.
 
     Returns Gershgorin's bound of the spectrum of -L, by area.
     """
-    bound = 0.0
-    for block in prange((movers.shape[0] + _BLOCK - 1) // _BLOCK):
-        some = movers[block * _BLOCK : (block + 1) * _BLOCK]
-        bound = max(bound, _move_block(points, out, some, closed, offsets, neighbours, rule, step))
+    bound, n = 0.0, kinds.shape[0]
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
+        first, last = block * _BLOCK, min((block + 1) * _BLOCK, n)
+        bound = max(bound, _move_block(points, out, kinds, first, last, offsets, neighbours, rule, step))
     return bound
 
 
 @compiled(error_model="numpy")
 def _move_block(
-    points: Floats, out: Floats, movers: Ints, closed: bool, offsets: Longs, neighbours: Ints, rule: int, step: float
+    points: Floats,
+    out: Floats,
+    kinds: Kinds,
+    first: int,
+    last: int,
+    offsets: Longs,
+    neighbours: Ints,
+    rule: int,
+    step: float,
 ) -> float:
-    room = movers.shape[0]
-    for m in range(movers.shape[0]):
-        room += offsets[movers[m] + 1] - offsets[movers[m]]
+    """A step of the vertices from `first` to `last`."""
     # The edges of one star after the other, the first of each once more at its end.
-    edges = np.empty((6, room))
+    edges = np.empty((6, offsets[last] - offsets[first] + last - first))
     x, y, z, squares, at_u, at_v = edges[0], edges[1], edges[2], edges[3], edges[4], edges[5]
     at = _U(0)
-    for m in range(movers.shape[0]):
-        i, first = _U(movers[m]), at
-        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        for k in range(_U(offsets[i]), _U(offsets[i + _U(1)])):
-            j = _U(neighbours[k])
-            dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
-            x[at], y[at], z[at], squares[at] = dx, dy, dz, dx * dx + dy * dy + dz * dz
+    for i in range(_U(first), _U(last)):
+        if kinds[i] == CLOSED or kinds[i] == OPEN:
+            start = at
+            px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+            for k in range(_U(offsets[i]), _U(offsets[i + _U(1)])):
+                j = _U(neighbours[k])
+                dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+                x[at], y[at], z[at], squares[at] = dx, dy, dz, dx * dx + dy * dy + dz * dz
+                at += _U(1)
+            x[at], y[at], z[at], squares[at] = x[start], y[start], z[start], squares[start]
             at += _U(1)
-        x[at], y[at], z[at], squares[at] = x[first], y[first], z[first], squares[first]
-        at += _U(1)
     # Of each edge u and the next, v. Square roots and divisions of several at a time: most of the work.
-    for u in range(at - _U(1)):
+    for u in range(max(at, _U(1)) - _U(1)):
         v = u + _U(1)
         at_u[u], at_v[u] = halved_cotangents(x[u], y[u], z[u], squares[u], x[v], y[v], z[v], squares[v])
     bound, at = 0.0, _U(0)
-    for m in range(movers.shape[0]):
-        i = _U(movers[m])
-        last = at + _U(offsets[i + _U(1)] - offsets[i]) - _U(1)
-        bound = max(bound, _move(points, out, i, closed, x, y, z, squares, at_u, at_v, at, last, rule, step))
-        at = last + _U(2)
+    for i in range(_U(first), _U(last)):
+        if kinds[i] == CLOSED or kinds[i] == OPEN:
+            end = at + _U(offsets[i + _U(1)] - offsets[i]) - _U(1)
+            row = _move(points, out, i, kinds[i] == CLOSED, x, y, z, squares, at_u, at_v, at, end, rule, step)
+            bound = max(bound, row)
+            at = end + _U(2)
     return bound
 
 

@@ -19,7 +19,7 @@ from .edge_lists import (
 from .flips import corner_at, diamond, fan_size, flip, relink
 from .parts import Submesh, connected_components, root_of, submesh_around
 from .rings import OneRings, VertexFaces, one_rings, position, ring_ends, sort_slice, vertex_faces
-from .vertex_stars import CLOSED, IRREGULAR, NO_STAR, OPEN, SLOTS, Stars, distinct_ends, slot_of, stars
+from .vertex_stars import CLOSED, IRREGULAR, NO_STAR, OPEN, SLOTS, Kinds, Stars, distinct_ends, slot_of, stars
 
 __all__ = [
     "BORDER_POLICIES",
@@ -32,6 +32,7 @@ __all__ = [
     "Boundary",
     "BoundaryLoop",
     "BrokenBorder",
+    "Kinds",
     "OneRings",
     "Stars",
     "Submesh",
