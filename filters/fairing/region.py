@@ -150,7 +150,9 @@ def fair_region(
 class _System(NamedTuple):
     """(S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
 
-    dirichlet: sparse.csr_matrix
+    dirichlet: sparse.csr_matrix  # S, (n, n)
+    columns: sparse.csr_matrix  # (n, f) those of the free vertices
+    inner: sparse.csr_matrix  # (f, f) their rows of these
     inverse_mass: Floats
     order: int
     points: Floats
@@ -158,11 +160,10 @@ class _System(NamedTuple):
 
     def matrix(self) -> sparse.csr_matrix:
         """The columns and rows of the free vertices, (f, f)."""
-        columns = sparse.csr_matrix(self.dirichlet[:, self.free])
         if self.order == 1:
-            return sparse.csr_matrix(columns[self.free])
-        scaled = sparse.csr_matrix(sparse.diags_array(self.inverse_mass) @ columns)
-        product = columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled)
+            return self.inner
+        scaled = sparse.csr_matrix(sparse.diags_array(self.inverse_mass) @ self.columns)
+        product = self.columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled)
         return sparse.csr_matrix(product)
 
     def solution(self, extent: float, progress: Progress) -> RefinedSolution:
@@ -185,7 +186,9 @@ def _system(operator: SurfaceOperator, part: Submesh, order: int, dense: bool) -
     # no whole star to take a Laplacian on.
     mass = _rim_as_dense(operator, part.free) if dense and order == 2 else operator.mass
     inverse = np.where(part.border, 0.0, float(mass.mean()) / mass)
-    return _System(operator.dirichlet, inverse, order, part.points, part.free)
+    columns = sparse.csr_matrix(operator.dirichlet[:, part.free])
+    inner = sparse.csr_matrix(columns[part.free])
+    return _System(operator.dirichlet, columns, inner, inverse, order, part.points, part.free)
 
 
 def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
@@ -217,10 +220,12 @@ def _check_held(system: _System, part: Submesh) -> None:
     A part that lies in one line with those around it loses nothing, as in a slit.
     """
     dirichlet, points, places = system.dirichlet, part.points, np.flatnonzero(part.free)
-    count, labels = sparse.csgraph.connected_components(dirichlet[part.free][:, part.free], directed=False)
+    count, labels = sparse.csgraph.connected_components(system.inner, directed=False)
     # The fixed vertices within the rings of each part.
     around = sparse.csr_matrix((np.ones(len(places)), (labels, places)), shape=(count, len(points)))
-    outwards = sparse.csr_matrix(dirichlet != 0.0).astype(np.float64) @ sparse.diags_array((~part.free).astype(np.float64))
+    outwards = dirichlet.copy()
+    outwards.data = ((dirichlet.data != 0.0) & ~part.free[dirichlet.indices]).astype(np.float64)
+    outwards.eliminate_zeros()
     around = sparse.csr_matrix(around @ outwards)
     for _ in range(system.order - 1):
         around = sparse.csr_matrix(around + around @ outwards)

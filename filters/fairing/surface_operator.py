@@ -29,8 +29,11 @@ def surface_operator(points: Floats, faces: Ints, *, masses: bool = True) -> Sur
     """The operator of `surface_laplacian`, with a lower bound on the masses; without `masses`, which take time, these are 1."""
     if masses:
         laplacian = surface_laplacian(points, faces)
-        return SurfaceOperator(sparse.csr_matrix(-laplacian.stiffness), _floored(laplacian.mass, faces))
-    return SurfaceOperator(sparse.csr_matrix(-surface_stiffness(points, faces)), np.ones(len(points)))
+        dirichlet, mass = laplacian.stiffness, _floored(laplacian.mass, faces)
+    else:
+        dirichlet, mass = surface_stiffness(points, faces), np.ones(len(points))
+    np.negative(dirichlet.data, out=dirichlet.data)
+    return SurfaceOperator(dirichlet, mass)
 
 
 def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) -> tuple[SurfaceOperator, Bools]:

@@ -115,7 +115,9 @@ class NormalisedMesh:
 
     def by_place(self) -> "NormalisedMesh":
         """The same mesh of triangles, neighbouring points and triangles near each other in memory."""
-        return replace(self.in_order(order_by_place(self.points, self.cells)), has_sorted_cells=True)
+        points = self.vertices if self.order is None else self.vertices[self.order]  # not `points`, whose memory would be new
+        places = order_by_place(points, self.cells, self.middle, self.scale)
+        return replace(self.in_order(places), has_sorted_cells=True)
 
     def in_order(self, places: Ints | None) -> "NormalisedMesh":
         """The same mesh, its point k the point ``places[k]`` of this one; None changes nothing.

@@ -45,26 +45,30 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, 
     return bool((np.abs(sample[:, 0] - sample[:, 1]) * size > _NEAR).mean() > 0.25)
 
 
-def order_by_place(points: Floats, faces: Ints) -> Ints:
+def order_by_place(points: Floats, faces: Ints, middle: Floats | None = None, scale: float = 1.0) -> Ints:
     """(n,) a permutation: the points by slabs across the longest direction, within a slab by the next direction, then the last.
 
     A sweep over a surface in this order reads a few rows of neighbours at a time, each from its start to its end. Breadth first
     would be better by a quarter, but is found one vertex after another, in an order that memory cannot foresee.
 
     Args:
-        points: (n, 3) finite coordinates of ordinary size.
+        points: (n, 3) finite coordinates.
         faces: (m, 3) triangles, m at least 1.
+        middle: (3,) about which, and
+        scale: times which the coordinates are of ordinary size; by default as they are.
     """
-    n = len(points)
+    n, middle = len(points), np.zeros(3) if middle is None else middle
     sample = faces[:: max(1, len(faces) // _SAMPLE)]
-    edge = float(np.median(np.linalg.norm(points[sample[:, 0]] - points[sample[:, 1]], axis=1)))
-    low, high = np.quantile(points[sample[:, 0]], (_STRAY, 1.0 - _STRAY), axis=0)
+    starts, ends = (points[sample[:, 0]] - middle) * scale, (points[sample[:, 1]] - middle) * scale
+    edge = float(np.median(np.linalg.norm(starts - ends, axis=1)))
+    low, high = np.quantile(starts, (_STRAY, 1.0 - _STRAY), axis=0)
     order, other = np.arange(n, dtype=np.int32), np.empty(n, dtype=np.int32)
     slabs = np.empty(n, dtype=np.uint16)
     for axis in np.argsort(high - low, kind="stable"):
         count = min(_MOST_SLABS, 1 + int((high[axis] - low[axis]) / (_THICK * edge))) if edge > 0.0 else 1
         if count > 1:
-            over_range(_find_slabs, n, points, axis, low[axis], count / (high[axis] - low[axis]), count, slabs)
+            per_length = count / (high[axis] - low[axis])
+            over_range(_find_slabs, n, points, axis, middle[axis], scale, low[axis], per_length, count, slabs)
             with threads_for(n):
                 _sort_by_slab(slabs, np.zeros((_PARTS, count), dtype=np.int32), order, other)
             order, other = other, order
@@ -88,9 +92,20 @@ def order_of_faces(faces: Ints, n_vertices: int) -> Ints:
 
 
 @compiled(nogil=True)
-def _find_slabs(points: Floats, axis: int, low: float, per_length: float, count: int, slabs: Any, first: int, last: int) -> None:
+def _find_slabs(
+    points: Floats,
+    axis: int,
+    middle: float,
+    scale: float,
+    low: float,
+    per_length: float,
+    count: int,
+    slabs: Any,
+    first: int,
+    last: int,
+) -> None:
     for i in range(first, last):
-        slabs[i] = min(max((points[i, axis] - low) * per_length, 0.0), count - 1.0)
+        slabs[i] = min(max(((points[i, axis] - middle) * scale - low) * per_length, 0.0), count - 1.0)
 
 
 @compiled(parallel=True)

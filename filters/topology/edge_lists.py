@@ -61,7 +61,8 @@ def listed_edges(offsets: Longs, keys: Longs, least: int = 1, most: int = _ANY, 
     """
     count = _list_edges(offsets, keys, least, most, np.empty((0, 2), dtype=np.int32), np.empty((0, columns), dtype=np.int32))
     pairs, more = np.empty((count, 2), dtype=np.int32), np.empty((count, columns), dtype=np.int32)
-    _list_edges(offsets, keys, least, most, pairs, more)
+    if count:
+        _list_edges(offsets, keys, least, most, pairs, more)
     return pairs, more
 
 
