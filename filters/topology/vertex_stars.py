@@ -15,6 +15,8 @@ from ..mesh import Ints, Longs
 from .rings import ring_ends, sort_slice
 
 Kinds: TypeAlias = NDArray[np.uint8]
+# Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
+_U: Any = np.uint64
 #: the kinds of star: no triangle; a closed ring; a fan from border to border; anything else
 NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
 # Sorting the triangles round a vertex takes quadratic time; the hub of a fan larger than this counts as irregular.
@@ -24,8 +26,10 @@ _BLOCK = 1024
 _SLOT_BITS = 10
 #: of a table in which kernels look vertices up, see `slot_of`
 SLOTS = 1 << _SLOT_BITS
-# Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
-_U: Any = np.uint64
+# What the bits of an entry of the table of `_walk_round` are, from the lowest on: a slot, a tag, a place, a vertex.
+_TAG, _PLACE, _VERTEX = _U(_SLOT_BITS), _U(20), _U(32)
+_SLOTS, _TAGS, _PLACES = _U(SLOTS - 1), _U((_BLOCK - 1) << _SLOT_BITS), _U(2 * _LARGEST_WALK - 1)
+_NOTHING = _U(2**64 - 1)
 
 
 class Stars(NamedTuple):
@@ -87,7 +91,6 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     """
     ring_offsets, ring = ring_ends(faces, n_vertices)
     del faces  # frees the memory for the arrays below, if the caller holds no reference
-    names = np.empty(0, dtype=np.int32) if names is None else names
     walks = np.empty(len(ring) // 2, dtype=np.int32)
     kinds: Kinds = np.empty(n_vertices, dtype=np.uint8)
     with threads_for(n_vertices):
@@ -116,7 +119,7 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
 
 
 @compiled(parallel=True)
-def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, names: Ints, offsets: Longs, neighbours: Ints) -> None:
+def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, names: Ints | None, offsets: Longs, neighbours: Ints) -> None:
     """The stars of all vertices; low and high vertices are those of low and high names, or numbers if there are no names."""
     for i in prange(kinds.shape[0]):
         _write_star(ends, end_offsets[i], end_offsets[i + 1], kinds[i], names, neighbours, offsets[i], offsets[i + 1])
@@ -138,12 +141,12 @@ def find_ends(
 
 
 @compiled
-def _name(names: Ints, i: int) -> int:
-    return names[i] if names.shape[0] else i
+def _name(names: Ints | None, i: int) -> int:
+    return i if names is None else names[i]
 
 
 @compiled
-def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neighbours: Ints, at: int, end: int) -> None:
+def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints | None, neighbours: Ints, at: int, end: int) -> None:
     """Write the neighbours of one vertex, whose pairs are ordered, from `at` to `end`, in the order that `Stars` states."""
     if kind == CLOSED:
         for m in range(_U(at), _U(end)):
@@ -155,7 +158,7 @@ def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neigh
         neighbours[end - 1] = ends[stop - 1] if forward else ends[start]
     elif kind == IRREGULAR:
         ring = distinct_ends(ends, start, stop)
-        if names.shape[0]:
+        if names is not None:
             ring = ring[np.argsort(names[ring])]
         for m in range(at, end):
             neighbours[m] = ring[m - at]
@@ -172,20 +175,20 @@ def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> Non
 
 
 @compiled(parallel=True)
-def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, walks: Ints) -> None:
+def order_ends(end_offsets: Longs, ends: Ints, names: Ints | None, kinds: Kinds, walks: Ints) -> None:
     """Write the kinds of the stars; order the pairs of open ones in place.
 
     A closed star is written to `walks`, from half of where its pairs begin, in the order that `Stars` states.
     """
     n = kinds.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
-        following = np.full(SLOTS, -1, dtype=np.int64)
+        table = np.full(SLOTS, _NOTHING, dtype=np.uint64)
         for i in range(block * _BLOCK, min((block + 1) * _BLOCK, n)):
             start, stop = end_offsets[i], end_offsets[i + 1]
             size = (stop - start) // 2
             kinds[i] = IRREGULAR if size > 0 else NO_STAR
             if 0 < size <= _LARGEST_WALK:
-                if _walk_round(ends, start, stop, names, following, walks):
+                if _walk_round(ends, start, stop, names, table, i - block * _BLOCK, walks):
                     kinds[i] = CLOSED
                 else:
                     kinds[i] = _chain(ends, start, stop)
@@ -201,40 +204,45 @@ def slot_of(vertex: int) -> int:
 
 
 @compiled
-def _walk_round(ends: Ints, start: int, stop: int, names: Ints, following: Longs, walks: Ints) -> bool:
+def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: Any, tag: int, walks: Ints) -> bool:
     """Whether the pairs from `start` to `stop` are found to be a walk ab, bc, cd ... za once round; it is written to `walks`.
 
-    So they are where all triangles turn the same way. The next of each vertex is noted in a table, which needs no search; where
-    two vertices share a slot the walk is given up.
+    So they are where all triangles turn the same way. At the slot of each vertex `table` has the vertex, where its pair is, the
+    tag, and the slot of the next vertex, so that the walk needs no search; entries with another tag are those of other vertices.
+    Where two vertices share a slot the walk is given up.
     """
     first, last = _U(start), _U(stop)
     begin, before = ends[first], ends[first]  # the vertex of the lowest name, and the one before it
     least, lowest = _name(names, begin), _name(names, ends[first + _U(1)])
-    for k in range(first, last, _U(2)):
+    tagged, k = _U(tag) << _TAG, first
+    while k < last:
         vertex, after = ends[k], ends[k + _U(1)]
-        following[slot_of(vertex)] = np.int64(after) << 32 | vertex
+        table[slot_of(vertex)] = _U(vertex) << _VERTEX | (k - first) << _PLACE | tagged | slot_of(after)
         name, name_after = _name(names, vertex), _name(names, after)
         begin, before = vertex if name < least else begin, vertex if name_after < lowest else before
         least, lowest = min(name, least), min(name_after, lowest)
-    at, size, wrong = first // _U(2), (last - first) // _U(2), 0
+        k += _U(2)
+    at, size, wrong = first // _U(2), (last - first) // _U(2), _U(0)
+    slot = slot_of(begin)
     # Towards the lower of the two beside it: from the first place on, or from the last one back.
-    second: Any = np.int32(following[slot_of(begin)] >> 32)
+    second = ends[first + (table[slot] >> _PLACE & _PLACES) + _U(1)]
     forward = _name(names, second) <= _name(names, before)
-    vertex, place = begin, at
-    for m in range(size):
-        both = following[slot_of(vertex)]
-        wrong += (np.int32(both) != vertex) | ((m > _U(0)) & (vertex == begin))
-        walks[place] = vertex
-        vertex = np.int32(both >> 32)
-        place = at + m + _U(1) if forward else at + size - _U(1) - m
-    for k in range(first, last, _U(2)):
-        following[slot_of(ends[k])] = -1
-    found: bool = (vertex == begin) & (wrong == 0) & (size > _U(1))
+    place, way = (np.int64(at), 1) if forward else (np.int64(at + size), -1)
+    vertex, walks[at], k = begin, begin, _U(0)
+    while k < size:
+        entry = table[slot]
+        wrong |= ((entry >> _VERTEX) ^ _U(vertex)) | ((entry ^ tagged) & _TAGS) | _U((k > _U(0)) & (vertex == begin))
+        if k > _U(0):
+            walks[place] = vertex
+        vertex, slot = ends[first + (entry >> _PLACE & _PLACES) + _U(1)], entry & _SLOTS
+        place += way
+        k += _U(1)
+    found: bool = (vertex == begin) & (wrong == _U(0)) & (size > _U(1))
     return found
 
 
 @compiled
-def _write_walk(ends: Ints, start: int, size: int, names: Ints, walks: Ints) -> None:
+def _write_walk(ends: Ints, start: int, size: int, names: Ints | None, walks: Ints) -> None:
     """Write pairs ab, bc, cd ... za from `start` on to `walks`, in the order that `Stars` states."""
     walk = ends[start : start + 2 * size : 2]
     lowest = 0
