@@ -157,8 +157,9 @@ CONTESTS = (
         "At a million the sweeps take 0.5 of the processor time and wait for instructions (below); finding the triangles at "
         "every vertex and putting them in order takes 0.25, sorting vertices and triangles by place 0.12, on one thread where "
         "each writes where the one before it ends. Tried for the sweeps: vertices sorted by their number of neighbours, 0.73 "
-        "of the time and no gain with the sorting; a fourth number for each vertex, 1.2. Tried for the order: a mark of the "
-        "vertex in its table instead of clearing it, 0.97; eight neighbours copied at a time, 0.9 of the copying.",
+        "of the time and no gain with the sorting; a fourth number for each vertex, 1.2; two neighbours at a time, 0.8, which "
+        "stayed. Tried for the order: eight neighbours copied at a time, 0.9 of the copying; entries of the table that name "
+        "their vertex and the next slot, 0.93, which stayed.",
         {
             "VTK": Peer(vtk_sinc("Sequential"), "vtk", goal=3.0),
             "VTK, threads": Peer(vtk_sinc("STDThread"), "vtk", goal=2.5),
@@ -193,12 +194,13 @@ CONTESTS = (
     Contest(
         "Laplacian, uniform, 10 steps",
         lambda s: lambda: explicit_smoothing(s.vertices, s.faces),
-        "As Taubin's, with half the sweeps. At 10k the triangles round the vertices take 0.4 of a call, ten sweeps 0.4, on one "
+        "As Taubin's, with half the sweeps. At 10k the triangles round the vertices take 0.36 of a call, ten sweeps 0.4, on one "
         "thread: two, which sleep between calls and whose cores share no cache, take 1.2 to 1.5 times as long. To put the "
-        "triangles of a vertex in order takes 40 ns, in a chain of searches that wait for each other. Vertices sorted by their "
-        "number of neighbours gain nothing: the processor learns the branches in two sweeps; nor do three neighbours at a time. "
-        "At 1M sorting by place takes a fifth of the clock, ordering triangles a quarter. MeshLib has its half-edges before the "
-        "clock starts, and takes twice our processor time at 10k; by the clock six runs of a day gave 0.8 to 1.2 there.",
+        "triangles of a vertex in order takes 35 ns, in a chain of reads that wait for each other. Vertices sorted by their "
+        "number of neighbours gain nothing: the processor learns the branches in two sweeps; three neighbours at a time take "
+        "1.1 of the time of two. At 1M sorting by place takes a fifth of the clock, ordering triangles a quarter. MeshLib has "
+        "its half-edges before the clock starts, and takes twice our processor time at 10k; three runs gave 1.04 to 1.29 there "
+        "by the clock.",
         {
             "MeshLib": Peer(meshlib_relax, "meshlib", goal=1.3),
             "pymeshlab": Peer(

@@ -61,9 +61,9 @@ def as_floats(result: Any) -> Floats:
 
 #: shares of processor time, 10,000 free vertices
 BOUNDS: dict[Energy, str] = {
-    "membrane": "No single part. Of 21 ms of processor time the order takes 2.4, the pattern of the factors 0.7, the factors "
-    "4, two solves 2.3, a residual in twice the precision 1, the operator 3.3, finding and checking the region 3; "
-    "libigl takes 19 to 20, 8 of them for the operator. The factors are short of "
+    "membrane": "No single part. Of 19 ms of processor time the order takes 2.4, the pattern of the factors 0.7, the factors "
+    "4, two solves 2.3, a residual in twice the precision 1, the operator 3, finding and checking the region 2; "
+    "libigl takes 22 to 25 in turn with it, 8 of them for the operator. The factors are short of "
     "numbers, not of arithmetic: without any of it they take 2.7 ms, to gather the fronts and to write them down. Fronts filled "
     "up to whole vectors, and right sides that lie by columns, took as long or longer; one walk instead of two over parts of "
     "up to 500 vertices takes off 0.5 ms of the order and adds 5 % to the factors; the rows of the operator are filled "
