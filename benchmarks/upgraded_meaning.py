@@ -28,7 +28,7 @@ from pymeshfair.meshlab.former import Former, former_filters
 from pymeshfair.meshlab.unrepeatable import UNREPEATABLE
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import ScriptError, Upgrade, format_script
-from pymeshfair.scripts.upgrade import upgrade_file
+from pymeshfair.scripts.upgrade import upgrade_script
 
 #: by name, MeshLab's filter that makes the mesh: a closed one, one with a handle, and an open one
 MESHES = {"sphere.ply": "create_sphere", "torus.ply": "create_torus", "grid.ply": "create_grid"}
@@ -111,10 +111,9 @@ def _renamed(old: str, former: Former, folder: Path) -> Case:
         elif text is not None:
             kind = int if isinstance(parameter, Int | Enum) else float if isinstance(parameter, Float) else str
             values[parameter.name] = text == "true" if isinstance(parameter, Bool) else kind(text)
-    path = folder / f"{len(list(folder.iterdir()))}.mlx"
     quoted = old.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
-    path.write_text(f'<!DOCTYPE FilterScript>\n<FilterScript><filter name="{quoted}"/></FilterScript>\n', "utf-8")
-    return _case(old, upgrade_file(path), {"filter": known.python_name, "values": values, "lengths": lengths}, folder)
+    data = f'<!DOCTYPE FilterScript>\n<FilterScript><filter name="{quoted}"/></FilterScript>\n'.encode()
+    return _case(old, upgrade_script(data, old), {"filter": known.python_name, "values": values, "lengths": lengths}, folder)
 
 
 def real(scripts: Path, folder: Path) -> list[Case]:
@@ -122,7 +121,7 @@ def real(scripts: Path, folder: Path) -> list[Case]:
     cases = []
     for path in sorted(scripts.glob("*.mlx")):
         try:
-            upgraded = upgrade_file(path)
+            upgraded = upgrade_script(path.read_bytes(), str(path), path=path)
         except ScriptError:
             continue
         steps = len(upgraded.script.steps)

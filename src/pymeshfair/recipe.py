@@ -140,7 +140,7 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
 
     Recipes that are superseded are shipped too, without being listed; a run of one says what to take instead.
 
-    With `upgrade` a script of an older MeshLab is brought up to date as `pymeshfair.scripts.upgrade_file` does; the recipe's
+    With `upgrade` a script of an older MeshLab is brought up to date as `pymeshfair.scripts.upgrade_script` does; the recipe's
     `changes` say how.
 
     Raises:

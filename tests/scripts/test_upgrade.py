@@ -12,7 +12,7 @@ import pytest
 from pymeshfair.declaration import Length
 from pymeshfair.meshlab.former import former_filter, former_filters, parameter_facts
 from pymeshfair.registry import find_filter
-from pymeshfair.scripts import ScriptError, Upgrade, format_script, upgrade_file, upgrade_script
+from pymeshfair.scripts import ScriptError, Upgrade, format_script, upgrade_script
 from pymeshfair.scripts.suggestions import same_but_case
 from pymeshfair.scripts.upgrade import relative_script
 from tests.scripts.texts import one_filter, script
@@ -390,16 +390,6 @@ def test_an_upgraded_script_gives_plain_pymeshlab_the_mesh_that_its_filters_give
     assert not np.allclose(meshes[0].vertex_matrix(), before)
     assert np.array_equal(meshes[0].vertex_matrix(), meshes[1].vertex_matrix())
     assert np.array_equal(meshes[0].face_matrix(), meshes[1].face_matrix())
-
-
-def test_files_are_upgraded_by_path(tmp_path: Path) -> None:
-    """A file gives what its bytes give, and remembers its path; one that is missing is a ScriptError."""
-    path = tmp_path / "old.mlx"
-    path.write_bytes(OLD)
-    assert upgrade_file(path) == upgrade_script(OLD, str(path))
-    assert upgrade_file(str(path)).script.path == path
-    with pytest.raises(ScriptError, match="cannot be read"):
-        upgrade_file(tmp_path / "none.mlx")
 
 
 def test_every_fact_about_a_parameter_leads_to_one_of_today() -> None:

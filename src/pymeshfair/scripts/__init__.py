@@ -3,7 +3,7 @@
 from .problems import Change, Problem, ScriptError
 from .read import parse_script, read_script
 from .script import Script, Setting, Step
-from .upgrade import Upgrade, upgrade_file, upgrade_script
+from .upgrade import Upgrade, upgrade_script
 from .write import format_script, write_script
 
 __all__ = [
@@ -17,7 +17,6 @@ __all__ = [
     "format_script",
     "parse_script",
     "read_script",
-    "upgrade_file",
     "upgrade_script",
     "write_script",
 ]

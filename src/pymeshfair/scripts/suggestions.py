@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable
+from difflib import SequenceMatcher
 
 from ..declaration import Enum
 from ..meshlab.former import Former, former_parameters
@@ -13,12 +14,11 @@ _SLIPS = ((20, 2), (4, 1), (0, 0))
 
 def close_spelling(name: str, names: Iterable[str]) -> str | None:
     """The only one of `names` that differs from `name` by case, spaces or a slip or two; None if there is none or several."""
-    plain, others = _plain(name), [*names]
+    plain = _plain(name)
     allowed = next(slips for letters, slips in _SLIPS if len(plain) >= letters)
-    for slips in range(allowed + 1):
-        if found := [other for other in others if _is_within(plain, _plain(other), slips)]:
-            return found[0] if len(found) == 1 else None
-    return None
+    slips = {other: _slips(plain, _plain(other), allowed) for other in names}
+    closest = [other for other, count in slips.items() if count == min(slips.values()) <= allowed]
+    return closest[0] if len(closest) == 1 else None
 
 
 def suggested_filter(name: str) -> str | None:
@@ -79,15 +79,9 @@ def _plain(name: str) -> str:
     return re.sub(r"[\s_-]+", "", name.casefold())
 
 
-def _is_within(first: str, second: str, slips: int) -> bool:
-    """Whether so many slips make one word of the other: letters added, dropped, changed or swapped with the next."""
-    while first and first[:1] == second[:1]:
-        first, second = first[1:], second[1:]
-    if not first or not second:
-        return len(first + second) <= slips
-    if not slips:
-        return False
-    ends = [(first[1:], second), (first, second[1:]), (first[1:], second[1:])]
-    if first[:2] == second[1::-1]:
-        ends.append((first[2:], second[2:]))
-    return any(_is_within(*end, slips - 1) for end in ends)
+def _slips(first: str, second: str, most: int) -> int:
+    """How many letters are added, dropped, changed or swapped with the next; of words that differ more in length, `most` + 1."""
+    if abs(len(first) - len(second)) > most:
+        return most + 1
+    blocks = SequenceMatcher(None, first, second, autojunk=False).get_matching_blocks()
+    return max(len(first), len(second)) - sum(block.size for block in blocks)

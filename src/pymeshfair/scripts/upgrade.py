@@ -13,7 +13,7 @@ from ..errors import UnknownNameError
 from ..meshlab.former import Former, former_filter, former_parameters
 from ..registry import find_filter
 from .problems import Change
-from .read import SECOND_DOCUMENT_TYPE, parse_document, read_bytes
+from .read import SECOND_DOCUMENT_TYPE, parse_document
 from .script import FilterElement, ParamElement, Script, Step
 from .step_builder import OLD_TYPES, WHOLE, build_script, parsed, type_complaints
 from .suggestions import close_spelling, same_but_case
@@ -175,15 +175,6 @@ class Upgrade:
     def warnings(self) -> tuple[str, ...]:
         """The changes that alter the meaning of the script."""
         return tuple(str(change) for change in self.changes if not change.same_meaning)
-
-
-def upgrade_file(path: str | Path, *, mend: bool = False) -> Upgrade:
-    """The upgraded script in a file; for `mend` see `upgrade_script`.
-
-    Raises:
-        ScriptError: the file cannot be read, or something is wrong that no upgrade cures; lists every problem.
-    """
-    return upgrade_script(read_bytes(path), str(path), path=Path(path), mend=mend)
 
 
 def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bool = False) -> Upgrade:
