@@ -9,29 +9,8 @@ import numpy as np
 
 from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Float, Floats, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.errors import MeshError
+from pymeshfair.filters import denoising
 from pymeshfair.filters.choosing import compare_smoothers
-from pymeshfair.filters.denoising import (
-    FIXED,
-    REPERTOIRE,
-    SPACE_KERNELS,
-    AutomaticChoice,
-    AutomaticParameters,
-    Neighborhood,
-    NormalFilter,
-    NormalFilterMethod,
-    Outliers,
-    RangeMeasure,
-    RelaxationDirection,
-    RoundingPolicy,
-    Setting,
-    SpaceKernel,
-    VertexUpdate,
-    automatic_choice,
-    denoise_automatically,
-    denoised,
-    filter_face_normals,
-    normal_filtering,
-)
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.inspection import folded_faces, triangle_shapes
 from pymeshfair.filters.robust import KernelName
@@ -45,6 +24,8 @@ CHOICE = Enum(
     help="How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a large one, and "
     "one of those is taken that best predict vertices which they have not seen. 'fixed': all-round values, at once."
 )
+#: 'constant' comes first
+SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)
 
 Auto: TypeAlias = Literal["auto"]
 
@@ -75,14 +56,14 @@ class NormalFilterParameters:
         normal_iterations: How often the normals are filtered before the vertices follow. More smooth more.
     """
 
-    method: Annotated[Auto | NormalFilterMethod, Enum()] = "auto"
+    method: Annotated[Auto | denoising.NormalFilterMethod, Enum()] = "auto"
     range_kernel: Annotated[Auto | KernelName, Enum()] = "auto"
-    space_kernel: Annotated[Auto | SpaceKernel, Enum(choices=("auto", *SPACE_KERNELS), advanced=True)] = "auto"
-    range_measure: Annotated[Auto | RangeMeasure, Enum(advanced=True)] = "auto"
+    space_kernel: Annotated[Auto | denoising.SpaceKernel, SPACE_KERNEL] = "auto"
+    range_measure: Annotated[Auto | denoising.RangeMeasure, Enum(advanced=True)] = "auto"
     range_sigma: Annotated[float, Float(minimum=0, automatic=0)] = 0.0
     range_floor: Annotated[float, Float(minimum=0, maximum=4, automatic=-1, advanced=True)] = -1.0
     space_sigma: Annotated[float, Float(minimum=0, automatic=0)] = 0.0
-    neighborhood: Annotated[Auto | Neighborhood, Enum()] = "auto"
+    neighborhood: Annotated[Auto | denoising.Neighborhood, Enum()] = "auto"
     normal_iterations: Annotated[int, Int(minimum=1, maximum=10_000, automatic=0)] = 0
 
 
@@ -91,7 +72,7 @@ STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
 #: the share of the time that a choice takes, if there is one
 CHOOSING = 0.7
 #: the parameters of normal filtering that are chosen for a mesh
-CHOSEN = frozenset(field.name for field in fields(AutomaticParameters))
+CHOSEN = frozenset(field.name for field in fields(denoising.AutomaticParameters))
 #: those of what comes before both steps, see `denoised`
 BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")
 #: triangles below this of `triangle_shapes` are slivers, as 1:10; more than this share of them is worth a word
@@ -103,9 +84,9 @@ NO_EVIDENCE_AT_BORDER = (
 )
 #: the defaults of `normal_filtering`, where neither the caller nor the mesh decides
 DEFAULTS: dict[str, Any] = {
-    **{field.name: field.default for field in fields(NormalFilter) if field.name in STEP_ONE},
+    **{field.name: field.default for field in fields(denoising.NormalFilter) if field.name in STEP_ONE},
     **{
-        name: inspect.signature(normal_filtering).parameters[name].default
+        name: inspect.signature(denoising.normal_filtering).parameters[name].default
         for name in ("vertex_iterations", "outer_iterations", "vertex_update")
     },
     "outliers": "keep",
@@ -128,11 +109,11 @@ def apply_coord_normal_filtering(
     normals: NormalFilterParameters,
     vertex_iterations: Annotated[int, Int(minimum=1, maximum=10_000, automatic=0)] = 0,
     outer_iterations: Annotated[int, Int(minimum=0, maximum=10_000, automatic=-1)] = -1,
-    vertex_update: Annotated[Auto | VertexUpdate, Enum(advanced=True)] = "auto",
-    outliers: Annotated[Auto | Outliers, Enum()] = "auto",
-    rounding: Annotated[Auto | RoundingPolicy, Enum(advanced=True)] = "auto",
+    vertex_update: Annotated[Auto | denoising.VertexUpdate, Enum(advanced=True)] = "auto",
+    outliers: Annotated[Auto | denoising.Outliers, Enum()] = "auto",
+    rounding: Annotated[Auto | denoising.RoundingPolicy, Enum(advanced=True)] = "auto",
     relaxation: Annotated[int, Int(minimum=0, maximum=10_000, automatic=-1)] = -1,
-    relaxation_direction: Annotated[Auto | RelaxationDirection, Enum(advanced=True)] = "auto",
+    relaxation_direction: Annotated[Auto | denoising.RelaxationDirection, Enum(advanced=True)] = "auto",
     choice: Annotated[Chooser, CHOICE] = "held_out",
     compare: Annotated[bool, Bool(label="Compare smoothers", advanced=True)] = False,
     border: Annotated[BorderPolicy, Enum()] = "along",
@@ -186,10 +167,12 @@ def apply_coord_normal_filtering(
         how: dict[str, Any] = {name: effective[name] for name in BEFORE}
         how["filtering"] = {name: value for name, value in effective.items() if name not in BEFORE}
         rest = part_of(progress, CHOOSING if findings else 0.0, 1.0)
-        vertices = denoised(layer.vertices, layer.faces, **how, border=border, movable=movable, progress=rest)
+        vertices = denoising.denoised(layer.vertices, layer.faces, **how, border=border, movable=movable, progress=rest)
     else:
         share = part_of(progress, 0.0, CHOOSING if compare else 1.0)
-        vertices, made = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=share)
+        vertices, made = denoising.denoise_automatically(
+            layer.vertices, layer.faces, border=border, movable=movable, progress=share
+        )
         effective, findings = _parameters(made.setting), _findings(made)
         if compare:
             findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
@@ -242,7 +225,7 @@ def apply_normal_robust_filtering_per_face(
     if "normal_iterations" not in set_values:
         effective["normal_iterations"] *= effective["outer_iterations"]
     effective = {name: effective[name] for name in STEP_ONE}
-    filtered = filter_face_normals(
+    filtered = denoising.filter_face_normals(
         layer.vertices, layer.faces, **effective, progress=part_of(progress, CHOOSING if findings else 0.0, 1.0)
     )
     if selected:
@@ -267,11 +250,11 @@ def _completed(
     if CHOSEN & of <= set_values.keys():
         return {**DEFAULTS, **set_values}, {}
     if choice == "fixed":
-        return {**DEFAULTS, **asdict(FIXED), **set_values}, {}
+        return {**DEFAULTS, **asdict(denoising.FIXED), **set_values}, {}
     # Passes are no part of what is tried: twenty of them would cost twenty times as much. Rounding is undone or not, in all.
     no_part = ("normal_iterations", "rounding")
-    tried = REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name not in no_part})
-    made = automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **how)
+    tried = denoising.REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name not in no_part})
+    made = denoising.automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **how)
     chosen = _parameters(made.setting)
     if made.setting.parameters is None:
         # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.
@@ -279,20 +262,20 @@ def _completed(
     return {**DEFAULTS, **chosen, **set_values}, _findings(made)
 
 
-def _parameters(setting: Setting) -> dict[str, Any]:
+def _parameters(setting: denoising.Setting) -> dict[str, Any]:
     """The setting as parameters of the filter."""
     filtering = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
     before = {name: getattr(setting, name) for name in BEFORE}
     return {**DEFAULTS, **filtering, **before}
 
 
-def _findings(made: AutomaticChoice) -> dict[str, Any]:
+def _findings(made: denoising.AutomaticChoice) -> dict[str, Any]:
     """The kind of mesh and noise that was found, and the numbers behind it."""
     findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
     return findings if made.evidence is None else {**findings, "tried": reported(made.evidence, asdict)}
 
 
-def _comparison(layer: Layer, made: AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:
+def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:
     """The families of smoothers by their error at held-out vertices; none of a clean mesh, or where neighbours share noise."""
     if made.kind != "noisy":
         return []

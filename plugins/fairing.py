@@ -21,18 +21,9 @@ from pymeshfair.declaration import (
     mesh_filter,
 )
 from pymeshfair.errors import MeshError
+from pymeshfair.filters import fairing
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
-from pymeshfair.filters.fairing import (
-    Energy,
-    bilaplacian_smoothing,
-    blend_parts,
-    fair_region,
-    feature_weights,
-    scalar_feature_weights,
-    tangential_smoothing,
-    weight_of_detail_size,
-)
 from pymeshfair.filters.holes import remesh_region
 from pymeshfair.filters.inspection import surface_measures
 
@@ -105,10 +96,10 @@ def apply_coord_bilaplacian_smoothing(
     def smooth(points: Floats, faces: Ints, size: float, **how: Any) -> Floats:
         notes.clear()
         how |= {"feature_weights": weights, "border": border, "on_irregular": lambda count: notes.add(irregular_note(count))}
-        return bilaplacian_smoothing(points, faces, detail_size=size, **how)
+        return fairing.bilaplacian_smoothing(points, faces, detail_size=size, **how)
 
     done = smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=part_of(progress, before, 1.0))
-    held = weight_of_detail_size(done.amount) if done.amount else math.inf
+    held = fairing.weight_of_detail_size(done.amount) if done.amount else math.inf
     moved = displacement(layer.vertices, done.vertices)
     return Edit(
         vertices=done.vertices,
@@ -121,13 +112,13 @@ def _feature_weights(layer: Layer, features: Features, angle: float, scalar: flo
     if features == "none":
         return None
     if features == "curvature":
-        return feature_weights(layer.vertices, layer.faces, feature_angle=angle, progress=progress)
+        return fairing.feature_weights(layer.vertices, layer.faces, feature_angle=angle, progress=progress)
     if not (layer.has_vertex_scalars and layer.vertex_scalars.any()):
         raise FilterInputError(
             "features='scalar' needs a vertex scalar, and that of the mesh is 0 everywhere: first compute one, such as a "
             "curvature"
         )
-    return scalar_feature_weights(layer.vertex_scalars, half=scalar)
+    return fairing.scalar_feature_weights(layer.vertex_scalars, half=scalar)
 
 
 @mesh_filter(
@@ -163,7 +154,7 @@ def apply_coord_tangential_smoothing(
             range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes.
     """
     textured = flip_edges and layer.has_wedge_tex_coords
-    vertices, faces = tangential_smoothing(
+    vertices, faces = fairing.tangential_smoothing(
         layer.vertices,
         layer.faces,
         weight=weight,
@@ -204,7 +195,7 @@ def _replacement(layer: Layer, faces: Ints, replaced: Bools) -> dict[str, Any]:
 # A note is given if the area of a region falls below this share.
 _SHRUNK = 1 / 3
 FairingEnergy: TypeAlias = Annotated[
-    Energy,
+    fairing.Energy,
     Enum(
         help="'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and "
         "continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays round."
@@ -265,7 +256,7 @@ def apply_coord_region_fairing(
     area_share = 1.0
     for i in range(iterations):
         partial = part_of(progress, i / iterations, (i + 1) / iterations)
-        faired = fair_region(vertices, layer.faces, chosen, energy=energy, progress=partial)
+        faired = fairing.fair_region(vertices, layer.faces, chosen, energy=energy, progress=partial)
         vertices = faired.vertices
         area_share *= faired.area_share
     moved = int(faired.free.sum())
@@ -293,7 +284,7 @@ def apply_coord_region_fairing(
     )
 
 
-def _remade(layer: Layer, chosen: Bools, energy: Energy, rounds: int, progress: Progress) -> Edit:
+def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, progress: Progress) -> Edit:
     """The selected vertices and their triangles replaced by a filling."""
     region, filling = remesh_region(layer.vertices, layer.faces, chosen, energy=energy, rounds=rounds, progress=progress)
     new_vertices, new_faces = len(filling.new_vertices), len(filling.new_faces)
@@ -345,7 +336,7 @@ def meshing_bridge_rims_by_fairing(
             of its vertices are. Otherwise the two nearest rims of different parts are joined.
     """
     among = layer.selected_vertices() if selected else None
-    blend = blend_parts(layer.vertices, layer.faces, energy=energy, among=among, progress=progress)
+    blend = fairing.blend_parts(layer.vertices, layer.faces, energy=energy, among=among, progress=progress)
     doubt = (
         "The two rims do not face each other clearly enough to tell whether both parts are the right way out; if the neck is "
         "twisted, turn the faces of one part over (invert faces orientation) and join them again."

@@ -21,23 +21,7 @@ from pymeshfair.declaration import (
     MeshElement,
     mesh_filter,
 )
-from pymeshfair.filters.inspection import (
-    Correspondence,
-    CurvatureOperator,
-    GaussianMeasure,
-    Limits,
-    displacement,
-    diverging_colors,
-    gaussian_curvature,
-    mean_curvature,
-    mesh_normals,
-    reflection_stripes,
-    robust_limits,
-    sequential_colors,
-    surface_measures,
-    symmetric_limits,
-    triangle_shapes,
-)
+from pymeshfair.filters import inspection
 from pymeshfair.filters.topology import referenced_vertices
 
 Colored = Annotated[
@@ -61,7 +45,7 @@ def get_surface_measures(layer: Layer) -> Edit:
     the mean triangle quality (1 for equilateral ones); of a point cloud the mean distance to the nearest point. Changes
     nothing. Exact far from the origin, too.
     """
-    return Edit(values=asdict(surface_measures(layer.vertices, layer.faces, edges=layer.edges)))
+    return Edit(values=asdict(inspection.surface_measures(layer.vertices, layer.faces, edges=layer.edges)))
 
 
 @mesh_filter(
@@ -74,7 +58,7 @@ def get_surface_measures(layer: Layer) -> Edit:
 def compute_scalar_by_mean_curvature_per_vertex(
     layer: Layer,
     *,
-    operator: Annotated[CurvatureOperator, Enum()] = "cotangent",
+    operator: Annotated[inspection.CurvatureOperator, Enum()] = "cotangent",
     color: Colored = True,
 ) -> Edit:
     """Gives every vertex its mean curvature: 1/r on a sphere of radius r, positive on bulges and negative in hollows.
@@ -87,8 +71,8 @@ def compute_scalar_by_mean_curvature_per_vertex(
         operator: 'cotangent' is the Laplace-Beltrami operator, right on every mesh; 'uniform' is the mean of the neighbours, calm
             at slivers, but wrong where vertices are spread unevenly.
     """
-    values = mean_curvature(layer.vertices, layer.faces, operator=operator)
-    return _seen(layer, values, symmetric_limits, diverging_colors, color)
+    values = inspection.mean_curvature(layer.vertices, layer.faces, operator=operator)
+    return _seen(layer, values, inspection.symmetric_limits, inspection.diverging_colors, color)
 
 
 @mesh_filter(
@@ -101,7 +85,7 @@ def compute_scalar_by_mean_curvature_per_vertex(
 def compute_scalar_by_gaussian_curvature_per_vertex(
     layer: Layer,
     *,
-    measure: Annotated[GaussianMeasure, Enum()] = "per_area",
+    measure: Annotated[inspection.GaussianMeasure, Enum()] = "per_area",
     color: Colored = True,
 ) -> Edit:
     """Gives every vertex its Gaussian curvature: 1/r^2 on a sphere of radius r, 0 on cylinders and planes, negative on saddles.
@@ -114,8 +98,10 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
         measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing there, in radians,
             which adds up to 2 pi times the Euler characteristic.
     """
-    values = gaussian_curvature(layer.vertices, layer.faces, measure=measure)
-    return _seen(layer, values, symmetric_limits, diverging_colors, color, sum=float(values[_used(layer)].sum()))
+    values = inspection.gaussian_curvature(layer.vertices, layer.faces, measure=measure)
+    return _seen(
+        layer, values, inspection.symmetric_limits, inspection.diverging_colors, color, sum=float(values[_used(layer)].sum())
+    )
 
 
 @mesh_filter(
@@ -130,10 +116,12 @@ def compute_scalar_by_triangle_shape_per_face(layer: Layer, *, color: Colored = 
     The shortest edge over the radius of the circumcircle, normalised. Colours from dark violet at 0 to bright yellow at 1.
     Returns the limits, the lowest, the highest and the mean value.
     """
-    shapes = triangle_shapes(layer.vertices, layer.faces)
-    limits = Limits(0.0, 1.0)
+    shapes = inspection.triangle_shapes(layer.vertices, layer.faces)
+    limits = inspection.Limits(0.0, 1.0)
     return Edit(
-        face_scalars=shapes, face_colors=sequential_colors(shapes, limits) if color else None, values=_statistics(shapes, limits)
+        face_scalars=shapes,
+        face_colors=inspection.sequential_colors(shapes, limits) if color else None,
+        values=_statistics(shapes, limits),
     )
 
 
@@ -161,8 +149,8 @@ def compute_color_by_reflection_lines_per_vertex(
         direction: Along the lamps, which are parallel and infinitely far.
         view: From the mesh to the eye.
     """
-    normals = mesh_normals(layer.vertices, layer.faces)
-    bright = reflection_stripes(normals, view=view, direction=direction, stripes=stripes)
+    normals = inspection.mesh_normals(layer.vertices, layer.faces)
+    bright = inspection.reflection_stripes(normals, view=view, direction=direction, stripes=stripes)
     grey = 0.08 + 0.84 * bright
     return Edit(vertex_scalars=bright, vertex_colors=np.column_stack([grey, grey, grey, np.ones(len(grey))]))
 
@@ -177,7 +165,7 @@ def compute_scalar_by_displacement_per_vertex(
     layer: Layer,
     *,
     reference: Annotated[int, Mesh()] = 0,
-    correspondence: Annotated[Correspondence, Enum()] = "auto",
+    correspondence: Annotated[inspection.Correspondence, Enum()] = "auto",
     signed: Annotated[bool, Bool()] = True,
     color: Colored = True,
 ) -> Edit:
@@ -194,7 +182,7 @@ def compute_scalar_by_displacement_per_vertex(
         signed: Negative where the mesh lies on the inner side of the reference. Without it all values are distances.
     """
     other = layer.other(reference)
-    result = displacement(layer.vertices, layer.faces, other.vertices, other.faces, correspondence=correspondence)
+    result = inspection.displacement(layer.vertices, layer.faces, other.vertices, other.faces, correspondence=correspondence)
     d = result.distances[_used(layer)]
     values: dict[str, Any] = {"by_vertex": result.by_vertex}
     if len(d):
@@ -205,8 +193,8 @@ def compute_scalar_by_displacement_per_vertex(
             "largest_distance": float(d.max()),
         }
     if signed:
-        return _seen(layer, result.signed, symmetric_limits, diverging_colors, color, **values)
-    return _seen(layer, result.distances, robust_limits, sequential_colors, color, **values)
+        return _seen(layer, result.signed, inspection.symmetric_limits, inspection.diverging_colors, color, **values)
+    return _seen(layer, result.distances, inspection.robust_limits, inspection.sequential_colors, color, **values)
 
 
 def _used(layer: Layer) -> Bools:
@@ -217,8 +205,8 @@ def _used(layer: Layer) -> Bools:
 def _seen(
     layer: Layer,
     values: Floats,
-    limits_of: Callable[[Floats], Limits],
-    colors_of: Callable[[Floats, Limits], Floats],
+    limits_of: Callable[[Floats], inspection.Limits],
+    colors_of: Callable[[Floats, inspection.Limits], Floats],
     color: bool,
     **more: Any,
 ) -> Edit:
@@ -232,7 +220,7 @@ def _seen(
     )
 
 
-def _statistics(values: Floats, limits: Limits) -> dict[str, Any]:
+def _statistics(values: Floats, limits: inspection.Limits) -> dict[str, Any]:
     statistics: dict[str, Any] = {"lower_limit": limits.low, "upper_limit": limits.high}
     if len(values):
         statistics |= {"lowest": float(values.min()), "highest": float(values.max()), "mean": float(values.mean())}

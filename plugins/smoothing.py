@@ -21,23 +21,9 @@ from pymeshfair.declaration import (
     MeshElement,
     mesh_filter,
 )
+from pymeshfair.filters import diffusion
 from pymeshfair.filters.checks import FilterInputError, UnstableStepError
 from pymeshfair.filters.choosing import PASSES
-from pymeshfair.filters.diffusion import (
-    EDGE_STOPS,
-    EdgeStop,
-    Flow,
-    ImplicitOperator,
-    TaubinOperator,
-    UpdateRule,
-    explicit_smoothing,
-    implicit_fairing,
-    longest_step,
-    perona_malik,
-    remove_spikes,
-    taubin_fairing,
-    time_step_of_detail_size,
-)
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.operators import OperatorName
 
@@ -68,11 +54,11 @@ GEOMETRIC_OPERATORS = ("cotangent", "robust")
 def apply_coord_implicit_fairing(
     layer: Layer,
     *,
-    operator: Annotated[ImplicitOperator, Enum()] = "cotangent",
+    operator: Annotated[diffusion.ImplicitOperator, Enum()] = "cotangent",
     detail_size: Annotated[float, DETAIL_SIZE],
     time_step: Annotated[float, TIME_STEP] = 0.0,
     iterations: Annotated[int, Int(minimum=1, maximum=10_000)] = 1,
-    flow: Annotated[Flow, Enum()] = "linear",
+    flow: Annotated[diffusion.Flow, Enum()] = "linear",
     preserve_volume: Annotated[bool, Bool()] = False,
     keep_dimensions: Annotated[bool, Bool()] = False,
     border: Border = "along",
@@ -103,7 +89,7 @@ def apply_coord_implicit_fairing(
             shape its size, open or closed. Not for point clouds.
     """
     faired = partial(
-        implicit_fairing,
+        diffusion.implicit_fairing,
         operator=operator,
         iterations=iterations,
         flow=flow,
@@ -111,7 +97,7 @@ def apply_coord_implicit_fairing(
         keep_dimensions=keep_dimensions,
         border=border,
     )
-    time_of = partial(time_step_of_detail_size, iterations=iterations, keep_dimensions=keep_dimensions)
+    time_of = partial(diffusion.time_step_of_detail_size, iterations=iterations, keep_dimensions=keep_dimensions)
     if time_step:
         time = time_step if operator in ("uniform", "inverse_length") else time_step * squared_mean_edge(layer)
         movable = movable_vertices(layer, selected)
@@ -157,7 +143,7 @@ def apply_coord_explicit_smoothing(
     operator: Annotated[OperatorName, Enum()] = "uniform",
     step: Annotated[float, Float(minimum=0)] = 0.5,
     iterations: Iterations = 10,
-    update: Annotated[UpdateRule, Enum(label="Update rule")] = "euler",
+    update: Annotated[diffusion.UpdateRule, Enum(label="Update rule")] = "euler",
     border: Border = "along",
     selected: Selected = False,
     progress: Progress = ignore_progress,
@@ -180,7 +166,7 @@ def apply_coord_explicit_smoothing(
     """
     unit = squared_mean_edge(layer) if operator in DIMENSIONAL_OPERATORS else 1.0
     try:
-        vertices = explicit_smoothing(
+        vertices = diffusion.explicit_smoothing(
             layer.vertices,
             layer.faces,
             operator=operator,
@@ -226,7 +212,7 @@ def taubin_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
 def apply_coord_taubin_fairing(
     layer: Layer,
     *,
-    operator: Annotated[TaubinOperator, Enum()] = "uniform",
+    operator: Annotated[diffusion.TaubinOperator, Enum()] = "uniform",
     step: Annotated[float, TAUBIN_STEP] = 0.5,
     mu: Annotated[float, TAUBIN_MU] = -0.53,
     pass_band: Annotated[float, TAUBIN_PASS_BAND] = 0.0,
@@ -251,7 +237,7 @@ def apply_coord_taubin_fairing(
         iterations: How many pairs of steps are taken. More are smoother and slower. 'auto' takes the number whose slopes are
             expected to be nearest to the true ones.
     """
-    faired = partial(taubin_fairing, operator=operator, step=step, mu=mu, pass_band=pass_band or None, border=border)
+    faired = partial(diffusion.taubin_fairing, operator=operator, step=step, mu=mu, pass_band=pass_band or None, border=border)
 
     def smooth(points: Floats, faces: Ints, passes: float, **how: Any) -> Floats:
         return faired(points, faces, iterations=int(passes), **how)
@@ -281,7 +267,7 @@ def apply_coord_spike_removal(
         steepness: A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike.
             Larger removes thinner spikes alone; below 1 the corners of boxes go.
     """
-    vertices, spikes = remove_spikes(
+    vertices, spikes = diffusion.remove_spikes(
         layer.vertices, layer.faces, steepness=steepness, movable=movable_vertices(layer, selected), progress=progress
     )
     return Edit(vertices=vertices, values={"spikes": int(np.count_nonzero(spikes))})
@@ -298,7 +284,7 @@ class Diffusion:
             smoother per iteration.
     """
 
-    range_kernel: Annotated[EdgeStop, Enum(label="Range kernel", choices=EDGE_STOPS)] = "lorentzian"
+    range_kernel: Annotated[diffusion.EdgeStop, Enum(label="Range kernel")] = "lorentzian"
     range_sigma: Annotated[float, Float(label="Range sigma (contrast)", minimum=0, automatic=0)] = 0.0
     step: Annotated[float, Float(label="Step", minimum=0, maximum=1)] = 1.0
     iterations: Iterations = 10
@@ -309,12 +295,12 @@ def _diffused(values: Floats, layer: Layer, how: Diffusion, progress: Progress) 
     """The values of vertices, (n,) or (n, k), after the diffusion."""
     if how.step == 0.0:
         raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
-    return perona_malik(
+    return diffusion.perona_malik(
         values,
         layer.faces,
         edge_stop=how.range_kernel,
         contrast=how.range_sigma or None,
-        step=how.step * longest_step(layer.faces),
+        step=how.step * diffusion.longest_step(layer.faces),
         iterations=how.iterations,
         movable=movable_vertices(layer, how.selected),
         progress=progress,
@@ -328,16 +314,14 @@ def _diffused(values: Floats, layer: Layer, how: Diffusion, progress: Progress) 
     changes=MeshElement.VERTQUALITY,
     references=("perona1990", "black1998"),
 )
-def apply_scalar_anisotropic_diffusion_per_vertex(
-    layer: Layer, *, diffusion: Diffusion, progress: Progress = ignore_progress
-) -> Edit:
+def apply_scalar_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusion, progress: Progress = ignore_progress) -> Edit:
     """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move.
 
     Args:
         range_sigma: Differences between neighbours above it are edges, and stay. Larger smooths stronger noise and blurs more
             edges. 'auto' takes it from the median difference.
     """
-    return Edit(vertex_scalars=_diffused(layer.vertex_scalars, layer, diffusion, progress))
+    return Edit(vertex_scalars=_diffused(layer.vertex_scalars, layer, how, progress))
 
 
 @mesh_filter(
@@ -347,9 +331,7 @@ def apply_scalar_anisotropic_diffusion_per_vertex(
     changes=MeshElement.VERTCOLOR,
     references=("perona1990", "black1998"),
 )
-def apply_color_anisotropic_diffusion_per_vertex(
-    layer: Layer, *, diffusion: Diffusion, progress: Progress = ignore_progress
-) -> Edit:
+def apply_color_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusion, progress: Progress = ignore_progress) -> Edit:
     """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays.
 
     Args:
@@ -357,5 +339,5 @@ def apply_color_anisotropic_diffusion_per_vertex(
             smooths stronger noise and blurs more edges. 'auto' takes it from the median difference.
     """
     colors = np.array(layer.vertex_colors)
-    colors[:, :3] = _diffused(colors[:, :3], layer, diffusion, progress)
+    colors[:, :3] = _diffused(colors[:, :3], layer, how, progress)
     return Edit(vertex_colors=colors)

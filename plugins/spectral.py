@@ -20,20 +20,10 @@ from pymeshfair.declaration import (
     Percentage,
     mesh_filter,
 )
+from pymeshfair.filters import spectral
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.operators import SurfaceOperatorName
-from pymeshfair.filters.spectral import (
-    DEFAULT_ORDER,
-    ORDERS,
-    ResponseName,
-    SpectralMethod,
-    SpectralResult,
-    enhance_details,
-    one_harmonic,
-    spectral_filter,
-    spectrum,
-)
 
 from .moving_vertices import (
     DETAIL_SIZE,
@@ -44,6 +34,7 @@ from .moving_vertices import (
     smoothed_by_size,
 )
 
+ORDER = Int(minimum=min(spectral.ORDERS), maximum=max(spectral.ORDERS), advanced=True)
 OPERATOR = Enum(
     label="Operator",
     advanced=True,
@@ -62,13 +53,13 @@ OPERATOR = Enum(
 def apply_coord_spectral_filter(
     layer: Layer,
     *,
-    response: Annotated[ResponseName, Enum()] = "low_pass",
+    response: Annotated[spectral.ResponseName, Enum()] = "low_pass",
     detail_size: Annotated[float, DETAIL_SIZE],
     largest_size: Annotated[float, Percentage(automatic=0, default="auto")],
     modes: Annotated[int, Int(minimum=0, maximum=1_000_000)] = 0,
     gain: Annotated[float, Float(minimum=0, maximum=10)] = 2.0,
-    order: Annotated[int, Int(minimum=min(ORDERS), maximum=max(ORDERS), advanced=True)] = DEFAULT_ORDER,
-    method: Annotated[SpectralMethod, Enum()] = "auto",
+    order: Annotated[int, ORDER] = spectral.DEFAULT_ORDER,
+    method: Annotated[spectral.SpectralMethod, Enum()] = "auto",
     operator: Annotated[SurfaceOperatorName, OPERATOR] = "auto",
     selected: Selected = False,
     progress: Progress = ignore_progress,
@@ -105,9 +96,9 @@ def apply_coord_spectral_filter(
         raise FilterInputError(
             f"detail_size 'auto' is for the response 'low_pass', not {response!r}: give a size such as '6edge'"
         )
-    filtered: SpectralResult | None = None
+    filtered: spectral.SpectralResult | None = None
     passed = partial(
-        spectral_filter,
+        spectral.spectral_filter,
         response=response,
         largest_size=largest_size or None,
         modes=modes or None,
@@ -129,7 +120,7 @@ def apply_coord_spectral_filter(
     return Edit(vertices=filtered.vertices, values={**report, **done.values}, notes=(_in_words(response, filtered),))
 
 
-def _in_words(response: ResponseName, filtered: SpectralResult) -> str:
+def _in_words(response: spectral.ResponseName, filtered: spectral.SpectralResult) -> str:
     """The change of the shape in words; the computation is reported in numbers."""
     if filtered.route == "none":
         return filtered.explanation
@@ -171,7 +162,7 @@ def apply_coord_detail_enhancement(
         most: How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that is
             less. Larger lets thin parts change more.
     """
-    enhanced = enhance_details(
+    enhanced = spectral.enhance_details(
         layer.vertices,
         layer.faces,
         gain=gain,
@@ -218,7 +209,7 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
         mode: Which one, by rising frequency over all components. 0 is constant, 1 the longest wave, whatever the number of
             components; larger has shorter waves and takes longer.
     """
-    harmonic = one_harmonic(layer.vertices, layer.faces, mode, operator=operator, progress=progress)
+    harmonic = spectral.one_harmonic(layer.vertices, layer.faces, mode, operator=operator, progress=progress)
     frequency = math.sqrt(max(harmonic.eigenvalue, 0.0))
     notes: tuple[str, ...] = ()
     if harmonic.share_of_area < 0.5:
@@ -257,7 +248,7 @@ def get_surface_spectrum(
         modes: How many modes are listed, from the lowest. More reach higher frequencies and take longer; the energies of bands do
             not need them.
     """
-    energies = spectrum(layer.vertices, layer.faces, modes=modes, operator=operator, progress=progress)
+    energies = spectral.spectrum(layer.vertices, layer.faces, modes=modes, operator=operator, progress=progress)
     # Lists, not arrays: a run hands them over whole.
     report = {f.name: getattr(energies, f.name) for f in fields(energies)}
     values = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in report.items()}

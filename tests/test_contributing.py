@@ -30,7 +30,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
         else:
             shutil.copy(source, copy / name)
     blocks = BLOCK.findall((PROJECT / "CONTRIBUTING.md").read_text(encoding="utf-8"))
-    assert len(blocks) == 7
+    assert len(blocks) == 6
     for name, how, code in blocks:
         file = copy / name
         if how == "append":
@@ -49,7 +49,7 @@ def with_lines(text: str, part: str) -> str:
     """The text of a module with the imports and the public names of a part, each in its alphabetical place."""
     lines = text.splitlines()
     for line in part.splitlines():
-        for kind in ("from .", "from pymeshfair.", '    "'):
+        for kind in ("from .", '    "'):
             if line.startswith(kind):
                 lines.insert(next(i for i, other in enumerate(lines) if other.startswith(kind) and other > line), line)
     return "\n".join(lines) + "\n"
