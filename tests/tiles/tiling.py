@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymeshfair.declaration import Length
+from pymeshfair.filters.execution import ignore_progress
 from pymeshfair.tiles.plan import DUPLICATES, LOOP, POINT_NORMALS, STRAYS, SURPLUS, CloudStep
 from tests.running.runs import ply_bytes, xyz
 
@@ -25,7 +26,9 @@ class Here:
     def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
         return task(*arguments)
 
-    def map(self, task: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], progress: Callable[[float], None]) -> list[Any]:
+    def map(
+        self, task: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], progress: Callable[[float], None] = ignore_progress
+    ) -> list[Any]:
         results: dict[int, Any] = {}
         for number in self._random.permutation(len(tasks)).tolist():
             results[number] = task(*tasks[number])

@@ -6,7 +6,7 @@ the cells around it, and then compared with theirs. `strays` has the third selec
 
 import math
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
@@ -17,18 +17,10 @@ from numpy.typing import NDArray
 
 from ..errors import FilterInputError
 from ..files.equal_rows import numbered
+from ..filters import outliers
 from ..filters.execution import part_of
 from ..filters.inspection.surface_measures import box_diagonal
 from ..filters.neighbours import Nearest, tree_scale
-from ..filters.outliers import (
-    SPREAD_BLOCK,
-    compare,
-    compare_rows,
-    grid_cells,
-    probabilities_of,
-    spread_of,
-    standard_distances,
-)
 from .cells import Cells, Ranges
 from .columns import Column, Part, Stored, in_order
 from .division import Bucket, Floats, Longs, divide
@@ -85,10 +77,10 @@ class OutlierTiles(PointTiles):
         asked_slots = [np.empty((0, self.k), np.int64)]
 
         def inside(rows: slice, squared: Floats) -> None:
-            distances[rows] = standard_distances(squared)
+            distances[rows] = outliers.standard_distances(squared)
 
         def around(tile: TilePoints, rows: NDArray[np.intp], nearest: Nearest) -> None:
-            distances[rows] = standard_distances(nearest.squared)
+            distances[rows] = outliers.standard_distances(nearest.squared)
             asking.append(rows)
             asked_slots.append(nearest.slots)
 
@@ -96,7 +88,7 @@ class OutlierTiles(PointTiles):
         asks = np.concatenate(asking)
         factors = np.full(count, np.nan)
         if len(asks) < count:
-            compare(distances, tile.nearest, 0, count, factors)
+            outliers.compare(distances, tile.nearest, 0, count, factors)
             factors[asks] = np.nan
         self.distances.write(tile.begin, tile.by_slot(distances))
         self.part(first).write(tile.numbers[tile.index], factors)
@@ -107,7 +99,7 @@ class OutlierTiles(PointTiles):
         with np.load(self.aside(first)) as found:
             rows, own, slots = found["rows"], found["own"], found["slots"]
         if len(rows):
-            self.part(first).replace(rows, compare_rows(own, self.distances.gather(slots)))
+            self.part(first).replace(rows, outliers.compare_rows(own, self.distances.gather(slots)))
 
 
 @dataclass(frozen=True)
@@ -153,7 +145,7 @@ class Cloud:
 
         def slices() -> Iterator[tuple[Floats, Longs]]:
             for places, numbers in self.slices(size):
-                yield places if grid is None else grid_cells(places, grid), numbers
+                yield places if grid is None else outliers.grid_cells(places, grid), numbers
 
         return divide(slices, count, folder, most=most)
 
@@ -207,11 +199,9 @@ class Judgement:
     def gather(self, size: int) -> float:
         """Put it in order; the spread of factors, 0 of stray points."""
         self.cloud.put_in_order(self.found, self.parts, self.count, size)
-
-        def blocks() -> Iterable[Floats]:
-            return (self.found.read(at, min(at + SPREAD_BLOCK, self.count)) for at in range(0, self.count, SPREAD_BLOCK))
-
-        return spread_of(blocks, self.selection.values["extent"]) if self.selection.filter == LOOP else 0.0
+        if self.selection.filter != LOOP:
+            return 0.0
+        return outliers.spread_of(lambda: self.found.slices(outliers.SPREAD_BLOCK), self.selection.values["extent"])
 
     def select(self, spread: float, size: int) -> dict[str, Any]:
         """Write down what is left, and probabilities if there are any; what the filter reports."""
@@ -221,7 +211,7 @@ class Judgement:
         for first, left, found in self.cloud.with_found(self.found, size):
             goes = found
             if probable:
-                probabilities = probabilities_of(found, spread)
+                probabilities = outliers.probabilities_of(found, spread)
                 self.cloud.update(self.cloud.scalars, first, left, probabilities)
                 goes = probabilities > self.selection.values["threshold"]
                 largest = max(largest, float(probabilities.max(initial=0.0)))

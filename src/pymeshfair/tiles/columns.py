@@ -39,6 +39,11 @@ class Column:
         numbers = np.fromfile(self.path, self.dtype, (last - first) * self.width, offset=first * self.row)
         return numbers if self.width == 1 else numbers.reshape(-1, self.width)
 
+    def slices(self, size: int) -> Iterator[NDArray[Any]]:
+        """All rows, `size` at a time."""
+        for first in range(0, len(self), size):
+            yield self.read(first, first + size)
+
     def write(self, first: int, values: NDArray[Any]) -> None:
         """Write rows from `first` on."""
         with self.path.open("r+b") as file:

@@ -28,7 +28,7 @@ from ..running.supervise import run_job
 from ..scripts.problems import ScriptError
 from .cloud import Cloud, do_step, write_cloud
 from .memory import Budget, budget, cloud_room, slice_rows, surface_room
-from .mesh import MeshFile, MeshTiles, cut, do_move
+from .mesh import MeshFile, MeshTiles, box_around, cut, do_move
 from .plan import LOOP, NORMALS, POINT_NORMALS, STRAYS, CloudStep, Move, Plan, cost_of, plan_of
 from .sources import CLOUD_FORMATS, E57Cloud, Source, file_cloud, open_cloud
 from .workers import FullDiskError, Tasks, open_tasks, work_folder, work_path
@@ -179,18 +179,15 @@ class _Course:
                     costs, most = [cost_of(move.filter, move.values) for move in plan], self.tiling.most
                     surface, known = cut(mesh, folder, self.tasks, self.share.tile, costs=costs, most=most, progress=cutting)
                     tiles = surface.cells.tiles(known["points_per_tile"])
-                    box = known["low"], known["high"]
-                moved, told = do_move(surface, move, tiles, self.tasks, part_of(progress, start, 1.0))
-                box = moved or box
-                values |= told
+                values |= do_move(surface, move, tiles, self.tasks, part_of(progress, start, 1.0))
         self.on_event(PhaseStarted("writing"))
         work = MeshTiles(surface)
-        self.tasks.map(work.finish, tiles, lambda share: None)
+        low, high = box_around(self.tasks.map(work.finish, tiles))
         size = slice_rows(self.share.tile, mesh.vertices.dtype.itemsize)
         self.tasks.run_again(mesh.write, self.staged, tuple(work.part(first) for first, _ in tiles), size)
         counts = known["points"], known["faces"]
         told = {"tiles": len(tiles), "points_per_tile": known["points_per_tile"]}
-        before, after = _measures(*counts, known["low"], known["high"]), _measures(*counts, *box)
+        before, after = _measures(*counts, known["low"], known["high"]), _measures(*counts, low.tolist(), high.tolist())
         return self._report(before, after, {"stages": [told] * len(plan)})
 
     def _report(self, before: dict[str, Any], after: dict[str, Any], tiles: dict[str, Any]) -> Report:

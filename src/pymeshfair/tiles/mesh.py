@@ -17,19 +17,8 @@ from numpy.typing import NDArray
 from ..errors import FilterInputError
 from ..files.errors import ContentsError
 from ..files.ply import CORNERS
-from ..filters.denoising import (
-    HALF_WAY,
-    RINGS_OF_UNFOLDING,
-    RelaxedPart,
-    distances_of_part,
-    going_back,
-    needs_distance,
-    rings_of_relaxation,
-    rings_of_round,
-    round_of_part,
-    share_along,
-)
-from ..filters.execution import part_of
+from ..filters import denoising
+from ..filters.execution import ignore_progress, part_of
 from ..filters.inspection import folded_faces
 from ..filters.mesh import NormalisedMesh, Whole, check_healthy, normalised_mesh
 from ..filters.topology import border_vertices, proper_faces
@@ -62,14 +51,14 @@ class Rounds:
     def measure(self, first: int, last: int) -> tuple[list[float], int]:
         """The contribution of some cells to the mean distance of centres: each face counts with its first vertex."""
         tile = tile_with_rings(self.surface, first, last, 3, places=self.surface.state)
-        return distances_of_part(tile.vertices, tile.faces, tile.own[tile.faces.min(axis=1)])
+        return denoising.distances_of_part(tile.vertices, tile.faces, tile.own[tile.faces.min(axis=1)])
 
     def round(self, distance: float, first: int, last: int) -> None:
         """One round on the vertices of some cells."""
         filtering = self.filtering
-        rings = rings_of_round(filtering.settings, filtering.vertex_iterations)
+        rings = denoising.rings_of_round(filtering.settings, filtering.vertex_iterations)
         tile = tile_with_rings(self.surface, first, last, rings, places=self.surface.state)
-        moved = round_of_part(
+        moved = denoising.round_of_part(
             tile.vertices,
             tile.faces,
             filtering.settings,
@@ -80,37 +69,36 @@ class Rounds:
         )
         self.surface.next_state.write(self.surface.cells.slots_of(first, last)[0], tile.own_by_slot(moved))
 
-    def end(self, first: int, last: int) -> tuple[Floats, Floats]:
-        """Give some cells their coordinates; the corners of the box that they are in then."""
+    def end(self, first: int, last: int) -> None:
+        """Give some cells their coordinates."""
         start, mesh = self._normalised(first, last)
         moved = mesh.restored(self.surface.state.read(start, start + len(mesh)))
         numbers = self.surface.cells.numbers.read(start, start + len(mesh))
         check_healthy(mesh.vertices, moved, self.whole.diagonal, numbers.astype(np.int32))
         self.surface.moved.write(start, moved)
-        return moved.min(axis=0), moved.max(axis=0)
 
     def _normalised(self, first: int, last: int) -> tuple[int, NormalisedMesh]:
         start, end = self.surface.cells.slots_of(first, last)
         return start, normalised_mesh(self.surface.cells.points.read(start, end), _NO_FACES, whole=self.whole)
 
-    def do(self, tiles: list[tuple[int, int]], tasks: Tasks, progress: Callable[[float], None]) -> list[tuple[Floats, Floats]]:
-        """All rounds; the box of each tile after them."""
+    def do(self, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:
+        """All rounds, after which the mesh has other coordinates."""
         surface, count = self.surface, self.filtering.outer_iterations
         for column in (surface.state, surface.moved):
             tasks.run(column.create, surface.cells.count)
-        tasks.map(self.begin, tiles, lambda share: None)
+        tasks.map(self.begin, tiles)
         for done in range(count):
             distance = 0.0
-            if needs_distance(self.filtering.settings):
-                sums = tasks.map(self.measure, tiles, lambda share: None)
+            if denoising.needs_distance(self.filtering.settings):
+                sums = tasks.map(self.measure, tiles)
                 number = sum(n for _, n in sums)
                 distance = math.fsum(part for parts, _ in sums for part in parts) / number if number else 0.0
             tasks.run(surface.next_state.create, surface.cells.count)
             part = lambda share, done=done: progress((done + share) / count)  # noqa: E731
             tasks.map(self.round, [(distance, *tile) for tile in tiles], part)
             tasks.run(surface.turn, surface.next_state, surface.state)
-        found: list[tuple[Floats, Floats]] = tasks.map(self.end, tiles, lambda share: None)
-        return found
+        tasks.map(self.end, tiles)
+        tasks.run(surface.turn, surface.moved, surface.cells.points)
 
 
 @dataclass(frozen=True)
@@ -125,8 +113,8 @@ class Relaxation:
     def step(self, first: int, last: int) -> tuple[tuple[float, int], tuple[float, int]]:
         """The steps on the vertices of some cells; of `RelaxedPart` the squares."""
         filtering = self.filtering
-        tile = tile_with_rings(self.surface, first, last, rings_of_relaxation(filtering.relaxation))
-        part = RelaxedPart.of(
+        tile = tile_with_rings(self.surface, first, last, denoising.rings_of_relaxation(filtering.relaxation))
+        part = denoising.RelaxedPart.of(
             tile.vertices,
             tile.faces,
             tile.own,
@@ -141,8 +129,8 @@ class Relaxation:
             getattr(self.surface, name).write(begin, tile.own_by_slot(getattr(part, name)))
         return part.squares
 
-    def keep(self, share: float, first: int, last: int) -> tuple[Floats, Floats]:
-        """Put the vertices where they are, the outline with that share of its way along; the corners of their box."""
+    def keep(self, share: float, first: int, last: int) -> None:
+        """Put the vertices where they are, the outline with that share of its way along."""
         begin, end = self.surface.cells.slots_of(first, last)
         moved, across = self.surface.moved.read(begin, end), self.surface.across.read(begin, end)
         outline = self.surface.outline.read(begin, end) > 0
@@ -150,20 +138,18 @@ class Relaxation:
         numbers = self.surface.cells.numbers.read(begin, end)
         check_healthy(self.surface.cells.points.read(begin, end), found, self.whole.diagonal, numbers.astype(np.int32))
         self.surface.next_state.write(begin, found)
-        return found.min(axis=0), found.max(axis=0)
 
-    def do(self, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> list[tuple[Floats, Floats]]:
-        """All of them, after which the mesh has other coordinates; the box of each tile after them."""
+    def do(self, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:
+        """All of them, after which the mesh has other coordinates."""
         count = self.surface.cells.count
         for column in (self.surface.moved, self.surface.across, self.surface.outline, self.surface.next_state):
             tasks.run(column.create, count)
         squares = tasks.map(self.step, tiles, progress)
         sums = [(math.fsum(one[k][0] for one in squares), sum(one[k][1] for one in squares)) for k in (0, 1)]
-        share = share_along(*(total / max(1, number) for total, number in sums))
-        found: list[tuple[Floats, Floats]] = tasks.map(self.keep, [(share, *tile) for tile in tiles], lambda _: None)
+        share = denoising.share_along(*(total / max(1, number) for total, number in sums))
+        tasks.map(self.keep, [(share, *tile) for tile in tiles])
         tasks.run(self.surface.turn, self.surface.next_state, self.surface.cells.points)
         tasks.run(self.forget)
-        return found
 
     def forget(self) -> None:
         """Remove the files that nothing needs any more."""
@@ -182,28 +168,26 @@ class Unfolding:
         begin, end = self.surface.cells.slots_of(first, last)
         self.surface.before.write(begin, self.surface.cells.points.read(begin, end))
 
-    def look(self, share: float, first: int, last: int) -> tuple[int, Floats, Floats]:
-        """Of faces that count with some cells how many more are folded than before; the corners of the box of the cells.
+    def look(self, share: float, first: int, last: int) -> int:
+        """Of faces that count with some cells how many more are folded than before.
 
         Writes down where the vertices are if some go back and keep that share of their way.
         """
-        tile = tile_with_rings(self.surface, first, last, RINGS_OF_UNFOLDING)
+        tile = tile_with_rings(self.surface, first, last, denoising.RINGS_OF_UNFOLDING)
         before, after = self.surface.before.gather(tile.slots), tile.vertices
         folded, now = (folded_faces(vertices, tile.faces) for vertices in (before, after))
-        found = going_back(before, after, tile.faces, now & ~folded, share)
+        found = denoising.going_back(before, after, tile.faces, now & ~folded, share)
         self.surface.moved.write(self.surface.cells.slots_of(first, last)[0], tile.own_by_slot(found))
-        own, points = tile.own[tile.faces.min(axis=1)], after[tile.own]
-        return int(now[own].sum()) - int(folded[own].sum()), points.min(axis=0), points.max(axis=0)
+        own = tile.own[tile.faces.min(axis=1)]
+        return int(now[own].sum()) - int(folded[own].sum())
 
-    def do(self, tiles: Ranges, tasks: Tasks) -> list[tuple[Floats, Floats]]:
-        """Take vertices back while more faces are folded than before; the box of each tile then."""
-        for share in chain([HALF_WAY], repeat(0.0)):
+    def do(self, tiles: Ranges, tasks: Tasks) -> None:
+        """Take vertices back while more faces are folded than before."""
+        for share in chain([denoising.HALF_WAY], repeat(0.0)):
             tasks.run(self.surface.moved.create, self.surface.cells.count)
-            found = tasks.map(self.look, [(share, *tile) for tile in tiles], lambda _: None)
-            if sum(more for more, _, _ in found) <= 0:
-                break
+            if sum(tasks.map(self.look, [(share, *tile) for tile in tiles])) <= 0:
+                return
             tasks.run(self.surface.turn, self.surface.moved, self.surface.cells.points)
-        return [(low, high) for _, low, high in found]
 
 
 #: vertices of the sample that settings are chosen on, and cells of each of its patches
@@ -269,24 +253,24 @@ class MeshTiles:
         faces = np.concatenate([part.faces + np.int32(start) for part, start in zip(parts, starts, strict=False)])
         return chosen(values, np.concatenate([part.vertices for part in parts]), faces)
 
-    def move(self, move: Move, whole: Whole, first: int, last: int) -> tuple[Floats, Floats]:
-        """One step on the vertices of some cells; the corners of the box that they are in then."""
+    def move(self, move: Move, whole: Whole, first: int, last: int) -> None:
+        """One step on the vertices of some cells."""
         tile = tile_with_rings(self.surface, first, last, rings_of(move.filter, move.values))
         moved = apply(move.filter, move.values, tile, whole)
         check_healthy(tile.vertices[tile.own], moved[tile.own], whole.diagonal, tile.numbers[tile.own].astype(np.int32))
-        by_slot = tile.own_by_slot(moved)
-        self.surface.moved.write(self.surface.cells.slots_of(first, last)[0], by_slot)
-        return by_slot.min(axis=0), by_slot.max(axis=0)
+        self.surface.moved.write(self.surface.cells.slots_of(first, last)[0], tile.own_by_slot(moved))
 
     def part(self, first: int) -> Part:
         """The final coordinates of the tile that begins with a cell."""
         return Part(self.surface.cells.folder / f"final-{first}", "<f8", 3)
 
-    def finish(self, first: int, last: int) -> None:
-        """Write down the final coordinates of some cells by number."""
+    def finish(self, first: int, last: int) -> tuple[Floats, Floats]:
+        """Write down the final coordinates of some cells by number; the corners of their box."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
-        self.part(first).write(cells.numbers.read(begin, end), cells.points.read(begin, end))
+        points = cells.points.read(begin, end)
+        self.part(first).write(cells.numbers.read(begin, end), points)
+        return points.min(axis=0), points.max(axis=0)
 
 
 def cut(
@@ -323,46 +307,49 @@ def cut(
     return surface, known
 
 
-def do_move(
-    surface: Surface, move: Move, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]
-) -> tuple[tuple[list[float], list[float]] | None, dict[str, Any]]:
-    """One step; the box of all vertices after it, None if nothing moves, and what the filter reports."""
-    work, told = MeshTiles(surface), dict[str, Any]()
-    if move.filter == NORMALS:
-        if filtering_of(move.values) is None:
-            told = tasks.run(work.choose, move.values)
-            move = replace(move, values={**move.values, **told})
-        progress(0.3 if told else 0.0)
-    rest = part_of(progress, 0.3 if told else 0.0, 1.0)
-    boxes = tasks.map(work.box, tiles, lambda share: rest(0.1 * share))
-    low, high = np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)
-    if not np.isfinite(low).all():
-        low = high = np.zeros(3)  # no face has an area: nothing moves
-    whole, rest = Whole(low, high), part_of(rest, 0.1, 1.0)
-    filtering = filtering_of(move.values) if move.filter == NORMALS else None
+def do_move(surface: Surface, move: Move, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> dict[str, Any]:
+    """One step; what the filter reports."""
+    work, values = MeshTiles(surface), move.values
+    chosen_values: dict[str, Any] = {}
+    if move.filter == NORMALS and filtering_of(values) is None:
+        chosen_values = tasks.run(work.choose, values)
+        values = {**values, **chosen_values}
+    rest = part_of(progress, 0.3 if chosen_values else 0.0, 1.0)
+    whole, is_open = _whole(work, tiles, tasks, part_of(rest, 0.0, 0.1))
+    rest = part_of(rest, 0.1, 1.0)
+    filtering = filtering_of(values) if move.filter == NORMALS else None
     if filtering is None:
         tasks.run(surface.moved.create, surface.cells.count)
-        moved = tasks.map(work.move, [(move, whole, *tile) for tile in tiles], rest)
+        tasks.map(work.move, [(move, whole, *tile) for tile in tiles], rest)
         tasks.run(surface.turn, surface.moved, surface.cells.points)
-        return _joined(moved), told
-    unfolding, after = Unfolding(surface), list[tuple[Floats, Floats]]()
+        return chosen_values
+    if not (filtering.relaxation or filtering.outer_iterations):
+        return {**chosen_values, "notes": ("there is nothing to remove: the vertices stay where they are",)}
+    unfolding = Unfolding(surface)
     tasks.run(surface.before.create, surface.cells.count)
-    tasks.map(unfolding.begin, tiles, lambda share: None)
+    tasks.map(unfolding.begin, tiles)
     if filtering.relaxation:
-        is_open = any(b[2] for b in boxes)
-        after = Relaxation(surface, filtering, whole, is_open).do(tiles, tasks, part_of(rest, 0.0, 0.2))
+        Relaxation(surface, filtering, whole, is_open).do(tiles, tasks, part_of(rest, 0.0, 0.2))
         rest = part_of(rest, 0.2, 1.0)
     if filtering.outer_iterations:
         if filtering.relaxation:
-            boxes = tasks.map(work.box, tiles, lambda share: None)
-            whole = Whole(np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0))
-        after = Rounds(surface, filtering, whole).do(tiles, tasks, rest)
-        tasks.run(surface.turn, surface.moved, surface.cells.points)
-    if not after:
-        told["notes"] = ("there is nothing to remove: the vertices stay where they are",)
-    return _joined(unfolding.do(tiles, tasks)) if after else None, told
+            whole = _whole(work, tiles, tasks)[0]
+        Rounds(surface, filtering, whole).do(tiles, tasks, rest)
+    unfolding.do(tiles, tasks)
+    return chosen_values
 
 
-def _joined(boxes: list[tuple[Floats, Floats]]) -> tuple[list[float], list[float]]:
-    """The corners of the box around some."""
-    return np.min([b[0] for b in boxes], axis=0).tolist(), np.max([b[1] for b in boxes], axis=0).tolist()
+def _whole(
+    work: MeshTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None] = ignore_progress
+) -> tuple[Whole, bool]:
+    """The box of the vertices that faces use, one place where no face has an area; whether the mesh has a border."""
+    boxes = tasks.map(work.box, tiles, progress)
+    low, high = box_around([(low, high) for low, high, _ in boxes])
+    if not np.isfinite(low).all():
+        low = high = np.zeros(3)  # nothing moves
+    return Whole(low, high), any(is_open for _, _, is_open in boxes)
+
+
+def box_around(boxes: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    """The corners of the box around some boxes."""
+    return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)

@@ -10,17 +10,7 @@ from numpy.typing import NDArray
 
 from ..declaration import AUTO
 from ..errors import FilterInputError
-from ..filters.denoising import (
-    FIXED,
-    REPERTOIRE,
-    AutomaticParameters,
-    NormalFilter,
-    RelaxationDirection,
-    automatic_choice,
-    normal_filtering,
-    rings_of_relaxation,
-    rings_of_round,
-)
+from ..filters import denoising
 from ..filters.diffusion import explicit_smoothing, meshlab_taubin_smooth, taubin_fairing
 from ..filters.mesh import Whole
 from ..scripts.problems import Problem, ScriptError
@@ -36,8 +26,9 @@ _LOCAL = ("uniform", "cotangent")
 #: defaults of the other parameters
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
 #: defaults of the filter itself, by its authors
-_AUTHORS = {field.name: field.default for field in fields(NormalFilter) if field.name != "radius"} | {
-    name: inspect.signature(normal_filtering).parameters[name].default for name in ("vertex_iterations", "outer_iterations")
+_AUTHORS = {field.name: field.default for field in fields(denoising.NormalFilter) if field.name != "radius"} | {
+    name: inspect.signature(denoising.normal_filtering).parameters[name].default
+    for name in ("vertex_iterations", "outer_iterations")
 }
 #: rings of the widest setting that is chosen from, but for rounds: those of 28 pairs of Taubin's steps
 _WIDEST = 56
@@ -49,27 +40,27 @@ _BYTES, _BYTES_OF_NORMALS = 400, {"edge": 700, "vertex": 800, "two_ring": 1100, 
 class Filtering:
     """The parameters of normal filtering, all of them known."""
 
-    settings: NormalFilter  # the filter of the normals
+    settings: denoising.NormalFilter  # the filter of the normals
     vertex_iterations: int  # steps of the vertices in a round
     outer_iterations: int  # rounds
     vertex_update: Any  # how vertices follow
     outliers: str  # the treatment of vertices that stand out
     rounding: str  # the treatment of terraces of rounded coordinates
     relaxation: int  # pairs of Taubin's steps before
-    relaxation_direction: RelaxationDirection  # the directions in which vertices may go
+    relaxation_direction: denoising.RelaxationDirection  # the directions in which vertices may go
     border: Any  # the rule for border vertices
 
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
     """The parameters that the filter takes without a look at the mesh; None if some are chosen for the mesh."""
     given = _given(values)
-    if not {f.name for f in fields(AutomaticParameters)} <= given.keys():
+    if not {f.name for f in fields(denoising.AutomaticParameters)} <= given.keys():
         if values["choice"] != "fixed":
             return None
-        given = asdict(FIXED) | given
+        given = asdict(denoising.FIXED) | given
     known: dict[str, Any] = _DEFAULTS | given
-    own = {f.name: known.pop(f.name) for f in fields(NormalFilter) if f.name in known}
-    return Filtering(NormalFilter(**own), border=values["border"], **known)
+    own = {f.name: known.pop(f.name) for f in fields(denoising.NormalFilter) if f.name in known}
+    return Filtering(denoising.NormalFilter(**own), border=values["border"], **known)
 
 
 def _given(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -81,8 +72,8 @@ def chosen(values: Mapping[str, Any], vertices: Floats, faces: NDArray[np.int32]
     """The parameters with those that are automatic chosen on a sample of the mesh, as in one piece."""
     given, border = _given(values), values["border"]
     # as in one piece: passes and rounding are no part of what is tried
-    tried = REPERTOIRE.narrowed(**{n: v for n, v in given.items() if n not in ("normal_iterations", "rounding")})
-    setting = automatic_choice(vertices, faces, border=border, repertoire=tried).setting
+    tried = denoising.REPERTOIRE.narrowed(**{n: v for n, v in given.items() if n not in ("normal_iterations", "rounding")})
+    setting = denoising.automatic_choice(vertices, faces, border=border, repertoire=tried).setting
     found = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
     if setting.parameters is None and given:
         found = {}  # what is given is then completed as the authors of the filter would
@@ -139,8 +130,8 @@ def cost_of(filter: str, values: Mapping[str, Any]) -> tuple[int, int]:
     filtering = filtering_of(values)
     if filtering is None:
         return _BYTES_OF_NORMALS["two_ring"], _WIDEST
-    rings = rings_of_round(filtering.settings, filtering.vertex_iterations)
-    before = rings_of_relaxation(filtering.relaxation) if filtering.relaxation else 0
+    rings = denoising.rings_of_round(filtering.settings, filtering.vertex_iterations)
+    before = denoising.rings_of_relaxation(filtering.relaxation) if filtering.relaxation else 0
     return _BYTES_OF_NORMALS[filtering.settings.neighborhood], max(rings, before)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.denoising import normals_of, smoothed_directions
-from ..filters.execution import ignore_progress, part_of
+from ..filters.execution import part_of
 from ..filters.libraries import sparse
 from ..filters.neighbours import Nearest
 from .cells import Ranges
@@ -43,7 +43,7 @@ class NormalTiles(PointTiles):
         tasks.map(self.find, tiles, part_of(progress, 0.0, 0.4))
         tasks.map(self.fit, tiles, part_of(progress, 0.4, 0.6))
         for number in range(1, self.iterations + 1):
-            tasks.map(self.smooth, [(number, *tile) for tile in tiles], ignore_progress)
+            tasks.map(self.smooth, [(number, *tile) for tile in tiles])
             tasks.run(self.forget, number - 1)
         over = np.empty(0, np.int64)
         if not self.values["flipflag"]:

@@ -8,19 +8,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filters.execution import ignore_progress, part_of
+from ..filters import outliers
+from ..filters.execution import part_of
 from ..filters.libraries import sparse
 from ..filters.neighbours import Nearest
-from ..filters.outliers import (
-    JOINED,
-    StrayRule,
-    cut_links,
-    linked_parts,
-    linked_to,
-    part_sums,
-    standard_distances,
-    thicknesses,
-)
 from .cells import Ranges
 from .columns import Column, Stored, joined
 from .division import Floats, Longs
@@ -38,9 +29,9 @@ class StrayTiles(PointTiles):
     _parts = Stored("<i8")  # the lowest slot of the part of a point in its tile
 
     @property
-    def _rule(self) -> StrayRule:
+    def _rule(self) -> outliers.StrayRule:
         """The test for stray points."""
-        return StrayRule(self.k, self.values["sparseness"], self.values["smallest_part"])
+        return outliers.StrayRule(self.k, self.values["sparseness"], self.values["smallest_part"])
 
     def _chosen(self, joined: int) -> Column:
         return Column(self.cells.folder / f"chosen-{joined}", "u1")
@@ -50,8 +41,8 @@ class StrayTiles(PointTiles):
         tasks.map(self.find, tiles, part_of(progress, 0.0, 0.7))
         median = tasks.run(self.median, size)
         tasks.map(self.link, [(median, *tile) for tile in tiles], part_of(progress, 0.7, 0.8))
-        for number in range(1, JOINED + 1):
-            tasks.map(self.join, [(number, *tile) for tile in tiles], ignore_progress)
+        for number in range(1, outliers.JOINED + 1):
+            tasks.map(self.join, [(number, *tile) for tile in tiles])
         tasks.map(self.connect, tiles, part_of(progress, 0.85, 0.95))
         stray = tasks.run(self.across, tiles)
         tasks.map(self.finish, [(stray, *tile) for tile in tiles], part_of(progress, 0.95, 1.0))
@@ -60,7 +51,7 @@ class StrayTiles(PointTiles):
         """Make the files."""
         for column in (self.spacings, self._thicknesses, self._reaches, self._lasts, self.links(), self._parts):
             column.create(self.cells.count)
-        for number in range(JOINED + 1):
+        for number in range(outliers.JOINED + 1):
             self._chosen(number).create(self.cells.count)
 
     def find(self, first: int, last: int) -> None:
@@ -70,15 +61,15 @@ class StrayTiles(PointTiles):
         asked: list[tuple[NDArray[np.intp], Nearest, Floats]] = []
 
         def inside(rows: slice, squared: Floats) -> None:
-            spacing[rows], reach[rows] = standard_distances(squared), squared.max(axis=1)
+            spacing[rows], reach[rows] = outliers.standard_distances(squared), squared.max(axis=1)
 
         def around(tile: TilePoints, rows: NDArray[np.intp], nearest: Nearest) -> None:
-            spacing[rows], reach[rows] = standard_distances(nearest.squared), nearest.squared[:, -1]
+            spacing[rows], reach[rows] = outliers.standard_distances(nearest.squared), nearest.squared[:, -1]
             asked.append((rows, nearest, self._thicknesses_of(tile.places[tile.index[rows]], nearest)))
 
         tile = self.search(first, last, inside, around)
         numbers = tile.numbers[tile.index]
-        thickness = thicknesses(tile.places[tile.index], numbers, tile.nearest)
+        thickness = outliers.thicknesses(tile.places[tile.index], numbers, tile.nearest)
         slots, lasts = tile.slots[tile.index][tile.nearest], numbers[tile.nearest[:, -1]]
         for rows, nearest, thick in asked:
             slots[rows], lasts[rows], thickness[rows] = nearest.slots, nearest.numbers[:, -1], thick
@@ -92,17 +83,15 @@ class StrayTiles(PointTiles):
         count, k = nearest.slots.shape
         around = self.cells.points.gather(nearest.slots).reshape(-1, 3) / self.cells.scale
         rows = np.arange(count * (k + 1), dtype=np.int32)  # they are in order
-        return thicknesses(np.concatenate([places, around]), rows.astype(np.int64), rows[count:].reshape(count, k))
+        return outliers.thicknesses(np.concatenate([places, around]), rows.astype(np.int64), rows[count:].reshape(count, k))
 
     def median(self, size: int) -> float:
         """The lower median of the spacings, of which so many are in memory at a time: by 16 of the 64 bits in each pass."""
-        count = self.cells.count
-        rank, prefix = (count - 1) // 2, 0
+        rank, prefix = (self.cells.count - 1) // 2, 0
         for shift in (48, 32, 16, 0):
             found = np.zeros(1 << 16, np.int64)
-            for first in range(0, count, size):
-                # numbers of at least 0 have the order of their bits
-                bits = self.spacings.read(first, min(first + size, count)).view(np.uint64)
+            for spacings in self.spacings.slices(size):
+                bits = spacings.view(np.uint64)  # numbers of at least 0 have the order of their bits
                 here = (bits >> np.uint64(shift + 16) if shift < 48 else bits >> np.uint64(63)) == prefix
                 found += np.bincount(((bits[here] >> np.uint64(shift)) & np.uint64(0xFFFF)).astype(np.int64), minlength=1 << 16)
             digit = int(np.searchsorted(np.cumsum(found), rank, "right"))
@@ -115,9 +104,9 @@ class StrayTiles(PointTiles):
         links = Links.read(self.links(), self.cells, first, last)
         places = links.of_all(self.cells.points) / self.cells.scale
         numbers, reaches, lasts = (links.of_all(values) for values in (self.cells.numbers, self._reaches, self._lasts))
-        cut_links(places, numbers, links.rows, reaches, lasts)
+        outliers.cut_links(places, numbers, links.rows, reaches, lasts)
         self.links().write(links.begin, links.slots())
-        counts = linked_to(links.rows, np.ones(len(places), np.bool_))
+        counts = outliers.linked_to(links.rows, np.ones(len(places), np.bool_))
         chosen = self._rule.on_surface(links.of_own(self.spacings), median, links.of_own(self._thicknesses), counts)
         self._chosen(0).write(links.begin, chosen)
 
@@ -125,17 +114,17 @@ class StrayTiles(PointTiles):
         """Which points have joined them, for the first time, the second, and so on."""
         links = Links.read(self.links(), self.cells, first, last)
         chosen = links.of_all(self._chosen(number - 1)) > 0
-        more = chosen[: len(links.rows)] | self._rule.is_joined(linked_to(links.rows, chosen))
+        more = chosen[: len(links.rows)] | self._rule.is_joined(outliers.linked_to(links.rows, chosen))
         self._chosen(number).write(links.begin, more)
 
     def connect(self, first: int, last: int) -> None:
         """The parts of the points; those that are linked to points of other tiles are left to `across`."""
         links = Links.read(self.links(), self.cells, first, last)
-        chosen = links.of_all(self._chosen(JOINED)) > 0
+        chosen = links.of_all(self._chosen(outliers.JOINED)) > 0
         count = len(links.rows)
-        parts = linked_parts(links.rows, chosen)
+        parts = outliers.linked_parts(links.rows, chosen)
         self._parts.write(links.begin, parts + links.begin)
-        sizes, sums = part_sums(parts, links.of_own(self._thicknesses), count)
+        sizes, sums = outliers.part_sums(parts, links.of_own(self._thicknesses), count)
         stray = ~chosen[:count] | self._rule.too_small(sizes, sums)[parts]
         rows, at = np.nonzero(links.rows >= count)
         others = links.rows[rows, at].astype(np.int64)

@@ -157,13 +157,15 @@ class Tasks:
 
     def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
         """Do one task."""
-        return self.map(task, [arguments], ignore_progress)[0]
+        return self.map(task, [arguments])[0]
 
     def run_again(self, task: Callable[..., Any], *arguments: Any) -> Any:
         """Do one task whose files are not in the work folder: a resumed run does it again."""
-        return self._map(task, [arguments], ignore_progress)[0].result
+        return self._map(task, [arguments])[0].result
 
-    def map(self, task: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], progress: Callable[[float], None]) -> list[Any]:
+    def map(
+        self, task: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], progress: Callable[[float], None] = ignore_progress
+    ) -> list[Any]:
         """Do a task with each of some arguments.
 
         Args:
@@ -190,7 +192,7 @@ class Tasks:
         self,
         task: Callable[..., Any],
         tasks: Sequence[tuple[Any, ...]],
-        progress: Callable[[float], None],
+        progress: Callable[[float], None] = ignore_progress,
         note: Callable[[int, Answer], None] = lambda number, done: None,
     ) -> list[Answer]:
         futures = [self.submit(task, *arguments) for arguments in tasks]
