@@ -16,11 +16,12 @@ _SOME = 10_000
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """A measured mesh."""
+class MeasuredMesh:
+    """A mesh and its measures."""
 
     mesh: MeshData
-    measures: SurfaceMeasures | None  # of it; None if none are wanted
+    measures: SurfaceMeasures | None  # None if none are wanted; so the connectivity
+    connectivity: Connectivity | None
     diagonal: float  # of the bounding box of all vertices
     #: gives the mean edge, or for a cloud the mean distance of nearest points; 0 if there is neither
     resolution: Callable[[], float]
@@ -31,22 +32,15 @@ class Found:
         return None if self.measures is None else plain(asdict(self.measures))
 
 
-class Measuring:
-    """Looks at the mesh of a run; how it is connected is not found anew if that has not changed."""
-
-    def __init__(self, *, wanted: bool) -> None:
-        """See the class; `wanted` says whether measures are taken."""
-        self._wanted = wanted
-        self._connectivity: Connectivity | None = None
-
-    def look(self, mesh: MeshData) -> Found:
-        """Measure a mesh."""
-        if not self._wanted:
-            return Found(mesh, None, box_diagonal(check_points(mesh.vertices)), lambda: usual_edge(mesh))
-        measures, self._connectivity = measures_and_connectivity(
-            mesh.vertices, mesh.faces, edges=mesh.edges, former=self._connectivity
-        )
-        return Found(mesh, measures, measures.diagonal, lambda: measures.mean_edge or measures.mean_spacing or 0.0)
+def measure(mesh: MeshData, *, wanted: bool = True, former: MeasuredMesh | None = None) -> MeasuredMesh:
+    """Measure a mesh, without `wanted` its diagonal alone; the connectivity of a former one is taken over if it is the same."""
+    if not wanted:
+        return MeasuredMesh(mesh, None, None, box_diagonal(check_points(mesh.vertices)), lambda: usual_edge(mesh))
+    measures, connectivity = measures_and_connectivity(
+        mesh.vertices, mesh.faces, edges=mesh.edges, former=None if former is None else former.connectivity
+    )
+    resolution = measures.mean_edge or measures.mean_spacing or 0.0
+    return MeasuredMesh(mesh, measures, connectivity, measures.diagonal, lambda: resolution)
 
 
 def usual_edge(mesh: MeshData) -> float:

@@ -16,7 +16,7 @@ from ..recipe import Recipe
 from ..registry import find_filter
 from ..scripts.script import Script, Step
 from .job import Event, Job
-from .measuring import Found, Measuring
+from .measuring import MeasuredMesh, measure
 from .plain_values import plain
 from .self_intersections import self_intersecting_apart
 from .supervise import run_job
@@ -31,14 +31,14 @@ class ReadMesh:
 
     path: Path
     mesh: MeshData  # the mesh in it
-    found: Found  # its measures
+    measured: MeasuredMesh
     warnings: tuple[str, ...]  # about the file
     self_intersecting: Bools | None = None  # (m,) which faces cut others; None if that was not asked for, or could not be told
 
     @property
     def measures(self) -> dict[str, Any]:
         """`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name."""
-        return self.found.described or {}
+        return self.measured.described or {}
 
 
 def read_mesh(
@@ -68,7 +68,7 @@ def read_mesh(
         reading = read_file(path, allow_outside=allow_outside)
         warnings = [f"{path.name}: {doubt}" for doubt in reading.doubts]
     try:
-        measured = Measuring(wanted=True).look(reading.mesh)
+        measured = measure(reading.mesh)
     except FilterInputError as error:
         raise InputError(path, "it has coordinates that are not finite") from error
     cuts = None
@@ -116,14 +116,14 @@ def inspect_mesh(
     from ..filters.mesh import bounding_box
 
     vertices, faces = read.mesh.vertices, read.mesh.faces
-    assert read.found.measures is not None
+    assert read.measured.measures is not None
     return document | {
         "box": [plain(end.tolist()) for end in bounding_box(vertices)] if len(vertices) else [],
         "rims": [
             {"edges": rim.edges, "length": rim.length, "middle": plain(rim.middle.tolist()), "outer": rim.outer}
             for rim in (find_rims(vertices, faces) if len(faces) else [])
         ],
-        "traits": plain(traits_of(vertices, faces, read.found.measures, present, MEASURED)),
+        "traits": plain(traits_of(vertices, faces, read.measured.measures, present, MEASURED)),
     }
 
 

@@ -26,7 +26,7 @@ from ..scripts.warnings import lengths_out_of_proportion
 from .document import Document, State
 from .guarding import PRINTABLE, breaches, print_faults, wall_words, wrap_words
 from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepReport, StepStarted
-from .measuring import Found, Measuring
+from .measuring import MeasuredMesh, measure
 from .origins import Origins, find_origins, stage_map
 from .plain_values import plain
 from .report import Report
@@ -39,14 +39,14 @@ _SMALLEST_PROGRESS = 0.005
 
 
 #: the measures of a mesh, the traits that a recipe asks for, and the warning if it is not for such a scan
-_Measured: TypeAlias = tuple[Found, Mapping[str, Any], str | None]
+_Measured: TypeAlias = tuple[MeasuredMesh, Mapping[str, Any], str | None]
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
     """The result of the steps."""
 
-    before: Found  # the mesh as it was read
+    before: MeasuredMesh  # the mesh as it was read
     result: MeshData  # the mesh after the steps, without a matrix
     steps: tuple[StepReport, ...]  # the report of each step
     traits: Mapping[str, Any]  # those of the scan that the recipe asked for
@@ -96,7 +96,6 @@ class Session:
         self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
         self._number, self._told = 0, 0.0
         self._notes: list[str] = []
-        self._measuring = Measuring(wanted=job.measures)
         self._unit: str | None = None
 
     def run(self) -> Report:
@@ -236,7 +235,7 @@ class Session:
         self._event(PhaseStarted("writing"))
         present = attributes_of(before.mesh)
         self._lose(self._gone(before.mesh, outcome.result, present))
-        after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"))
+        after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"), before)
         origins = find_origins(after.mesh, before.mesh)
         change = None
         if before.measures is not None and after.measures is not None:
@@ -282,7 +281,7 @@ class Session:
             texts.append(f"a step made a new mesh, without what {read.label} has besides: {'; '.join(read.source.extras)}")
         return texts
 
-    def _saved(self, report: Report, after: Found) -> Report:
+    def _saved(self, report: Report, after: MeasuredMesh) -> Report:
         """Write the files to the staging folder."""
         output = self._job.output
         saved = save_mesh(
@@ -314,7 +313,7 @@ class Session:
             self._event(Message(text, step=len(saved.steps)))
         return replace(saved, steps=(*saved.steps[:-1], replace(last, messages=(*last.messages, *words))))
 
-    def _watched(self, report: Report, origins: Origins, change: ShapeChange | None, before: Found) -> Report:
+    def _watched(self, report: Report, origins: Origins, change: ShapeChange | None, before: MeasuredMesh) -> Report:
         """Find the limits that were broken, and write the intervention map."""
         follows = self._job.map is not None or replace(self._job.all_guards, require=())
         if not origins.known and follows:
@@ -326,10 +325,10 @@ class Session:
             maps = stage_map(self._stage / "new", self._job.map, origins, tolerance)
         return replace(report, breaches=tuple(plain(asdict(breach)) for breach in broken), maps=maps)
 
-    def _looked(self, mesh: MeshData, refusal: Exception) -> Found:
-        """Measure a mesh."""
+    def _looked(self, mesh: MeshData, refusal: Exception, former: MeasuredMesh | None = None) -> MeasuredMesh:
+        """Measure a mesh, which may be connected like a former one."""
         try:
-            return self._measuring.look(mesh)
+            return measure(mesh, wanted=self._job.measures, former=former)
         except FilterInputError as error:
             raise refusal from error
 

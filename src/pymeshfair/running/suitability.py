@@ -13,7 +13,7 @@ from ..errors import RunError
 from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..recipe import TASKS, Recipe, RecipeHead, RecipeInfo, shipped_heads
 from ..scripts.fits import ARTICLE, UNKNOWN, Condition
-from .measuring import Found
+from .measuring import MeasuredMesh
 
 #: the traits that are measured on the surface, each in some tenths of a second at most; the others are known anyway
 MEASURED = ("noise", "sharpness", "facing", "camera noise", "longest edge")
@@ -196,13 +196,13 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
 
 
 def traits_asked_for(
-    recipe: Recipe, found: Found, attributes: AbstractSet[str], *, as_shipped: bool = True
+    recipe: Recipe, scan: MeasuredMesh, attributes: AbstractSet[str], *, as_shipped: bool = True
 ) -> tuple[dict[str, float], str | None]:
     """The traits of a mesh that a recipe asks for, and a warning if it is not for such scans.
 
     Args:
         recipe: the recipe.
-        found: the measures of the mesh; if there are none, there are no warnings.
+        scan: the measures of the mesh; if there are none, there are no warnings.
         attributes: those of the mesh.
         as_shipped: whether nothing of the recipe was set. Who sets what smooths asks for what goes.
 
@@ -210,8 +210,8 @@ def traits_asked_for(
         RunError: it is of another kind: a cloud where a recipe is for meshes, or the other way round.
     """
     info = recipe.info
-    arrays, measures = (found.mesh.vertices, found.mesh.faces), found.measures
-    traits = _kind(len(found.mesh.faces), len(found.mesh.edges))
+    arrays, measures = (scan.mesh.vertices, scan.mesh.faces), scan.measures
+    traits = _kind(len(scan.mesh.faces), len(scan.mesh.edges))
     is_other = any(not condition.is_met(traits) for condition in info.conditions if condition.text in traits)
     if not info.conditions or (measures is None and not is_other):
         return {}, None
@@ -232,17 +232,17 @@ def traits_asked_for(
     return traits, warning
 
 
-def instead(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> str:
+def instead(recipe: Recipe, scan: MeasuredMesh, attributes: AbstractSet[str]) -> str:
     """The recipe to take where another one, which takes away noise, has changed the shape too much; empty if that is the first.
 
     Args:
         recipe: that was run.
-        found: the measures of the mesh that it was run on.
+        scan: the measures of the mesh that it was run on.
         attributes: those of that mesh.
     """
-    if found.measures is None or recipe.info.task not in _REPLACEABLE:
+    if scan.measures is None or recipe.info.task not in _REPLACEABLE:
         return ""
-    suited = ranked(traits_of(found.mesh.vertices, found.mesh.faces, found.measures, attributes))
+    suited = ranked(traits_of(scan.mesh.vertices, scan.mesh.faces, scan.measures, attributes))
     alike = [s.recipe for s in suited if s.fits and s.task in _ALIKE]
     return "" if recipe.name in alike[:1] else next(iter(alike), "")
 

@@ -6,6 +6,7 @@ parameter changes.
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -21,7 +22,7 @@ from ..mesh_data import MeshData
 from ..processes.worker import report
 from ..report.scene import Shown, pack_scene, shown_mesh
 from ..running.job import Event, Job, PhaseStarted
-from ..running.measuring import Measuring
+from ..running.measuring import measure
 from ..running.read import ReadMesh, read_mesh
 from ..running.session import Earlier, Session
 
@@ -74,7 +75,7 @@ class Bench:
         mesh, shown = self._result
         tell = _stoppable(stage)
         tell(PhaseStarted("comparing"))
-        after = state_of(ReadMesh(stage / "result.ply", mesh, Measuring(wanted=True).look(mesh), ()))
+        after = state_of(ReadMesh(stage / "result.ply", mesh, measure(mesh), ()))
         tell(PhaseStarted("comparing"))
         found, distances = compare(self._before, after)
         numbers = {
@@ -109,22 +110,20 @@ def _stoppable(stage: Path) -> Callable[[Event], None]:
 
 # ------------------------------------------------------------------------------------------------ tasks of a process that stays
 
-_BENCHES: dict[Path, Bench] = {}
+#: the bench of a scan, which this process reads once
+_bench = cache(Bench)
 
 
 def open_scan(scan: Path) -> Result:
-    """Read the scan of this process; what the page shows of it."""
-    _BENCHES[scan] = Bench(scan)
-    return _BENCHES[scan].opening()
+    """What the page shows of a scan before a run."""
+    return _bench(scan).opening()
 
 
 def run_recipe(job: Job, stage: Path) -> Result:
-    """Run a recipe on the scan of this process, which is read if need be."""
-    if job.input not in _BENCHES:
-        open_scan(job.input)
-    return _BENCHES[job.input].run(job, stage)
+    """Run a recipe on its scan."""
+    return _bench(job.input).run(job, stage)
 
 
 def measure_result(scan: Path, stage: Path) -> Result:
-    """Measure the last result of this process."""
-    return _BENCHES[scan].measure(stage)
+    """Measure the last result that was made of a scan."""
+    return _bench(scan).measure(stage)
