@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 import pytest
 
 from pymeshfair.batch.journal import Outcome
-from pymeshfair.batch.summary import FAR, outliers, robust_z, worst_first
+from pymeshfair.batch.summary import FAR, Summary, outliers, robust_z
+from pymeshfair.running.job import Job
 
 
 def outcome(name: str, *, rms: float = 0.1, area: float = 1.0, status: str = "done") -> Outcome:
@@ -54,4 +57,5 @@ def test_outliers_say_in_what() -> None:
 def test_failures_come_first_then_what_moved_most() -> None:
     """The order of the page and of the short table."""
     scans = [outcome("a", rms=0.1), outcome("b", rms=0.3), outcome("c", status="failed")]
-    assert [o.input for o in worst_first(scans)] == ["c", "b", "a"]
+    summary = Summary(scans, len(scans), cast("Job", None), started="", finished="", seconds=0.0)
+    assert [o.input for o, _, _ in summary.worst_first] == ["c", "b", "a"]

@@ -3,7 +3,7 @@
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -19,8 +19,8 @@ from ..processes.pool import Pool
 from ..report.comparison_page import Verdict
 from ..report.page import render
 from ..running.plain_values import plain
-from .journal import Outcome, digests_of
-from .summary import Summary, area_change, displacement_in_edges, largest_in_edges, worst_first, write_text
+from .journal import digests_of
+from .summary import Row, Summary, area_change, displacement_in_edges, largest_in_edges, write_text
 
 #: the folder of pages, in that of the batch
 PAGES = "reports"
@@ -127,7 +127,6 @@ _COLUMNS = (
 
 def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, Any]]) -> Path:
     """Write the page; `made` has of each output what `draw` gave back, ``"problem"``, or nothing."""
-    told = {outcome.output: (name, far) for outcome, name, far in summary.rows}
     moved = sorted(summary.outcomes, key=lambda outcome: -(displacement_in_edges(outcome) or 0.0))
     pictured = {outcome.output for outcome in [o for o in moved if "source" in made.get(o.output, {})][:_PICTURES]}
     recipe = summary.template.recipe
@@ -139,8 +138,7 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
         verdict=_verdict(summary),
         headers=("scan", "state", *(head for head, _ in _COLUMNS)),
         rows=[
-            _row(folder, o, *told[o.output], made.get(o.output, {}), has_picture=o.output in pictured)
-            for o in worst_first(summary.outcomes)
+            _row(folder, row, made.get(row[0].output, {}), has_picture=row[0].output in pictured) for row in summary.worst_first
         ],
         warnings=warning_kinds(summary),
         made=f"Made by pymeshfair on {summary.finished}. This page needs no network.",
@@ -183,9 +181,8 @@ def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
     return [{"text": texts[kind], "count": len(kinds[kind]), "names": list(kinds[kind])[:_EXAMPLES]} for kind in ordered]
 
 
-def _row(
-    folder: Path, outcome: Outcome, label: str, far: Sequence[str], made: Mapping[str, Any], *, has_picture: bool
-) -> dict[str, Any]:
+def _row(folder: Path, row: Row, made: Mapping[str, Any], *, has_picture: bool) -> dict[str, Any]:
+    outcome, label, far = row
     before, after = outcome.before or {}, outcome.after or {}
     numbers = (
         displacement_in_edges(outcome),

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..files.writing import write_file
 from ..processes.environment import versions
@@ -56,17 +56,11 @@ def area_change(outcome: Outcome) -> float | None:
     return change
 
 
-def roughness_before(outcome: Outcome) -> float | None:
-    """The roughness of the scan: the mean angle between neighbouring faces in degrees, None for clouds."""
-    found: float | None = None if outcome.before is None else outcome.before.get("roughness")
-    return found
-
-
 #: the numbers in which a scan can be an outlier
 QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
     "displacement": displacement_in_edges,
     "area": area_change,
-    "noise": roughness_before,
+    "noise": lambda outcome: (outcome.before or {}).get("roughness"),  # the mean angle between neighbouring faces
 }
 
 
@@ -98,12 +92,6 @@ def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
     return [None if x is None or not math.isfinite(x) else (x - middle) / scale for x in numbers]
 
 
-def worst_first(outcomes: Sequence[Outcome]) -> list[Outcome]:
-    """Failures first, then those with broken guards, then the others from the largest displacement down."""
-    order = {"failed": 0, "broken": 1, "done": 2}
-    return sorted(outcomes, key=lambda o: (order[o.status], -(displacement_in_edges(o) or 0.0), o.input))
-
-
 def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
     """The row of a scan in the tables, by the names of their columns."""
     before, after, moved = outcome.before or {}, outcome.after or {}, outcome.displacement or {}
@@ -133,6 +121,8 @@ def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
     }
 
 
+#: an outcome, a short name of its scan that no other has, and in which of `QUESTIONS` it lies far from the others
+Row: TypeAlias = tuple[Outcome, str, tuple[str, ...]]
 SCHEMA = "pymeshfair-batch-1"
 TABLE, DOCUMENT = "batch.csv", "batch.json"
 
@@ -149,10 +139,16 @@ class Summary:
     seconds: float  # from start to end
 
     @cached_property
-    def rows(self) -> list[tuple[Outcome, str, tuple[str, ...]]]:
-        """Of each outcome a short name that no other has, and in what it lies far from the others."""
+    def rows(self) -> list[Row]:
+        """The outcomes in the order of the batch."""
         names = labels([Path(o.input) for o in self.outcomes], [Path(o.output) for o in self.outcomes])
         return list(zip(self.outcomes, names, outliers(self.outcomes), strict=True))
+
+    @property
+    def worst_first(self) -> list[Row]:
+        """Failures first, then those with broken guards, then the others from the largest displacement down."""
+        order = {"failed": 0, "broken": 1, "done": 2}
+        return sorted(self.rows, key=lambda row: (order[row[0].status], -(displacement_in_edges(row[0]) or 0.0), row[0].input))
 
     @property
     def counts(self) -> dict[str, int]:

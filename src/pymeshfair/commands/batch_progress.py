@@ -5,33 +5,29 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from typing import Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from ..batch.journal import Outcome
 from ..batch.plan import Scan
-from ..batch.summary import Summary, area_change, displacement_in_edges, largest_in_edges, worst_first
+from ..batch.summary import Summary, area_change, displacement_in_edges, largest_in_edges
 from ..batch.work import Prospect, Task
+from .progress import progress_bar
 from .streams import Talk, complain, printable, say, talk
 from .tables import console, table
 
 
-class BatchLines:
-    """A line for each scan that ends."""
+class BatchLines(ExitStack):
+    """A line for each scan that ends. A context manager, which ends the bar of `BatchBar`."""
 
     def __init__(self) -> None:
+        super().__init__()
         self._total = 0
         self._ended = 0
-
-    def __enter__(self) -> BatchLines:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
 
     def begin(self, total: int) -> None:
         """So many scans are to do."""
@@ -57,27 +53,12 @@ class BatchBar(BatchLines):
 
     def __init__(self) -> None:
         super().__init__()
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeElapsedColumn(),
-            TextColumn("left"),
-            TimeRemainingColumn(),
-            console=Console(stderr=True, highlight=False, emoji=False),
-            transient=True,
-        )
+        columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
+        self._bar = self.enter_context(progress_bar(*columns))
         self._task = self._bar.add_task("preparing", total=None)
         self._started = time.monotonic()
         self._failed = 0
         self._worst: tuple[float, str] | None = None
-
-    def __enter__(self) -> BatchBar:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.stop()
 
     def begin(self, total: int) -> None:
         self._started = time.monotonic()
@@ -146,13 +127,11 @@ def show_summary(summary: Summary, task: Task) -> None:
 
 
 def _show_rows(summary: Summary, task: Task) -> None:
-    told = {outcome.output: (name, far) for outcome, name, far in summary.rows}
-    shown = list(summary.outcomes) if len(summary.outcomes) <= _LISTED else worst_first(summary.outcomes)[:_LISTED]
+    shown = summary.rows if len(summary.rows) <= _LISTED else summary.worst_first[:_LISTED]
     headers = ["scan", "", "vertices", "moved (edges)", "at most", "area %", "seconds", ""]
-    rows = [_row(outcome, *told[outcome.output]) for outcome in shown]
-    console().print(table(headers, rows, numbers=range(2, 7)))
-    if len(shown) < len(summary.outcomes):
-        typer.echo(f"  and {len(summary.outcomes) - len(shown):,} that went better; batch.csv has them all")
+    console().print(table(headers, [_row(*row) for row in shown], numbers=range(2, 7)))
+    if len(shown) < len(summary.rows):
+        typer.echo(f"  and {len(summary.rows) - len(shown):,} that went better; batch.csv has them all")
     counts = summary.counts
     words = [f"{counts['done']:,} of {counts['scans']:,} scans done"]
     words += [f"{counts['resumed']:,} of them before"] if counts["resumed"] else []

@@ -48,12 +48,12 @@ def doctor(
 
 def _compile_all() -> None:
     """Compile what no installation and no run has compiled yet."""
-    from rich.console import Console
-    from rich.progress import Progress
+    from rich.progress import BarColumn, TaskProgressColumn, TimeRemainingColumn
 
     from ..filters.compilation import compile_ahead, listed_signatures
+    from .progress import progress_bar
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    with progress_bar(BarColumn(), TaskProgressColumn(), TimeRemainingColumn()) as bar:
         task = bar.add_task("compiling filters for this machine", total=1.0)
         failures = compile_ahead(listed_signatures(), progress=lambda share: bar.update(task, completed=share))
     for failure in [*failures, *_compile_others()]:

@@ -11,7 +11,7 @@ from types import TracebackType
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
 from ..running.job import Compiling, Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .streams import Talk, printable, talk
@@ -21,22 +21,21 @@ _PATIENCE = 10.0
 _COMPILING = "compiling filters for this machine"
 
 
-class ProgressLines:
+class ProgressLines(contextlib.ExitStack):
     """One line when a step begins, and what filters note; with `much` also how long it takes, and how far a long one is."""
 
     _margin = ""  # before what is said of compilation
 
     def __init__(self, *, much: bool = False) -> None:
+        super().__init__()
+        self.push(self._end)
         self._much = much
         self._step = ""
         self._compiled: Compiling | None = None
         self._warnings: list[str] = []
         self._silent_since = time.monotonic()
 
-    def __enter__(self) -> ProgressLines:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def _end(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if self._compiled is not None:
             self._say(f"{self._margin}{_compiled(self._compiled)}")
         if error is not None:  # else the command shows them below its results
@@ -82,24 +81,9 @@ class ProgressBar(ProgressLines):
 
     def __init__(self) -> None:
         super().__init__()
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TaskProgressColumn(),
-            TimeElapsedColumn(),
-            console=Console(stderr=True, highlight=False, emoji=False),
-            transient=True,
-        )
+        self._bar = self.enter_context(progress_bar(BarColumn(), TaskProgressColumn(), TimeElapsedColumn()))
         self._task = self._bar.add_task("starting", total=None)
         self._doing = "starting"
-
-    def __enter__(self) -> ProgressBar:
-        self._bar.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        super().__exit__(kind, error, trace)
-        self._bar.stop()
 
     def __call__(self, event: Event) -> None:
         if isinstance(event, PhaseStarted):
@@ -128,6 +112,12 @@ class ProgressBar(ProgressLines):
         self._bar.console.print(printable(text), markup=False)
 
 
+def progress_bar(*columns: ProgressColumn) -> Progress:
+    """A bar on stderr behind the words about its task, which leaves nothing behind; a context manager."""
+    console = Console(stderr=True, highlight=False, emoji=False)
+    return Progress(TextColumn("{task.description}"), *columns, console=console, transient=True)
+
+
 def _compiled(event: Compiling) -> str:
     after = (
         "the next run has them"
@@ -143,5 +133,6 @@ def progress() -> Iterator[Callable[[Event], None]]:
     if talk() == Talk.LITTLE:
         yield lambda event: None
         return
-    with ProgressLines(much=True) if talk() == Talk.MUCH else ProgressBar() if sys.stderr.isatty() else ProgressLines() as show:
+    has_bar = talk() == Talk.USUAL and sys.stderr.isatty()
+    with ProgressBar() if has_bar else ProgressLines(much=talk() == Talk.MUCH) as show:
         yield show
