@@ -7,7 +7,7 @@ carries its number through the filters as a custom attribute. A filter that make
 import re
 import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -40,14 +40,6 @@ _SELECTED, _FAUX = 0x20, (0x40000, 0x80000, 0x100000)
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
-@dataclass(frozen=True, eq=False)
-class Layer:
-    """A layer as it went in."""
-
-    mesh: MeshData
-    visible: bool = True
-
-
 class Door:
     """One mesh set of MeshLab's; layers have the ids of the caller."""
 
@@ -63,20 +55,20 @@ class Door:
         self._painted = False
         self._with_normals = False
 
-    def enter(self, layers: Mapping[int, Layer], current: int | None) -> list[str]:
+    def enter(self, meshes: Mapping[int, MeshData], visible: Mapping[int, bool], current: int | None) -> list[str]:
         """Bring layers in, in place of all that were inside; what MeshLab does not take of them, in words."""
         self._meshset = BASE(self._verbose)
         self._filters = BuiltinFilters(self._meshset, self._measured)
         self._filters.verbose = self._verbose
         self._ids, self._sent, self._painted, self._with_normals = {}, {}, False, False
         lost = []
-        for number, layer in layers.items():
-            self._send(layer.mesh)
+        for number, mesh in meshes.items():
+            self._send(mesh)
             self._ids[number] = BASE.current_mesh_id(self._meshset)
-            self._sent[number] = layer.mesh
-            if count := int((~proper_faces(layer.mesh.faces)).sum()):
-                lost.append(f"MeshLab leaves out faces of {layer.mesh.label} with a vertex twice ({count:,})")
-            if not layer.visible:
+            self._sent[number] = mesh
+            if count := int((~proper_faces(mesh.faces)).sum()):
+                lost.append(f"MeshLab leaves out faces of {mesh.label} with a vertex twice ({count:,})")
+            if not visible[number]:
                 self._apply("set_mesh_visibility", isvisible=False)
         if current is not None:
             BASE.set_current_mesh(self._meshset, self._ids[current])

@@ -44,7 +44,7 @@ def info(
         if json:
             print_document({"filter": filter_document(filter)})
         else:
-            typer.echo(filter_page(filter))
+            typer.echo("\n".join(filter_page(filter)))
 
 
 def _unknown_subject(subject: str, cause: str | None) -> Exception:
@@ -72,7 +72,7 @@ def _show_recipe(name: str, *, json: bool) -> None:
     if json:
         print_document({"recipe": recipe_document(recipe)})
     else:
-        typer.echo(recipe_page(recipe))
+        typer.echo("\n".join(recipe_page(recipe)))
 
 
 def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) -> None:

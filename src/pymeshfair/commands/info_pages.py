@@ -48,12 +48,8 @@ def _parameter_document(parameter: Parameter) -> dict[str, Any]:
     }
 
 
-def filter_page(filter: Filter) -> str:
-    """The declaration as a page: what it does, its parameters, how to call it."""
-    return "\n".join(_page(filter))
-
-
-def _page(filter: Filter) -> Iterator[str]:
+def filter_page(filter: Filter) -> Iterator[str]:
+    """The declaration as the lines of a page: what it does, its parameters, how to call it."""
     menus = ", ".join(c.name.replace("_", " ").lower() for c in type(filter.classes) if c in filter.classes and c.name)
     yield f"{filter.python_name}\n{filter.name!r}, a filter of {filter.origin} ({menus})"
     if filter.info:
@@ -120,12 +116,8 @@ def _step_document(step: Step) -> dict[str, Any]:
     }
 
 
-def recipe_page(recipe: Recipe) -> str:
-    """The recipe for people: what it is for, what can be set, and its steps."""
-    return "\n".join(_lines(recipe))
-
-
-def _lines(recipe: Recipe) -> Iterator[str]:
+def recipe_page(recipe: Recipe) -> Iterator[str]:
+    """The recipe as the lines of a page: what it is for, what can be set, and its steps."""
     yield f"{recipe.name}: {recipe.title}\n\n{recipe.description}\n"
     if recipe.script.settings:
         yield "Settings (--set NAME=VALUE)"

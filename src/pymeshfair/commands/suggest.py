@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
 
+#: so many of the settings that were tried are shown
+_SHOWN = 6
 #: names of the smoothers that are compared, and the text of their amounts
 _SMOOTHERS = {
     "nothing": ("nothing", ""),
@@ -185,20 +187,16 @@ def _sureness(values: dict[str, Any]) -> str:
 
 
 def _kind(values: dict[str, Any]) -> str:
-    kinds = {
-        "noisy": "a shape with noise of its own at every vertex",
-        "correlated": "a shape with noise that neighbours share",
-        "clean": "a shape without noise",
-    }
-    return kinds.get(values["shape"], str(values["shape"]))
+    own = values["shape"] == "noisy"
+    return f"a shape with noise {'of its own at every vertex' if own else 'that neighbours share'}"
 
 
-def _contest(values: dict[str, Any], most: int = 6) -> list[str]:
+def _contest(values: dict[str, Any]) -> list[str]:
     """The settings that predict best and the first of all, nothing, with the error of held-out vertices."""
     tried = values.get("tried", [])
     if not tried:
         return []
-    shown = sorted(tried, key=lambda trial: trial["excess"])[:most]
+    shown = sorted(tried, key=lambda trial: trial["excess"])[:_SHOWN]
     judge = "by what they make of the noise" if values["shape"] == "correlated" else "on held-out vertices"
     lines = [f"tried {judge}: {len(tried)} settings were not ruled out at once; error in mean edges of"]
     for trial in shown if tried[0] in shown else [*shown, tried[0]]:

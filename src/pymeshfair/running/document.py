@@ -86,9 +86,7 @@ class Document:
 
     def mesh(self, number: int) -> MeshData:
         """The mesh of a layer."""
-        if number not in self._meshes:
-            there = ", ".join(map(str, self._meshes)) or "none"
-            raise MeshError(f"there is no layer {number} (there are {there})")
+        self._check_layer(number)
         mesh = self._meshes[number]
         if mesh is None:
             mesh = self._meshes[number] = self._door.fetch(number)
@@ -125,9 +123,13 @@ class Document:
             raise MeshError("there is no mesh that it could be applied to")
         for parameter in step.filter.parameters:
             number = step.values.get(parameter.name)
-            if isinstance(parameter, MeshParameter) and isinstance(number, int) and number not in self._meshes:
-                there = ", ".join(map(str, self._meshes)) or "none"
-                raise MeshError(f"parameter {parameter.name!r}: there is no layer {number} (there are {there})")
+            if isinstance(parameter, MeshParameter) and isinstance(number, int):
+                self._check_layer(number, f"parameter {parameter.name!r}: ")
+
+    def _check_layer(self, number: int, before: str = "") -> None:
+        if number not in self._meshes:
+            there = ", ".join(map(str, self._meshes)) or "none"
+            raise MeshError(f"{before}there is no layer {number} (there are {there})")
 
     def _apply_plugin(self, step: Step) -> dict[str, Any]:
         mesh = self._mesh_or_none
@@ -160,11 +162,8 @@ class Document:
         """Hand all layers over to MeshLab, unless it has them as they are."""
         if self._is_inside:
             return
-        door = self._door
-        from ..door import Layer
-
-        layers = {number: Layer(self.mesh(number), self._visible[number]) for number in self._meshes}
-        self.losses += door.enter(layers, self.current_id)
+        meshes = {number: self.mesh(number) for number in self._meshes}
+        self.losses += self._door.enter(meshes, self._visible, self.current_id)
         self._is_inside = True
 
     def _apply_builtin(self, step: Step) -> dict[str, Any]:
