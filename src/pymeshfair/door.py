@@ -264,10 +264,10 @@ def _with_ids(declared: Filter, values: Mapping[str, Any], ids: Mapping[int, int
 
 def _custom(mesh: MeshData, element: str) -> dict[str, NDArray[np.float64]]:
     """The custom attributes of a mesh by name: its own, and single numbers that its file has besides."""
-    attributes, known = (
+    attributes, standard = (
         (mesh.vertex_attributes, VERTEX_ATTRIBUTES) if element == "vertex" else (mesh.face_attributes, FACE_ATTRIBUTES)
     )
-    own = {name: values.astype(np.float64) for name, values in attributes.items() if name not in known and values.ndim == 1}
+    own = {name: values.astype(np.float64) for name, values in attributes.items() if name not in standard and values.ndim == 1}
     ids = mesh.vertex_ids if element == "vertex" else mesh.face_ids
     document: Any = mesh.source.document if mesh.source is not None else None
     for name, values in (document.custom(element) if hasattr(document, "custom") else {}).items():

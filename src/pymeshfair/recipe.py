@@ -131,8 +131,8 @@ class RecipeHead:
 
 def shipped_heads() -> list[RecipeHead]:
     """The heads of all shipped recipes; reads no declaration, so no plugin and no compiled code is loaded."""
-    found = ((name, parse_document(file.read_bytes(), file.name)) for name, file in sorted(_scripts().items()))
-    return [RecipeHead(name, head_info(read.comment), read.settings, len(read.filters)) for name, read in found]
+    documents = ((name, parse_document(file.read_bytes(), file.name)) for name, file in sorted(_scripts().items()))
+    return [RecipeHead(name, head_info(read.comment), read.settings, len(read.filters)) for name, read in documents]
 
 
 def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:

@@ -28,7 +28,7 @@ def change_of(before: Mesh, after: Mesh) -> ShapeChange:
     first, second = (MeshData(vertices=v, faces=f) for v, f in (before, after))
     same = len(first.vertices) == len(second.vertices)
     numbers = [np.arange(n) if same else np.full(n, -1) for n in (len(second.vertices), len(second.faces))]
-    origins = Origins(first, second, numbers[0], numbers[1], known=same)
+    origins = Origins(first, second, numbers[0], numbers[1], followed=same)
     return shape_change(origins, (surface_measures(*before), surface_measures(*after)))
 
 
@@ -73,7 +73,8 @@ def test_much_new_surface_is_a_warning() -> None:
     before, after = (MeshData(vertices=v, faces=f) for v, f in ((vertices, faces), both))
     numbers = [np.concatenate([np.arange(n), np.full(n, -1)]) for n in (more, len(faces))]
     found = shape_change(
-        Origins(before, after, numbers[0], numbers[1], known=True), (surface_measures(vertices, faces), surface_measures(*both))
+        Origins(before, after, numbers[0], numbers[1], followed=True),
+        (surface_measures(vertices, faces), surface_measures(*both)),
     )
     (text,) = warnings_of(found, (), str)
     assert text.startswith("new surface of 100% of the area that was scanned was added")
@@ -139,7 +140,7 @@ def test_pieces_that_were_removed_are_listed_by_area() -> None:
     vertices = np.concatenate([sheet, large + np.array([20.0, 0.0, 5.0]), small + np.array([40.0, 0.0, 0.0])])
     faces = np.concatenate([of_sheet, of_large + len(sheet), of_small + len(sheet) + len(large)]).astype(np.int32)
     first, second = MeshData(vertices=vertices, faces=faces), MeshData(vertices=sheet, faces=of_sheet)
-    origins = Origins(first, second, np.arange(len(sheet)), np.arange(len(of_sheet)), known=True)
+    origins = Origins(first, second, np.arange(len(sheet)), np.arange(len(of_sheet)), followed=True)
     change = shape_change(origins, (surface_measures(vertices, faces), surface_measures(sheet, of_sheet)))
     assert [(piece.faces, piece.place) for piece in change.removed.largest] == [(8, (21.0, 1.0, 5.0)), (2, (40.5, 0.5, 0.0))]
     assert [piece.share for piece in change.removed.largest] == pytest.approx([4.0 / 95.0, 1.0 / 95.0])

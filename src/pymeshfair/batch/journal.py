@@ -53,7 +53,7 @@ class Outcome:
         """Of a run that failed."""
         unexpected = "" if isinstance(error, PymeshfairError | OSError) else f"unexpected {type(error).__name__}: "
         place = getattr(error, "place", None)
-        told = {
+        description = {
             "kind": type(error).__name__,
             "message": f"{unexpected}{error}",
             "doing": None if place is None else str(place),
@@ -61,7 +61,7 @@ class Outcome:
         }
         breaches = tuple(getattr(error, "breaches", ()))
         former = _former(Path(output))
-        return cls(str(input), str(output), "failed", seconds, now(), host, breaches=breaches, error=told, former=former)
+        return cls(str(input), str(output), "failed", seconds, now(), host, breaches=breaches, error=description, former=former)
 
     @classmethod
     def of_record(cls, record: Mapping[str, Any], input: Any, output: Any) -> Outcome:

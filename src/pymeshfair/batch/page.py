@@ -60,18 +60,18 @@ def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite
         if answer.error is not None:
             raise answer.error
         small: dict[str, Any] = answer.result
-        known = stage_file(stage / "new" / "small.json", kept, json.dumps({"digests": digests, **small}).encode())
-        place([known, StagedFile(stage / "new" / "page.html", page)], stage)
+        picture = stage_file(stage / "new" / "small.json", kept, json.dumps({"digests": digests, **small}).encode())
+        place([picture, StagedFile(stage / "new" / "page.html", page)], stage)
     return small
 
 
 def _former(kept: Path) -> dict[str, Any]:
     """The digests and picture of a page that was made before; empty if there is none."""
     try:
-        found = json.loads(kept.read_bytes())
+        record = json.loads(kept.read_bytes())
     except (OSError, ValueError):
         return {}
-    return found if isinstance(found, dict) and {"digests", "source", "width", "height"} <= found.keys() else {}
+    return record if isinstance(record, dict) and {"digests", "source", "width", "height"} <= record.keys() else {}
 
 
 def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
@@ -85,17 +85,17 @@ def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
 
     meshes = [read_mesh(path, allow_outside=True, unchecked=True) for path in (input, output)]
     before, after = map(state_of, meshes)
-    found, distances = compare(before, after)
-    found = replace(found, displacement=None)  # how far vertices moved is what the run said
+    comparison, distances = compare(before, after)
+    comparison = replace(comparison, displacement=None)  # how far vertices moved is what the run said
     record = read_provenance(output)
     assert record is not None
     change = record["measures"]["change"] or {}
     page = comparison_page(
-        Compared(before, after, found, distances, {}),
+        Compared(before, after, comparison, distances, {}),
         title=f"{meshes[0].path.name}: {record['recipe']['name']}",
         subtitle=f"The recipe {record['recipe']['name']} on {meshes[0].path.name}, written to {output.name}.",
-        numbers={"change": change, "comparison": plain(asdict(found))},
-        verdict=verdict_of(found, change, record["measures"]["unit"]),
+        numbers={"change": change, "comparison": plain(asdict(comparison))},
+        verdict=verdict_of(comparison, change, record["measures"]["unit"]),
         unit=record["measures"]["unit"],
         warnings=record["warnings"],
         left_out=["No spectrum: `pymeshfair spectrum` tells it."],
@@ -148,7 +148,7 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
 
 def _verdict(summary: Summary) -> Verdict:
     counts = summary.counts
-    told = f"{counts['done']:,} of {counts['scans']:,} scans were done in {summary.seconds:,.0f} s."
+    text = f"{counts['done']:,} of {counts['scans']:,} scans were done in {summary.seconds:,.0f} s."
     lines = [
         f"{counts[name]:,} {words}."
         for name, words in (
@@ -162,7 +162,7 @@ def _verdict(summary: Summary) -> Verdict:
     apart = sum(bool(far) for _, _, far in summary.rows)
     lines += [f"{apart:,} {'lies' if apart == 1 else 'lie'} far from the others."] if apart else []
     bad = counts["failed"] or counts["broken"]
-    return Verdict("bad" if bad else "warn" if apart or counts["left"] else "good", told, tuple(lines))
+    return Verdict("bad" if bad else "warn" if apart or counts["left"] else "good", text, tuple(lines))
 
 
 def warning_kinds(summary: Summary) -> list[dict[str, Any]]:

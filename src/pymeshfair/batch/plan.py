@@ -275,8 +275,8 @@ def _check_collisions(scans: Sequence[Scan]) -> None:
     ]
     if problems:
         more = f"\n  and {len(problems) - _NAMED:,} more" if len(problems) > _NAMED else ""
-        told = "\n".join(f"  {problem}" for problem in problems[:_NAMED])
+        listed = "\n".join(f"  {problem}" for problem in problems[:_NAMED])
         raise ParameterError(
-            f"outputs would be lost:\n{told}{more}\n"
+            f"outputs would be lost:\n{listed}{more}\n"
             f"give another folder, or names that differ by --name with {', '.join(PLACEHOLDERS)}"
         )

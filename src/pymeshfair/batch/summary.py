@@ -66,13 +66,13 @@ QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
 
 def outliers(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
     """Of each outcome, in which of `QUESTIONS` it lies far from the others."""
-    found: list[list[str]] = [[] for _ in outcomes]
+    far: list[list[str]] = [[] for _ in outcomes]
     for words, measure in QUESTIONS.items():
         numbers = [measure(outcome) for outcome in outcomes]
-        for mine, z in zip(found, robust_z(numbers), strict=True):
+        for mine, z in zip(far, robust_z(numbers), strict=True):
             if z is not None and abs(z) > FAR:
                 mine.append(words)
-    return [tuple(mine) for mine in found]
+    return [tuple(mine) for mine in far]
 
 
 def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
@@ -81,11 +81,11 @@ def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
     Where more than half of the numbers are the same that is 0, and the mean absolute deviation takes its place [iglewicz1993].
     None for what is None or not finite, and for all if they are fewer than five or all the same.
     """
-    known = [x for x in numbers if x is not None and math.isfinite(x)]
-    if len(known) < _FEWEST:
+    finite = [x for x in numbers if x is not None and math.isfinite(x)]
+    if len(finite) < _FEWEST:
         return [None] * len(numbers)
-    middle = statistics.median(known)
-    away = [abs(x - middle) for x in known]
+    middle = statistics.median(finite)
+    away = [abs(x - middle) for x in finite]
     scale = _BY_MEDIAN * statistics.median(away) or _BY_MEAN * statistics.fmean(away)
     if not scale:
         return [None] * len(numbers)

@@ -94,10 +94,10 @@ def compare(
     allowed = options.tolerance_in_mesh_units(tolerance, unit, first.diagonal, first.mean_edge)
     ends = options.limits_in_mesh_units(limits, unit, first.diagonal, first.mean_edge)
     if report is None:
-        found, distances = compare_states(first, second, tolerance=allowed)
+        comparison, distances = compare_states(first, second, tolerance=allowed)
     else:
         compared, left_out = compared_files(first, second, tolerance=allowed)
-        found, distances = compared.found, compared.distances
+        comparison, distances = compared.found, compared.distances
     if deviations is not None:
         kind = "csv" if deviations == STANDARD else extension(deviations)
         content = deviations_file(second.mesh, distances.after.at_vertices, kind)
@@ -109,7 +109,7 @@ def compare(
         "files": {"before": before, "after": after},
         "unit": unit,
         "alignment": alignment,
-        "comparison": found,
+        "comparison": comparison,
         "warnings": warnings,
     }
     if report is not None:
@@ -132,8 +132,8 @@ def compare(
     if json:
         print_document(numbers)
     elif deviations != STANDARD:
-        _show(found, alignment, unit)
-    if found.passed is False:
+        _show(comparison, alignment, unit)
+    if comparison.passed is False:
         raise typer.Exit(1)
 
 
@@ -154,28 +154,28 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
             f"the boxes of {before.path.name} and {after.path.name} do not overlap, so that --align cannot begin: bring them "
             "near each other first, by a tool with a view (in MeshLab: Align), and make sure that both are in one unit"
         )
-    found = align(after.mesh.vertices, after.mesh.faces, Surface.of(before.mesh.vertices, before.mesh.faces))
-    told = {name: value for name, value in asdict(found).items() if name != "vertices"}
+    alignment = align(after.mesh.vertices, after.mesh.faces, Surface.of(before.mesh.vertices, before.mesh.faces))
+    numbers = {name: value for name, value in asdict(alignment).items() if name != "vertices"}
     warnings = after.warnings
-    if not found.converged:
-        warnings = (*warnings, f"the alignment did not settle in {found.iterations} iterations: look whether it is right")
-    return replace(after, mesh=moved(after.mesh, found.vertices), warnings=warnings), told
+    if not alignment.converged:
+        warnings = (*warnings, f"the alignment did not settle in {alignment.iterations} iterations: look whether it is right")
+    return replace(after, mesh=moved(after.mesh, alignment.vertices), warnings=warnings), numbers
 
 
-def _show(found: Comparison, alignment: dict[str, Any] | None, unit: str | None) -> None:
+def _show(comparison: Comparison, alignment: dict[str, Any] | None, unit: str | None) -> None:
     from ..looking.words import area_headers, area_rows, comparison_lines, distance_headers, distance_rows, verdict_text
     from .tables import console, measures_table, table
 
-    console().print(measures_table({"before": found.before, "after": found.after}, unit))
+    console().print(measures_table({"before": comparison.before, "after": comparison.after}, unit))
     typer.echo("")
-    console().print(table(distance_headers(unit), distance_rows(found), numbers=(1, 2, 3)))
+    console().print(table(distance_headers(unit), distance_rows(comparison), numbers=(1, 2, 3)))
     typer.echo("")
-    if found.out_of_tolerance:
-        console().print(table(area_headers(unit), area_rows(found, _AREAS), numbers=(2, 3, 4)))
+    if comparison.out_of_tolerance:
+        console().print(table(area_headers(unit), area_rows(comparison, _AREAS), numbers=(2, 3, 4)))
         typer.echo("")
-    for line in comparison_lines(found, unit):
+    for line in comparison_lines(comparison, unit):
         typer.echo(line)
-    typer.echo(verdict_text(found, unit))
+    typer.echo(verdict_text(comparison, unit))
     if alignment is not None:
         spoken = f" {unit}" if unit else ""
         typer.echo(

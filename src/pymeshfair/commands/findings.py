@@ -78,8 +78,8 @@ def look_at_pymeshlab() -> Iterator[Finding]:
         yield Finding("pymeshlab", True, "can be imported")
         yield from _safely(look_at_facts)
     else:
-        said = done.stderr.strip().rpartition("\n")[2] or f"the import ended with code {done.returncode}"
-        yield Finding("pymeshlab", False, said)
+        last_line = done.stderr.strip().rpartition("\n")[2] or f"the import ended with code {done.returncode}"
+        yield Finding("pymeshlab", False, last_line)
 
 
 def look_at_facts() -> Iterator[Finding]:
@@ -104,14 +104,16 @@ def look_at_numba() -> Iterator[Finding]:
 
     njit: Any = numba.njit
     works = bool(njit(lambda number: number + 1)(1) == 2)
-    found = stored()
-    detail = f"compiles; {found.installed} functions came compiled for {processor()}, {found.kept} more are in {found.folder}"
+    kernels = stored()
+    detail = (
+        f"compiles; {kernels.installed} functions came compiled for {processor()}, {kernels.kept} more are in {kernels.folder}"
+    )
     advice = ""
-    if not found.lasts:
+    if not kernels.lasts:
         advice = "which cannot be written: set the environment variable NUMBA_CACHE_DIR to a folder that can be"
-    elif found.installed + found.kept == 0:
+    elif kernels.installed + kernels.kept == 0:
         advice = "first runs take some seconds longer; `pymeshfair doctor --warm` compiles everything now"
-    yield Finding("numba", works and found.lasts, detail, advice)
+    yield Finding("numba", works and kernels.lasts, detail, advice)
 
 
 def look_at_plugins() -> Iterator[Finding]:

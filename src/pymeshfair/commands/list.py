@@ -40,17 +40,17 @@ def filters(
     for broken in broken_plugins():
         warn(broken)
     text = " ".join(words or ())
-    found = [f for f in _of_origin(all_filters(), origin) if _contains(f"{f.python_name} {f.name} {f.summary}", text)]
+    listed = [f for f in _of_origin(all_filters(), origin) if _contains(f"{f.python_name} {f.name} {f.summary}", text)]
     if json:
-        rows = [{"python_name": f.python_name, "name": f.name, "origin": f.origin, "summary": f.summary} for f in found]
+        rows = [{"python_name": f.python_name, "name": f.name, "origin": f.origin, "summary": f.summary} for f in listed]
         print_document({"filters": rows})
         return
-    if not found:
+    if not listed:
         typer.echo(f"no filter contains {text!r}", err=True)
         return
-    for known in found:
-        typer.echo(known.python_name)
-        for line in (f"{known.name} ({known.origin})", known.summary):
+    for declared in listed:
+        typer.echo(declared.python_name)
+        for line in (f"{declared.name} ({declared.origin})", declared.summary):
             typer.echo(textwrap.fill(line, _WIDTH, initial_indent="    ", subsequent_indent="    "))
 
 
@@ -59,7 +59,7 @@ def recipes(json: Json = False) -> None:
     """List the recipes that pymeshfair ships, by what they are there to do."""
     from ..recipe import TASKS, shipped_heads
 
-    found = sorted(shipped_heads(), key=lambda head: (*(head.info.task != task for task in TASKS), head.name))
+    heads = sorted(shipped_heads(), key=lambda head: (*(head.info.task != task for task in TASKS), head.name))
     if json:
         rows = [
             {
@@ -71,11 +71,11 @@ def recipes(json: Json = False) -> None:
                 "settings": [s.name for s in r.settings],
                 "steps": r.steps,
             }
-            for r in found
+            for r in heads
         ]
         print_document({"recipes": rows})
         return
-    for line in _by_task(found):
+    for line in _by_task(heads):
         typer.echo(line)
     say("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
 
@@ -94,13 +94,13 @@ def _by_task(heads: Iterable[RecipeHead]) -> Iterator[str]:
             yield textwrap.fill(names, _WIDTH, initial_indent=_MARGIN, subsequent_indent=_MARGIN)
 
 
-def _of_origin(known: Iterable[Filter], origin: str) -> list[Filter]:
-    known = list(known)
+def _of_origin(declared: Iterable[Filter], origin: str) -> list[Filter]:
+    declared = list(declared)
     if not origin:
-        return known
-    chosen = [f for f in known if f.origin.casefold() == origin.casefold()]
+        return declared
+    chosen = [f for f in declared if f.origin.casefold() == origin.casefold()]
     if not chosen:
-        names = ", ".join(sorted({f.origin for f in known}))
+        names = ", ".join(sorted({f.origin for f in declared}))
         raise typer.BadParameter(f"no filter comes from {origin!r}; there are {names}", param_hint="'--origin'")
     return chosen
 

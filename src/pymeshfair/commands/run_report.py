@@ -87,8 +87,8 @@ def _without_folders(text: str, job: Job) -> str:
     return text
 
 
-def _verdict(job: Job, result: RunResult, found: Comparison, *, kept: bool) -> Verdict:
-    moved = verdict_of(found, result.change, result.unit)
+def _verdict(job: Job, result: RunResult, comparison: Comparison, *, kept: bool) -> Verdict:
+    moved = verdict_of(comparison, result.change, result.unit)
     steps = f"{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s."
     if result.breaches:
         lines = [f"{breach['guard']}: {breach['message']}." for breach in result.breaches]
@@ -97,6 +97,6 @@ def _verdict(job: Job, result: RunResult, found: Comparison, *, kept: bool) -> V
         return Verdict("bad", f"The run went beyond {count}; {what}.", (*lines, moved.text, *moved.lines, steps))
     limits = job.all_guards.texts()
     if limits:
-        told = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in limits.items())
-        return Verdict("good", f"Done, and every limit was kept: {told}.", (moved.text, *moved.lines, steps))
+        kept_limits = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in limits.items())
+        return Verdict("good", f"Done, and every limit was kept: {kept_limits}.", (moved.text, *moved.lines, steps))
     return Verdict(moved.kind, moved.text, (*moved.lines, f"{steps} No limits were set."))

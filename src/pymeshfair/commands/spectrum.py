@@ -82,10 +82,10 @@ def spectrum(
 
         write_file(output, draw_spectra(shown, drawn, extension(output)), overwrite=overwrite)
     if json:
-        told = None
+        described = None
         if drawn is not None:
-            told = {"name": drawn.name, "cutoff_frequencies": drawn.cutoffs, "bands": drawn.profile(_middles(before))}
-        print_document({"mesh": mesh, **shown, "response": told, "picture": output})
+            described = {"name": drawn.name, "cutoff_frequencies": drawn.cutoffs, "bands": drawn.profile(_middles(before))}
+        print_document({"mesh": mesh, **shown, "response": described, "picture": output})
         return
     _print(shown, drawn)
     if output is not None:

@@ -133,14 +133,14 @@ def _trials(
     chosen = None if recipe is None else recipe.script.steps[0]
     scripts = {}
     for name in fitting:
-        known = load_recipe(name)
-        script = None if known.info.behind in fitting else moving_script(known, chosen)
+        candidate = load_recipe(name)
+        script = None if candidate.info.behind in fitting else moving_script(candidate, chosen)
         if script is not None:
             scripts[name] = script
     mesh = read_mesh(scan).mesh
-    found = trials(mesh.vertices, mesh.faces, scripts, clean=values["shape"] == "clean", timeout=timeout)
+    results = trials(mesh.vertices, mesh.faces, scripts, clean=values["shape"] == "clean", timeout=timeout)
     if not is_correlated:
-        return found
+        return results
     # Held-out vertices are no evidence where neighbours share their noise: the filter that knows such noise was judged otherwise.
     # Nor are relief, as the waves of that noise pass for some, and the risk, which is that of noise of single vertices.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
@@ -151,7 +151,7 @@ def _trials(
         name: replace(
             trial, before=nothing, error=best if name in filtered else max(nothing, trial.error), relief=None, risk=None
         )
-        for name, trial in found.items()
+        for name, trial in results.items()
     }
 
 

@@ -55,19 +55,19 @@ _INDENT = " " * 6
 _MOST_RIMS = 12
 
 
-def fitting_lines(found: Sequence[Suitability]) -> Iterator[str]:
+def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
     """The recipes that fit, the best first, with reasons; then in one line each those that do not."""
-    fitting = [s for s in found if s.fits]
+    fitting = [s for s in recipes if s.fits]
     if not fitting:
         yield "no recipe is for such a mesh"
     for number, suited in enumerate(fitting, 1):
         title = f"{number:>4}  {suited.recipe}: {suited.title}"
         yield textwrap.fill(title, _NARROW, subsequent_indent=_INDENT)
         # That there are faces goes without saying where there is more to say.
-        said = [said for _, said in suited.met[len(suited.met) > 1 :]]
-        reasons = "; ".join([*said, *([] if suited.trial is None else [suited.trial.words])])
+        words = [text for _, text in suited.met[len(suited.met) > 1 :]]
+        reasons = "; ".join([*words, *([] if suited.trial is None else [suited.trial.words])])
         yield textwrap.fill(reasons, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT)
-    others = [s for s in found if not s.fits]
+    others = [s for s in recipes if not s.fits]
     if others:
         yield "not for this one:"
     for suited in others:

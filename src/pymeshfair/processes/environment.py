@@ -15,8 +15,8 @@ PACKAGES = ("pymeshfair", "pymeshlab", "numpy", "scipy", "numba", "llvmlite", "r
 
 def versions() -> dict[str, Any]:
     """The versions that a result depends on besides the input and the recipe."""
-    found: dict[str, Any] = {"python": platform.python_version(), "implementation": platform.python_implementation()}
-    return found | packages_here() | {"system": platform.platform(), "machine": platform.machine(), "byte_order": sys.byteorder}
+    python: dict[str, Any] = {"python": platform.python_version(), "implementation": platform.python_implementation()}
+    return python | packages_here() | {"system": platform.platform(), "machine": platform.machine(), "byte_order": sys.byteorder}
 
 
 def packages_here() -> dict[str, Any]:
@@ -50,8 +50,8 @@ def worker_environment(threads: int | None, environment: Mapping[str, str] = os.
 
     Filters have `threads`; None means what OMP_NUM_THREADS says, or all processors.
     """
-    said = str(threads) if threads is not None else environment.get("OMP_NUM_THREADS", str(this_system().processors()))
-    changes = {"OMP_NUM_THREADS": said, "NUMBA_NUM_THREADS": said}
+    count = str(threads) if threads is not None else environment.get("OMP_NUM_THREADS", str(this_system().processors()))
+    changes = {"OMP_NUM_THREADS": count, "NUMBA_NUM_THREADS": count}
     changes |= ONE_BLAS_THREAD
     # Threads that wait should sleep: spinning ones make MeshLab's Poisson reconstruction 16 times slower on a busy machine.
     changes["OMP_WAIT_POLICY"] = environment.get("OMP_WAIT_POLICY", "PASSIVE")

@@ -72,7 +72,7 @@ def breaches(
     return broken
 
 
-def _displacement(origins: Origins, moved: Moved | None, limit: float, said: str, unit: str) -> Iterator[Breach]:
+def _displacement(origins: Origins, moved: Moved | None, limit: float, limit_text: str, unit: str) -> Iterator[Breach]:
     # Added vertices have not moved; where nothing could be followed, the distance from the surface is all there is.
     if moved is None or not moved.largest > limit:
         return
@@ -81,8 +81,8 @@ def _displacement(origins: Origins, moved: Moved | None, limit: float, said: str
     number = origins.vertices[moved.vertex]
     named = f"vertex {moved.vertex}" + (f" (vertex {number} of the input)" if number not in (-1, moved.vertex) else "")
     verb = "has moved by" if moved.same else "lies away from the input by"
-    alone = said in (repr(limit), f"{limit!r}{unit.strip()}")
-    allowed = f"{limit!r}{unit}" if alone else f"{said} = {limit:.6g}{unit}"
+    alone = limit_text in (repr(limit), f"{limit!r}{unit.strip()}")
+    allowed = f"{limit!r}{unit}" if alone else f"{limit_text} = {limit:.6g}{unit}"
     more = f"; so do {others:,} others" if others else ""
     message = f"{named} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {moved.largest:.6g}{unit}, which is more than {allowed}{more}"
     yield Breach("max_displacement", message, moved.vertex, moved.place, moved.largest, limit)
@@ -159,15 +159,15 @@ def wall_words(mesh: MeshData, unit: str | None) -> str:
 
     if not len(mesh.faces):
         return ""
-    found = wall_thickness(mesh.vertices, mesh.faces)
-    thinnest = int(found.values.argmin())
-    if not np.isfinite(found.values[thinnest]):
+    walls = wall_thickness(mesh.vertices, mesh.faces)
+    thinnest = int(walls.values.argmin())
+    if not np.isfinite(walls.values[thinnest]):
         return ""
     of = f" {unit}" if unit else ""
-    place = ", ".join(f"{c:.6g}" for c in found.places[thinnest])
+    place = ", ".join(f"{c:.6g}" for c in walls.places[thinnest])
     return (
-        f"walls: half of the area is thicker than {found.below(0.5):.4g}{of}, 1 % is thinner than {found.below(0.01):.4g}{of}, "
-        f"the thinnest place is {found.values[thinnest]:.4g}{of} at {place}; thin walls are kept as they are"
+        f"walls: half of the area is thicker than {walls.below(0.5):.4g}{of}, 1 % is thinner than {walls.below(0.01):.4g}{of}, "
+        f"the thinnest place is {walls.values[thinnest]:.4g}{of} at {place}; thin walls are kept as they are"
     )
 
 
@@ -204,8 +204,8 @@ def _fault(what: str, count: int, vertices: Floats, cells: Ints) -> Breach:
     places, sizes = np.unique(place_of, return_counts=True)
     largest = places[np.argsort(-sizes, kind="stable")][:_PLACES]
     middles = [vertices[np.unique(cells[place_of == place])].mean(axis=0).tolist() for place in largest]
-    said = "; ".join(", ".join(f"{c:.6g}" for c in middle) for middle in middles)
+    around = "; ".join(", ".join(f"{c:.6g}" for c in middle) for middle in middles)
     more = f", and {len(places) - _PLACES:,} more places" if len(places) > _PLACES else ""
     x, y, z = middles[0]
-    text = f"the written file has {count:,} {what}, around {said}{more}"
+    text = f"the written file has {count:,} {what}, around {around}{more}"
     return Breach("require", text, place=(x, y, z), amount=count, allowed=0)

@@ -24,7 +24,7 @@ class Origins:
     vertices: NDArray[np.int64]  # (n,) of every vertex of the result its number in the input, -1 for one that was added
     #: (m,) of every face the number of the face of the input with the same corners, -1 for one that was added
     faces: NDArray[np.int64]
-    known: bool  # whether elements could be followed; else all count as added
+    followed: bool  # whether elements could be followed; else all count as added
 
     @cached_property
     def distances(self) -> Floats:
@@ -43,7 +43,7 @@ class Origins:
 
         Those that are the same in both meshes; where nothing could be followed all, with their distances from the input.
         """
-        if self.known:
+        if self.followed:
             return np.flatnonzero(self.vertices >= 0), self._moves
         return np.arange(len(self.vertices)), self.distances
 
@@ -71,9 +71,9 @@ def removed_elements(origins: Origins) -> tuple[Bools, Bools]:
     return gone, faces_gone
 
 
-def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, count: int, known: bool) -> NDArray[np.int64]:
-    """(count,) the numbers in the mesh that was read, which may have lost elements of its file already."""
-    if not known:
+def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, count: int, same: bool) -> NDArray[np.int64]:
+    """(count,) the numbers in the mesh that was read, which may have lost elements; `same` if both meshes are of one file."""
+    if not same:
         return np.full(count, -1)
     if before is None:
         return np.arange(count) if after is None else after

@@ -79,8 +79,8 @@ def _guarded(job: Job, report: Report) -> dict[str, Any]:
         return {}
     maps = [described_file(file.staged, named=file.target) for file in report.maps]
     limits, tolerance = job.lengths_in(job.unit_of(report.input.get("unit")))
-    told = {"limits": limits.texts(), "breaches": list(report.breaches), "maps": maps}
-    return {"guards": told | ({"map_tolerance": str(tolerance)} if job.map_tolerance else {})}
+    entry = {"limits": limits.texts(), "breaches": list(report.breaches), "maps": maps}
+    return {"guards": entry | ({"map_tolerance": str(tolerance)} if job.map_tolerance else {})}
 
 
 def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:

@@ -69,10 +69,10 @@ class Earlier:
 
     def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepReport, ...]]:
         """The layers after as many of the steps as are kept, and the reports of these steps."""
-        known = [entry for entry in self._kept if entry[0] == steps[: len(entry[0])]]
-        if not known:
+        fitting = [entry for entry in self._kept if entry[0] == steps[: len(entry[0])]]
+        if not fitting:
             return None, ()
-        entry = max(known, key=lambda entry: len(entry[0]))
+        entry = max(fitting, key=lambda entry: len(entry[0]))
         self._kept.remove(entry)
         self._kept.append(entry)
         return entry[1:]
@@ -117,10 +117,10 @@ class Session:
 
         `earlier` has states that runs on the same meshes have kept; this run adds to them.
         """
-        given = self._document.add(read)
+        input_id = self._document.add(read)
         for mesh in others:
             self._document.add(mesh)
-        self._document.current_id = given
+        self._document.current_id = input_id
         earlier = earlier or Earlier(states=0)
         before, traits, unsuited = earlier.measured(self._job.recipe.info, lambda: self._measured(read))
         for text in lengths_out_of_proportion(Script(self._steps), diagonal=before.diagonal):
@@ -134,7 +134,7 @@ class Session:
         self._lose(document.losses)
         result = document.current
         # The layer of which a step made another one is in its file.
-        kept = document.current_id != given and given in document.ids
+        kept = document.current_id != input_id and input_id in document.ids
         if len(document.ids) > 1 + kept:
             text = f"the recipe ends with {len(document.ids)} layers; only the current one, {result.label!r}, is written"
             self._lose([text])
@@ -209,8 +209,8 @@ class Session:
         os.write(2, mark(0))
         self._event(StepFinished(number, seconds))
         self._number = 0
-        known = step.filter
-        return StepReport(number, known.name, known.python_name, seconds, plain(parameters), plain(values), tuple(self._notes))
+        name, python_name = step.filter.name, step.filter.python_name
+        return StepReport(number, name, python_name, seconds, plain(parameters), plain(values), tuple(self._notes))
 
     def _failed(self, reason: str) -> StepFailedError:
         """The failure of the current step, or of the last one when all are done."""
@@ -302,9 +302,8 @@ class Session:
         if (PRINTABLE, None) not in self._job.all_guards.require:
             return saved
         wrapped = any(step.filter.python_name == "generate_alpha_wrap" for step in self._steps)
-        found = print_faults(saved.staged[0].staged, self._stage / "checked", wrapped=wrapped)
-        faults = [plain(asdict(fault)) for fault in found]
-        broken = (*saved.breaches, *faults)
+        faults = list(print_faults(saved.staged[0].staged, self._stage / "checked", wrapped=wrapped))
+        broken = (*saved.breaches, *(plain(asdict(fault)) for fault in faults))
         if broken:
             return replace(saved if self._job.keep_broken or not faults else unsaved, breaches=broken)
         last = saved.steps[-1]
@@ -316,7 +315,7 @@ class Session:
     def _watched(self, report: Report, origins: Origins, change: ShapeChange | None, before: MeasuredMesh) -> Report:
         """Find the limits that were broken, and write the intervention map."""
         follows = self._job.map is not None or replace(self._job.all_guards, require=())
-        if not origins.known and follows:
+        if not origins.followed and follows:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
         broken = breaches(self._job.all_guards, origins, change, report.before, report.after, unit=self._unit)
         maps: tuple[StagedFile, ...] = ()

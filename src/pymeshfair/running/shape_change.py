@@ -212,15 +212,15 @@ def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callab
 def milder(steps: Sequence[Step]) -> str:
     """Advice to smooth less: a smaller setting of the recipe, or else a parameter; empty if there is none."""
     smoothing = [step for step in steps if step.filter.classes & FilterClass.SMOOTHING]
-    found = [(step, name) for step in smoothing for name in _AMOUNTS if step.values.get(name, 1) != 1]
-    said = [step.settings[name] for step, name in found if name in step.settings and step.values[name] != "auto"]
-    named = said or [name for _, name in found]
+    amounts = [(step, name) for step in smoothing for name in _AMOUNTS if step.values.get(name, 1) != 1]
+    settings = [step.settings[name] for step, name in amounts if name in step.settings and step.values[name] != "auto"]
+    named = settings or [name for _, name in amounts]
     return f"a smaller {named[0]}" if named else ""
 
 
 def _told(before: str, ways: Sequence[str | bool]) -> str:
-    said = ", or ".join(str(way) for way in ways if way)
-    return said and before + said
+    advice = ", or ".join(str(way) for way in ways if way)
+    return advice and before + advice
 
 
 def _sides(vertices: Floats, faces: Ints, measures: SurfaceMeasures) -> Floats:
@@ -260,7 +260,7 @@ def _moved(origins: Origins, edge: float | None) -> Moved | None:
     shares = distances / (largest or 1.0)  # no sum of distances or of squares leaves the range of numbers
     mean, rms = largest * float(shares.mean()), largest * float(np.sqrt(np.mean(shares**2)))
     return Moved(
-        same=origins.known,
+        same=origins.followed,
         count=len(distances),
         moved=int(np.count_nonzero(distances)),
         mean=mean,

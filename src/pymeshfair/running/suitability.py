@@ -174,7 +174,7 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
         return None
     reasons = [c for c in verdict.unmet if c[0] in _kind(0, 0)] or [c for c in verdict.unmet if not c[1].endswith(UNKNOWN)]
     reasons = reasons or list(verdict.unmet)
-    wrong = "; ".join(f"{name} is for {_asked(text)}, and here {found}" for text, found in reasons[:2])
+    wrong = "; ".join(f"{name} is for {_asked(text)}, and here {value}" for text, value in reasons[:2])
     fitting = [other for other in others if other.fits and other.recipe != name]
     alike = _ALIKE if info.task in _ALIKE else (info.task,)
     first = next((other for other in fitting if other.task == "denoise"), None)
@@ -252,7 +252,7 @@ def needed(conditions: Iterable[Condition]) -> set[str]:
     return {condition.trait for condition in conditions} & set(MEASURED)
 
 
-def documents(found: Iterable[Suitability]) -> list[dict[str, Any]]:
+def documents(recipes: Iterable[Suitability]) -> list[dict[str, Any]]:
     """The result of `ranked` in terms of JSON."""
     return [
         {
@@ -260,11 +260,11 @@ def documents(found: Iterable[Suitability]) -> list[dict[str, Any]]:
             "title": s.title,
             "task": s.task,
             "fits": s.fits,
-            "met": [{"condition": text, "found": said} for text, said in s.met],
-            "unmet": [{"condition": text, "found": said} for text, said in s.unmet],
+            "met": [{"condition": text, "found": value} for text, value in s.met],
+            "unmet": [{"condition": text, "found": value} for text, value in s.unmet],
             "trial": None if s.trial is None else asdict(s.trial),
         }
-        for s in found
+        for s in recipes
     ]
 
 

@@ -36,15 +36,14 @@ def moving_script(recipe: Recipe, chosen: Step | None = None) -> Script | None:
         recipe: the recipe.
         chosen: the step of normal filtering with the values that were found for the scan, which need not be found again.
     """
-    steps = [step for step in recipe.script.steps if _smooths(step)]
+    steps = [
+        step
+        for step in recipe.script.steps
+        if step.filter.classes & FilterClass.SMOOTHING and not step.filter.changes & MeshElement.FACENUMBER
+    ]
     if chosen is not None:
         steps = [chosen if step.filter is chosen.filter else step for step in steps]
     return Script(tuple(steps)) if steps else None
-
-
-def _smooths(step: Step) -> bool:
-    known = step.filter
-    return bool(known.classes & FilterClass.SMOOTHING) and not known.changes & MeshElement.FACENUMBER
 
 
 def trials(

@@ -36,10 +36,10 @@ def is_expression(filter_name: str, parameter_name: str) -> bool:
     return _FILTERS.search(filter_name) is not None and parameter_name != "name"
 
 
-def check_expressions(known: Filter, values: Mapping[str, Any]) -> None:
+def check_expressions(declared: Filter, values: Mapping[str, Any]) -> None:
     """Check the values of a filter, by Python parameter name, that are expressions."""
-    for parameter in known.parameters:
-        if parameter.name in values and isinstance(parameter, String) and is_expression(known.python_name, parameter.xml_name):
+    for parameter in declared.parameters:
+        if parameter.name in values and isinstance(parameter, String) and is_expression(declared.python_name, parameter.xml_name):
             text = values[parameter.name]
             if (error := expression_error(text)) is not None:
                 raise ParameterError(

@@ -104,8 +104,8 @@ def _condition(text: str) -> Condition:
         if least > most:
             raise ParameterError(f"Fits: {text!r}: nothing lies between these bounds")
         return Condition(text, trait, least, most)
-    known = [*WORDS, *QUANTITIES]
-    near = nearest(re.split(r"\s+(?:from|up|[0-9.])", plain)[0], known)
-    hint = f"did you mean {near!r}?" if near else f"there are {', '.join(known)}"
+    names = [*WORDS, *QUANTITIES]
+    near = nearest(re.split(r"\s+(?:from|up|[0-9.])", plain)[0], names)
+    hint = f"did you mean {near!r}?" if near else f"there are {', '.join(names)}"
     bounds = ", with bounds such as 'up to 3', 'from 1' or '1 to 3'" if near in QUANTITIES else ""
     raise ParameterError(f"Fits: {text!r} is no condition; {hint}{bounds}")

@@ -59,13 +59,13 @@ class Guards:
 
     def texts(self) -> dict[str, str]:
         """The texts that `parse` reads, of the guards that are set."""
-        found = {
+        texts = {
             "max_displacement": None if self.max_displacement is None else str(self.max_displacement),
             "max_volume_change": None if self.max_volume_change is None else f"{self.max_volume_change!r}%",
             "require": ",".join(word if n is None else f"{word}={n}" for word, n in self.require) or None,
             "keep_sharp": None if self.keep_sharp is None else f"{self.keep_sharp!r}%",
         }
-        return {name: text for name, text in found.items() if text is not None}
+        return {name: text for name, text in texts.items() if text is not None}
 
     def overridden(self, others: Guards) -> Guards:
         """These guards with the ones that `others` sets in their places."""
@@ -114,17 +114,17 @@ def _share(name: str, text: str) -> float:
 
 
 def _requirements(name: str, text: str) -> tuple[tuple[str, int | None], ...]:
-    found: list[tuple[str, int | None]] = []
+    requirements: list[tuple[str, int | None]] = []
     for part in text.split(","):
-        word, sign, given = (piece.strip() for piece in part.partition("="))
+        word, sign, number = (piece.strip() for piece in part.partition("="))
         if word not in REQUIREMENTS:
             near = nearest(word, REQUIREMENTS)
             hint = f"did you mean {near!r}?" if near else f"it takes {_offered()}"
             raise ParameterError(f"{name}: {word!r} is nothing that can be required; {hint}")
-        if bool(sign) != REQUIREMENTS[word] or (sign and not (given.isascii() and given.isdigit() and len(given) < 10)):
+        if bool(sign) != REQUIREMENTS[word] or (sign and not (number.isascii() and number.isdigit() and len(number) < 10)):
             raise ParameterError(f"{name}: {part.strip()!r}; it takes {_offered()}")
-        found.append((word, int(given) if sign else None))
-    return tuple(found)
+        requirements.append((word, int(number) if sign else None))
+    return tuple(requirements)
 
 
 def _offered() -> str:

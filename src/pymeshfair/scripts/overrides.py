@@ -82,24 +82,24 @@ def _step_index(steps: Sequence[Step], name: str) -> int:
             raise UnknownNameError(f"there is no step {name}; the script has {_counted(steps)}")
         return int(name) - 1
     exact = [i for i, step in enumerate(steps) if name in (step.filter.python_name, step.filter.name)]
-    found = exact or [i for i, step in enumerate(steps) if any(_plain(name) in _plain(n) for n in _names(step))]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        listed = ", ".join(f"{i + 1} ({steps[i].filter.name})" for i in found)
+    indices = exact or [i for i, step in enumerate(steps) if any(_plain(name) in _plain(n) for n in _names(step))]
+    if len(indices) == 1:
+        return indices[0]
+    if indices:
+        listed = ", ".join(f"{i + 1} ({steps[i].filter.name})" for i in indices)
         raise UnknownNameError(f"{name!r} fits several steps, {listed}; give the step's number")
     near = nearest(name, [n for step in steps for n in (*_names(step), *step.filter.name.split())])
     hint = f"; did you mean {near!r}?" if near else f"; the script has {_counted(steps)}"
     raise UnknownNameError(f"no step's filter is called {name!r}{hint}", suggestion=near)
 
 
-def _parameter(known: Filter, name: str) -> Parameter:
-    names: Mapping[str, Parameter] = {n: p for p in known.parameters for n in (p.name, p.xml_name)}
+def _parameter(declared: Filter, name: str) -> Parameter:
+    names: Mapping[str, Parameter] = {n: p for p in declared.parameters for n in (p.name, p.xml_name)}
     if name in names:
         return names[name]
     near = nearest(name, names)
-    hint = f"; did you mean {near!r}?" if near else f"; it has {', '.join(p.name for p in known.parameters) or 'none'}"
-    raise UnknownNameError(f"filter {known.name!r} has no parameter {name!r}{hint}", suggestion=near)
+    hint = f"; did you mean {near!r}?" if near else f"; it has {', '.join(p.name for p in declared.parameters) or 'none'}"
+    raise UnknownNameError(f"filter {declared.name!r} has no parameter {name!r}{hint}", suggestion=near)
 
 
 def _names(step: Step) -> tuple[str, str]:

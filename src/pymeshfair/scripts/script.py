@@ -138,12 +138,12 @@ class Step:
 
         A built-in filter leaves some to the mesh, such as the number of triangles to decimate to; those stay absent.
         """
-        known = {
+        defaults = {
             name: default
             for name, default in self.filter.defaults.items()
             if default is not None and (lengths or not isinstance(default, Length) or default.unit == "absolute")
         }
-        return replace(self, values=self.filter.in_order({**known, **self.values}))
+        return replace(self, values=self.filter.in_order({**defaults, **self.values}))
 
 
 def _restored(filter: str, *rest: Any) -> Step:
@@ -165,9 +165,9 @@ class Script:
 
     def with_steps(self, steps: Iterable[Step]) -> Script:
         """The script with these steps in place of its own; settings that none of them uses are left out."""
-        found = tuple(steps)
-        used = {name for step in found for name in step.settings.values()}
-        return replace(self, steps=found, settings=tuple(s for s in self.settings if s.name in used))
+        chosen = tuple(steps)
+        used = {name for step in chosen for name in step.settings.values()}
+        return replace(self, steps=chosen, settings=tuple(s for s in self.settings if s.name in used))
 
     def with_defaults(self, *, lengths: bool = True) -> Script:
         """The script with every value said that is known without a mesh; `lengths` as in `Step.with_defaults`."""

@@ -209,16 +209,14 @@ def _read_nothing(parameter: Parameter, attributes: Attributes) -> Any:
 _TEXTS = (declaration.String, declaration.FileOpen, declaration.FileSave)
 _READERS: Mapping[type[Parameter], Callable[[Parameter, Attributes], Any]] = {
     declaration.Bool: _read_bool,
-    **dict.fromkeys(
-        (declaration.Int, declaration.Mesh), lambda parameter, said: _checked(parameter, _whole(parameter, _text(said)))
-    ),
+    **dict.fromkeys((declaration.Int, declaration.Mesh), lambda p, attributes: _checked(p, _whole(p, _text(attributes)))),
     declaration.Float: _read_float,
     declaration.Percentage: _read_length,
     declaration.Enum: _read_enum,
     **dict.fromkeys((declaration.Point, declaration.Direction), _several("xyz", _number)),
     declaration.Color: _several("rgba", _whole),
     declaration.Matrix: _several([f"val{k}" for k in range(16)], _number),
-    **dict.fromkeys(_TEXTS, lambda p, said: _checked(p, _text(said))),
+    **dict.fromkeys(_TEXTS, lambda p, attributes: _checked(p, _text(attributes))),
 }
 
 
@@ -252,13 +250,13 @@ def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Ste
     if name is None:
         return None, [complain(message="<filter> has no name; MeshLab would fail there", line=line)]
     try:
-        known = find_filter(name)
+        declared = find_filter(name)
     except UnknownNameError as error:
         message, suggestion = _unknown(name, error.cause)
         return None, [complain(message=message, line=line, suggestion=suggestion)]
-    if known.name != name:
+    if declared.name != name:
         message = "that is the filter's name in Python; scripts use the one in MeshLab's menus"
-        return None, [complain(message=message, line=line, suggestion=known.name)]
+        return None, [complain(message=message, line=line, suggestion=declared.name)]
     problems: list[Problem] = []
     if element.tag and not is_name(element.tag):
         words = f"the tag {shortened(element.tag)!r} takes letters, digits and underscores"
@@ -266,33 +264,33 @@ def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Ste
     values: dict[str, Any] = {}
     for param in element.params:
         of_param = partial(complain, line=param.line, parameter=param.attributes.get("name"))
-        problems += [of_param(message=message, suggestion=hint) for message, hint in _add_param(known, param, values)]
-    return Step(known, known.in_order(values), line, element.tag, _settings(known, element)), problems
+        problems += [of_param(message=message, suggestion=hint) for message, hint in _add_param(declared, param, values)]
+    return Step(declared, declared.in_order(values), line, element.tag, _settings(declared, element)), problems
 
 
-def _add_param(known: Filter, param: ParamElement, values: dict[str, Any]) -> list[Complaint]:
+def _add_param(declared: Filter, param: ParamElement, values: dict[str, Any]) -> list[Complaint]:
     """Put the value of an element among those of its filter; what is wrong with it."""
     name = param.attributes.get("name")
     if name is None:
         return [("<Param> has no name; MeshLab would drop it", None)]
-    parameter = next((p for p in known.parameters if p.xml_name == name), None)
+    parameter = next((p for p in declared.parameters if p.xml_name == name), None)
     if parameter is None:
-        names = [p.xml_name for p in known.parameters]
-        hint, suggestion = former_parameter_hint(former_parameters(known.name), name)
-        in_python = next((p.xml_name for p in known.parameters if p.name == name), None)
+        names = [p.xml_name for p in declared.parameters]
+        hint, suggestion = former_parameter_hint(former_parameters(declared.name), name)
+        in_python = next((p.xml_name for p in declared.parameters if p.name == name), None)
         suggestion = suggestion or in_python or (None if hint else close_spelling(name, names))
         allowed = f"it has {', '.join(names)}" if names else "it has none"
         return [(f"the filter has no such parameter; {hint or allowed}", suggestion)]
     if parameter.name in values:
         return [("is given twice; MeshLab would take the last", None)]
-    values[parameter.name], complaints = read_value(parameter, param.attributes, filter_name=known.python_name)
+    values[parameter.name], complaints = read_value(parameter, param.attributes, filter_name=declared.python_name)
     return complaints
 
 
-def _settings(known: Filter, element: FilterElement) -> dict[str, str]:
+def _settings(declared: Filter, element: FilterElement) -> dict[str, str]:
     """By Python parameter name, the settings that the ``<Param>`` elements name."""
     named = {param.attributes.get("name"): param.attributes.get("setting") for param in element.params}
-    return {p.name: setting for p in known.parameters if (setting := named.get(p.xml_name)) is not None}
+    return {p.name: setting for p in declared.parameters if (setting := named.get(p.xml_name)) is not None}
 
 
 def _unknown(name: str, cause: str | None) -> tuple[str, str | None]:
@@ -343,8 +341,6 @@ def _disagreement(step: Step, name: str, setting: Setting | None, wanted: str) -
     except ParameterError as error:
         return f"cannot take the default {shortened(setting.default)!r} of the setting {wanted!r}: {error}"
     if value != step.values[name]:
-        given = shortened(str(step.values[name]))
-        return (
-            f"is {given}, but the default of its setting {wanted!r} is {shortened(setting.default)}; MeshLab would run the first"
-        )
+        own = shortened(str(step.values[name]))
+        return f"is {own}, but the default of its setting {wanted!r} is {shortened(setting.default)}; MeshLab would run the first"
     return None

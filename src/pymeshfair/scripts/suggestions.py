@@ -23,9 +23,9 @@ def close_spelling(name: str, names: Iterable[str]) -> str | None:
 
 def suggested_filter(name: str) -> str | None:
     """The name in menus of the filter that a slip of spelling leads to, whether in its name in menus or in Python."""
-    known = all_filters()
-    menu = close_spelling(name, (f.name for f in known))
-    python = close_spelling(name, (f.python_name for f in known)) if menu is None and name.isidentifier() else None
+    filters = all_filters()
+    menu = close_spelling(name, (f.name for f in filters))
+    python = close_spelling(name, (f.python_name for f in filters)) if menu is None and name.isidentifier() else None
     return menu or (find_filter(python).name if python else None)
 
 
@@ -37,16 +37,16 @@ def same_but_case(name: str) -> str | None:
 
 def renamed(former: Former) -> str:
     """The sentence about a filter that has another name today."""
-    said = [f"MeshLab has renamed this filter to {former.now!r}"]
+    sentence = [f"MeshLab has renamed this filter to {former.now!r}"]
     assert former.now is not None
-    known = find_filter(former.now)
+    today = find_filter(former.now)
     for name, text in former.sets.items():
-        parameter = next(p for p in known.parameters if p.xml_name == name)
+        parameter = next(p for p in today.parameters if p.xml_name == name)
         meaning = f" ({parameter.choices[int(text)]})" if isinstance(parameter, Enum) else ""
-        said.append(f"; give it the parameter {name} with the value {text}{meaning}")
+        sentence.append(f"; give it the parameter {name} with the value {text}{meaning}")
     if renames := former_parameters(former.now).renames:
-        said.append("; of its parameters " + ", ".join(f"{old} is {new}" for old, new in renames.items()))
-    return "".join(said) + "; `pymeshfair upgrade` rewrites it"
+        sentence.append("; of its parameters " + ", ".join(f"{old} is {new}" for old, new in renames.items()))
+    return "".join(sentence) + "; `pymeshfair upgrade` rewrites it"
 
 
 def invented(former: Former) -> str:

@@ -14,19 +14,19 @@ from .upgraded_steps import deletes_result, left_current_layer, steps_on_leftove
 
 def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None = None) -> list[str]:
     """Warnings about steps that do little of their purpose, missing layers, and lengths that do not suit a diagonal."""
-    found = [*_head_warnings(script), *traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
-    return found if diagonal is None else [*found, *lengths_out_of_proportion(script, diagonal=diagonal)]
+    warnings = [*_head_warnings(script), *traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
+    return warnings if diagonal is None else [*warnings, *lengths_out_of_proportion(script, diagonal=diagonal)]
 
 
 def _head_warnings(script: Script) -> list[str]:
     """That the script is superseded; and what the head says of the scans that it fits, where that cannot be understood."""
-    said = paragraphs(script.comment.partition("\n")[2])[0]
-    found = [f"superseded: {said['Superseded']}"] if "Superseded" in said else []
+    words = paragraphs(script.comment.partition("\n")[2])[0]
+    warnings = [f"superseded: {words['Superseded']}"] if "Superseded" in words else []
     try:
-        parse_fits(said.get("Fits", ""))
+        parse_fits(words.get("Fits", ""))
     except ParameterError as error:
-        found.append(f"head: {error}; no scan is checked against it")
-    return found
+        warnings.append(f"head: {error}; no scan is checked against it")
+    return warnings
 
 
 #: A length is out of proportion above this part of the diagonal and this multiple of the filter's own default ...
@@ -97,7 +97,7 @@ def check_needs(script: Script, *, layers: int) -> None:
 def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
     """Layers and rasters that the steps need and that a run with `layers` layers, numbered from 0, does not have."""
     name = "script" if script.path is None else str(script.path)
-    known: int | None = layers
+    count: int | None = layers
     for step in script.steps:
         if "raster" in step.filter.name.casefold():
             message = (
@@ -106,12 +106,12 @@ def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
             )
             yield Problem(file=name, line=step.line, filter=step.filter.name, message=message)
         for parameter in step.filter.parameters:
-            if (lacking := _lacking(parameter, step, known)) is not None:
+            if (lacking := _lacking(parameter, step, count)) is not None:
                 yield Problem(file=name, line=step.line, filter=step.filter.name, parameter=parameter.xml_name, message=lacking)
         if step.filter.python_name == _MANY_LAYERS:
-            known = None
-        elif known is not None and step.filter.python_name.startswith(_NEW_LAYER):
-            known += 1
+            count = None
+        elif count is not None and step.filter.python_name.startswith(_NEW_LAYER):
+            count += 1
 
 
 def _lacking(parameter: Parameter, step: Step, layers: int | None) -> str | None:

@@ -66,15 +66,15 @@ def _lines(script: Script, diagonal: float, mean_edge: float) -> Iterator[str]:
             "setting", {name: text for name in SETTING_ATTRIBUTES if (text := getattr(setting, name)) or name == "default"}
         )
     for step in script.steps:
-        given = [p for p in step.filter.parameters if p.name in step.values]
+        parameters = [p for p in step.filter.parameters if p.name in step.values]
         named = {"name": step.filter.name} | ({"tag": step.tag} if step.tag else {})
-        yield "  " + _element("filter", named, ">" if given else "/>")
-        for parameter in given:
+        yield "  " + _element("filter", named, ">" if parameters else "/>")
+        for parameter in parameters:
             attributes = param_attributes(parameter, step.values[parameter.name], diagonal=diagonal, mean_edge=mean_edge)
             if parameter.name in step.settings:
                 attributes["setting"] = step.settings[parameter.name]
             yield "    " + _element("Param", attributes)
-        if given:
+        if parameters:
             yield "  </filter>"
     yield "</FilterScript>"
 
@@ -137,8 +137,8 @@ def _comment(text: str) -> str:
 
 
 def _check_writable(text: str) -> None:
-    if found := _UNWRITABLE.search(text):
-        raise PymeshfairError(f"the text {text[:80]!r} cannot be written to a script: XML has no {found.group()!r}")
+    if unwritable := _UNWRITABLE.search(text):
+        raise PymeshfairError(f"the text {text[:80]!r} cannot be written to a script: XML has no {unwritable.group()!r}")
 
 
 def write_script(
@@ -196,7 +196,7 @@ def export_script(
     for number, step in enumerate(whole.steps, 1):
         plain = step if step.filter.is_builtin else _equivalent(step, closed=closed)
         if plain is None:
-            problems.append(_problem(script, step, why=_why_not(step, known=mesh is not None)))
+            problems.append(_problem(script, step, why=_why_not(step, has_mesh=mesh is not None)))
             continue
         problems += _relative_lengths(script, plain) if mesh is None else ()
         if plain is not step:
@@ -215,21 +215,21 @@ def export_script(
 
 def _equivalent(step: Step, *, closed: bool) -> Step | None:
     """The step with MeshLab's filter that does the same; None if there is none."""
-    found = None if step.filter.equivalent is None else step.filter.equivalent(step.values)
-    if found is None or (found.closed_only and not closed):
+    equivalent = None if step.filter.equivalent is None else step.filter.equivalent(step.values)
+    if equivalent is None or (equivalent.closed_only and not closed):
         return None
-    own = find_filter(found.filter)
-    return Step(own, own.with_defaults(found.values), step.line)
+    own = find_filter(equivalent.filter)
+    return Step(own, own.with_defaults(equivalent.values), step.line)
 
 
-def _why_not(step: Step, *, known: bool) -> str:
+def _why_not(step: Step, *, has_mesh: bool) -> str:
     message = f"is a filter of {step.filter.origin}, which MeshLab lacks; MeshLab alone cannot run this step"
-    found = None if step.filter.equivalent is None else step.filter.equivalent(step.values)
-    if found is None:
+    equivalent = None if step.filter.equivalent is None else step.filter.equivalent(step.values)
+    if equivalent is None:
         return message
-    name = find_filter(found.filter).name
+    name = find_filter(equivalent.filter).name
     return f"{message}: {name!r} does the same on closed meshes alone, " + (
-        "and this one is open, or a step before may open it or select" if known else "say with --for MESH which mesh it is for"
+        "and this one is open, or a step before may open it or select" if has_mesh else "say with --for MESH which mesh it is for"
     )
 
 

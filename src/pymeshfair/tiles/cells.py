@@ -88,12 +88,12 @@ class Cells:
     def tiles(self, most: int) -> Ranges:
         """Cells from one to before another for each tile, in which there are at most so many points, or one cell."""
         starts = self.starts
-        found, first = [], 0
+        ranges, first = [], 0
         while first < len(starts) - 1:
             last = int(np.searchsorted(starts, starts[first] + most, "right")) - 1
-            found.append((first, max(last, first + 1)))
-            first = found[-1][1]
-        return found
+            ranges.append((first, max(last, first + 1)))
+            first = ranges[-1][1]
+        return ranges
 
     def read(self, cells: NDArray[np.int64]) -> tuple[Floats, Longs, Longs, Longs]:
         """The points of some cells, in ascending order: coordinates in the unit of trees, numbers, slots, and the cells' rows.
@@ -115,5 +115,5 @@ class Cells:
 def _index(starts: Column, boxes: Column, scale: float) -> tuple[Longs, CellTree]:
     """The index of all cells, read once by every process."""
     first = starts.read(0, len(starts))
-    found = boxes.read(0, len(boxes)).reshape(-1, 2, 3) / scale
-    return first, CellTree.over(found, np.diff(first))
+    places = boxes.read(0, len(boxes)).reshape(-1, 2, 3) / scale
+    return first, CellTree.over(places, np.diff(first))

@@ -45,10 +45,10 @@ def mark_later(buckets: Sequence[Bucket]) -> None:
     places = np.empty((0, 3))
     for bucket in buckets:
         here, numbers = bucket.read()
-        known, together = len(places), np.concatenate([places, here])
+        count, together = len(places), np.concatenate([places, here])
         first, _ = numbered(together)
         later = np.ones(len(here), np.uint8)
-        later[first[known:] - known] = 0
+        later[first[count:] - count] = 0
         _part(bucket).write(numbers, later)
         places = together[first]
 
@@ -96,8 +96,8 @@ class OutlierTiles(PointTiles):
 
     def finish(self, first: int) -> None:
         """The factors of those points of a tile that had asked around; every tile must have been through `find`."""
-        with np.load(self.aside(first)) as found:
-            rows, own, slots = found["rows"], found["own"], found["slots"]
+        with np.load(self.aside(first)) as asked:
+            rows, own, slots = asked["rows"], asked["own"], asked["slots"]
         if len(rows):
             self.part(first).replace(rows, outliers.compare_rows(own, self.distances.gather(slots)))
 
@@ -149,19 +149,19 @@ class Cloud:
 
         return divide(slices, count, folder, most=most)
 
-    def put_in_order(self, found: Column, parts: Sequence[Part], count: int, size: int) -> None:
+    def put_in_order(self, results: Column, parts: Sequence[Part], count: int, size: int) -> None:
         """Write what was found of the points that are left, by tiles, in their order."""
-        found.path.unlink(missing_ok=True)
+        results.path.unlink(missing_ok=True)
         for block in in_order(parts, count, size):
-            found.append(block)
+            results.append(block)
 
-    def with_found(self, found: Column, size: int) -> Iterator[tuple[int, NDArray[np.bool_], NDArray[Any]]]:
+    def with_results(self, results: Column, size: int) -> Iterator[tuple[int, NDArray[np.bool_], NDArray[Any]]]:
         """Of the points of the file, `size` at a time: the first, which are left, and what was found of those, in their order."""
         total, done = len(self.source), 0
         for first in range(0, total, size):
             left = self.left(first, min(first + size, total))
             count = int(left.sum())
-            yield first, left, found.read(done, done + count)
+            yield first, left, results.read(done, done + count)
             done += count
 
     def update(self, column: Column, first: int, left: NDArray[np.bool_], values: NDArray[Any]) -> None:
@@ -174,11 +174,11 @@ class Cloud:
 
     def give_normals(self, parts: tuple[Part, ...], count: int, size: int) -> None:
         """Give the points that are left the normals of the tiles."""
-        found = Column(self.folder / "found", "<f8", 3)
-        self.put_in_order(found, parts, count, size)
-        for first, left, values in self.with_found(found, size):
+        results = Column(self.folder / "found", "<f8", 3)
+        self.put_in_order(results, parts, count, size)
+        for first, left, values in self.with_results(results, size):
             self.update(self.normals, first, left, values)
-        found.path.unlink()
+        results.path.unlink()
 
 
 @dataclass(frozen=True)
@@ -192,26 +192,26 @@ class Judgement:
     target: Column  # the column that marks the points that remain
 
     @property
-    def found(self) -> Column:
+    def results(self) -> Column:
         """The result for each point that is left, in their order."""
         return Column(self.cloud.folder / "found", self.parts[0].dtype)
 
     def gather(self, size: int) -> float:
         """Put it in order; the spread of factors, 0 of stray points."""
-        self.cloud.put_in_order(self.found, self.parts, self.count, size)
+        self.cloud.put_in_order(self.results, self.parts, self.count, size)
         if self.selection.filter != LOOP:
             return 0.0
-        return outliers.spread_of(lambda: self.found.slices(outliers.SPREAD_BLOCK), self.selection.values["extent"])
+        return outliers.spread_of(lambda: self.results.slices(outliers.SPREAD_BLOCK), self.selection.values["extent"])
 
     def select(self, spread: float, size: int) -> dict[str, Any]:
         """Write down what is left, and probabilities if there are any; what the filter reports."""
         probable = self.selection.filter == LOOP
         self.target.create(len(self.cloud.source))
         selected, largest, sums = 0, 0.0, []
-        for first, left, found in self.cloud.with_found(self.found, size):
-            goes = found
+        for first, left, results in self.cloud.with_results(self.results, size):
+            goes = results
             if probable:
-                probabilities = outliers.probabilities_of(found, spread)
+                probabilities = outliers.probabilities_of(results, spread)
                 self.cloud.update(self.cloud.scalars, first, left, probabilities)
                 goes = probabilities > self.selection.values["threshold"]
                 largest = max(largest, float(probabilities.max(initial=0.0)))
@@ -220,8 +220,8 @@ class Judgement:
                 left[left] = goes == 0
             self.target.write(first, left.astype(np.uint8))
             selected += int(np.count_nonzero(goes))
-        told = {"largest_probability": largest, "mean_probability": math.fsum(sums) / self.count} if probable else {}
-        return {("removed_vertices" if self.selection.filter == DUPLICATES else "selected_vertices"): selected} | told
+        reported = {"largest_probability": largest, "mean_probability": math.fsum(sums) / self.count} if probable else {}
+        return {("removed_vertices" if self.selection.filter == DUPLICATES else "selected_vertices"): selected} | reported
 
 
 def do_step(
@@ -265,21 +265,21 @@ def do_step(
         work = kinds[step.filter](cells, step.values, step.neighbors, points)
         work.do(tasks, ranges, size, part_of(progress, 0.2, 0.9))
         parts, tiles = tuple(work.part(first) for first, _ in ranges), len(ranges)
-    known = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": tiles, "points_per_tile": points}
+    sizes = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": tiles, "points_per_tile": points}
     if step.filter == POINT_NORMALS:
         tasks.run(cloud.give_normals, parts, count, size)
         shutil.rmtree(folder, ignore_errors=True)
         progress(1.0)
-        return cloud, {}, known
+        return cloud, {}, sizes
     judgement = Judgement(cloud, parts, count, step, Column(cloud.folder / f"kept-{step.step}", "u1"))
     spread = tasks.run(judgement.gather, size)
     shutil.rmtree(folder, ignore_errors=True)
     values = tasks.run(judgement.select, spread, size)
-    judgement.found.path.unlink(missing_ok=True)
+    judgement.results.path.unlink(missing_ok=True)
     if step.deletes and values.get("selected_vertices") == count:
         raise FilterInputError(f"all {count} points were selected, so that nothing is left of the cloud")
     progress(1.0)
-    return replace(cloud, kept=judgement.target), values, known
+    return replace(cloud, kept=judgement.target), values, sizes
 
 
 def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
@@ -287,8 +287,8 @@ def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
     total = len(cloud.source)
     slices = [(first, min(first + size, total)) for first in range(0, total, size)]
     names = cloud.source.names
-    found = (("scalars", cloud.scalars), ("normals", cloud.normals))
-    columns = [(names[name], column) for name, column in found if column.path.exists()]
+    additions = (("scalars", cloud.scalars), ("normals", cloud.normals))
+    columns = [(names[name], column) for name, column in additions if column.path.exists()]
     count = sum(int(np.count_nonzero(cloud.left(*rows))) for rows in slices)
     marks = (
         (cloud.left(*rows), {n: v for own, c in columns for n, v in zip(own, np.atleast_2d(c.read(*rows).T), strict=True)})

@@ -109,11 +109,11 @@ class Part:
 
 def joined(paths: Iterable[Path], names: Sequence[str]) -> Iterator[NDArray[Any]]:
     """The arrays of these names in archives of `numpy.savez`, those of all archives one after another."""
-    found = []
+    archives = []
     for path in paths:
         with np.load(path) as one:
-            found.append([one[name] for name in names])
-    return (np.concatenate(values) for values in zip(*found, strict=True))
+            archives.append([one[name] for name in names])
+    return (np.concatenate(values) for values in zip(*archives, strict=True))
 
 
 def in_order(parts: Sequence[Part], count: int, size: int) -> Iterator[NDArray[Any]]:

@@ -140,7 +140,7 @@ class _Course:
             self._pass_to(step.step)
             values: dict[str, Any] = {}
             with self._step(step.step, values):
-                cloud, told, known = do_step(
+                cloud, reported, sizes = do_step(
                     cloud,
                     step,
                     self.tasks,
@@ -148,10 +148,10 @@ class _Course:
                     progress=self._progress(step.step),
                     most=self.tiling.most,
                 )
-                values |= told
-            tilings.append({name: known[name] for name in ("tiles", "points_per_tile")})
+                values |= reported
+            tilings.append({name: sizes[name] for name in ("tiles", "points_per_tile")})
             if step is plan[0]:
-                before = _measures(known["points"], 0, known["low"], known["high"])
+                before = _measures(sizes["points"], 0, sizes["low"], sizes["high"])
         self._pass_to(len(self.job.recipe.script.steps) + 1)
         self.on_event(PhaseStarted("writing"))
         size = slice_rows(self.share.tile, cloud.source.row)
@@ -177,18 +177,18 @@ class _Course:
                 if move is plan[0]:
                     start, cutting = 0.4, part_of(progress, 0.0, 0.4)
                     costs, most = [cost_of(move.filter, move.values) for move in plan], self.tiling.most
-                    surface, known = cut(mesh, folder, self.tasks, self.share.tile, costs=costs, most=most, progress=cutting)
-                    tiles = surface.cells.tiles(known["points_per_tile"])
+                    surface, sizes = cut(mesh, folder, self.tasks, self.share.tile, costs=costs, most=most, progress=cutting)
+                    tiles = surface.cells.tiles(sizes["points_per_tile"])
                 values |= do_move(surface, move, tiles, self.tasks, part_of(progress, start, 1.0))
         self.on_event(PhaseStarted("writing"))
         work = MeshTiles(surface)
         low, high = box_around(self.tasks.map(work.finish, tiles))
         size = slice_rows(self.share.tile, mesh.vertices.dtype.itemsize)
         self.tasks.run_again(mesh.write, self.staged, tuple(work.part(first) for first, _ in tiles), size)
-        counts = known["points"], known["faces"]
-        told = {"tiles": len(tiles), "points_per_tile": known["points_per_tile"]}
-        before, after = _measures(*counts, known["low"], known["high"]), _measures(*counts, low.tolist(), high.tolist())
-        return self._report(before, after, {"stages": [told] * len(plan)})
+        counts = sizes["points"], sizes["faces"]
+        stage = {"tiles": len(tiles), "points_per_tile": sizes["points_per_tile"]}
+        before, after = _measures(*counts, sizes["low"], sizes["high"]), _measures(*counts, low.tolist(), high.tolist())
+        return self._report(before, after, {"stages": [stage] * len(plan)})
 
     def _report(self, before: dict[str, Any], after: dict[str, Any], tiles: dict[str, Any]) -> Report:
         sides = [b and a / b - 1.0 for b, a in zip(before["sides"], after["sides"], strict=True)]
@@ -222,8 +222,8 @@ class _Course:
         notes = tuple(values.pop("notes", ()))
         for text in notes:
             self.on_event(Message(text, step=number))
-        known, parameters = step.filter, plain(step.with_defaults().values)
-        self.steps.append(StepReport(number, known.name, known.python_name, seconds, parameters, plain(values), notes))
+        declared, parameters = step.filter, plain(step.with_defaults().values)
+        self.steps.append(StepReport(number, declared.name, declared.python_name, seconds, parameters, plain(values), notes))
         self.on_event(StepFinished(number, seconds))
 
     def _progress(self, number: int) -> Callable[[float], None]:

@@ -62,10 +62,10 @@ def divide(slices: Slices, count: int, folder: Path, *, most: int, name: str = "
                 with paths[leaf].open("ab") as file:
                     file.write(rows[first:last].tobytes())
         counts += np.bincount(chosen, minlength=leaves)
-    found: list[Bucket] = []
+    buckets: list[Bucket] = []
     for path, held in zip(paths, counts.tolist(), strict=True):
-        found += _small_enough(Bucket(path, held), folder, most, divisible=leaves > 1)
-    return found
+        buckets += _small_enough(Bucket(path, held), folder, most, divisible=leaves > 1)
+    return buckets
 
 
 def _small_enough(bucket: Bucket, folder: Path, most: int, *, divisible: bool) -> list[Bucket]:
@@ -93,11 +93,11 @@ def _small_enough(bucket: Bucket, folder: Path, most: int, *, divisible: bool) -
 def _sample(slices: Slices, count: int, buckets: int) -> Floats:
     """Every so many-th point."""
     step = max(1, count // min(buckets * _SAMPLED, _LARGEST_SAMPLE))
-    found, skipped = [np.empty((0, 3))], 0
+    parts, skipped = [np.empty((0, 3))], 0
     for places, _ in slices():
-        found.append(places[skipped::step].copy())
+        parts.append(places[skipped::step].copy())
         skipped = (skipped - len(places)) % step
-    return np.concatenate(found)
+    return np.concatenate(parts)
 
 
 def _pivots(sample: Floats, wanted: int) -> tuple[NDArray[np.int32], Floats, int]:

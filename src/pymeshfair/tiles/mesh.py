@@ -134,10 +134,10 @@ class Relaxation:
         begin, end = self.surface.cells.slots_of(first, last)
         moved, across = self.surface.moved.read(begin, end), self.surface.across.read(begin, end)
         outline = self.surface.outline.read(begin, end) > 0
-        found = np.where(outline[:, None], across + share * (moved - across), moved)
+        kept = np.where(outline[:, None], across + share * (moved - across), moved)
         numbers = self.surface.cells.numbers.read(begin, end)
-        check_healthy(self.surface.cells.points.read(begin, end), found, self.whole.diagonal, numbers.astype(np.int32))
-        self.surface.next_state.write(begin, found)
+        check_healthy(self.surface.cells.points.read(begin, end), kept, self.whole.diagonal, numbers.astype(np.int32))
+        self.surface.next_state.write(begin, kept)
 
     def do(self, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:
         """All of them, after which the mesh has other coordinates."""
@@ -176,8 +176,8 @@ class Unfolding:
         tile = tile_with_rings(self.surface, first, last, denoising.RINGS_OF_UNFOLDING)
         before, after = self.surface.before.gather(tile.slots), tile.vertices
         folded, now = (folded_faces(vertices, tile.faces) for vertices in (before, after))
-        found = denoising.going_back(before, after, tile.faces, now & ~folded, share)
-        self.surface.moved.write(self.surface.cells.slots_of(first, last)[0], tile.own_by_slot(found))
+        back = denoising.going_back(before, after, tile.faces, now & ~folded, share)
+        self.surface.moved.write(self.surface.cells.slots_of(first, last)[0], tile.own_by_slot(back))
         own = tile.own[tile.faces.min(axis=1)]
         return int(now[own].sum()) - int(folded[own].sum())
 
@@ -303,8 +303,8 @@ def cut(
     progress(0.7)
     tasks.map(surface.order_faces, [(bucket,) for bucket in range(len(buckets))], part_of(progress, 0.7, 1.0))
     tasks.run(surface.remove_unordered)
-    known = {"points": count, "faces": faces, "low": low.tolist(), "high": high.tolist(), "points_per_tile": vertices}
-    return surface, known
+    sizes = {"points": count, "faces": faces, "low": low.tolist(), "high": high.tolist(), "points_per_tile": vertices}
+    return surface, sizes
 
 
 def do_move(surface: Surface, move: Move, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> dict[str, Any]:

@@ -53,14 +53,14 @@ class Filtering:
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
     """The parameters that the filter takes without a look at the mesh; None if some are chosen for the mesh."""
-    given = _given(values)
-    if not {f.name for f in fields(denoising.AutomaticParameters)} <= given.keys():
+    set_values = _given(values)
+    if not {f.name for f in fields(denoising.AutomaticParameters)} <= set_values.keys():
         if values["choice"] != "fixed":
             return None
-        given = asdict(denoising.FIXED) | given
-    known: dict[str, Any] = _DEFAULTS | given
-    own = {f.name: known.pop(f.name) for f in fields(denoising.NormalFilter) if f.name in known}
-    return Filtering(denoising.NormalFilter(**own), border=values["border"], **known)
+        set_values = asdict(denoising.FIXED) | set_values
+    parameters: dict[str, Any] = _DEFAULTS | set_values
+    own = {f.name: parameters.pop(f.name) for f in fields(denoising.NormalFilter) if f.name in parameters}
+    return Filtering(denoising.NormalFilter(**own), border=values["border"], **parameters)
 
 
 def _given(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -70,21 +70,21 @@ def _given(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def chosen(values: Mapping[str, Any], vertices: Floats, faces: NDArray[np.int32]) -> dict[str, Any]:
     """The parameters with those that are automatic chosen on a sample of the mesh, as in one piece."""
-    given, border = _given(values), values["border"]
+    set_values, border = _given(values), values["border"]
     # as in one piece: passes and rounding are no part of what is tried
-    tried = denoising.REPERTOIRE.narrowed(**{n: v for n, v in given.items() if n not in ("normal_iterations", "rounding")})
+    tried = denoising.REPERTOIRE.narrowed(**{n: v for n, v in set_values.items() if n not in ("normal_iterations", "rounding")})
     setting = denoising.automatic_choice(vertices, faces, border=border, repertoire=tried).setting
-    found = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
-    if setting.parameters is None and given:
-        found = {}  # what is given is then completed as the authors of the filter would
+    chosen_values = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
+    if setting.parameters is None and set_values:
+        chosen_values = {}  # what is given is then completed as the authors of the filter would
     before = {n: getattr(setting, n) for n in ("outliers", "rounding", "relaxation", "relaxation_direction")}
-    known = {**_AUTHORS, **_DEFAULTS, **found, **before, **given}
-    if (why := _why_not_filtering(filtering_of({**values, **known}))) is not None:
-        name = "rounding" if known["rounding"] == "undo" else "outliers"
+    parameters = {**_AUTHORS, **_DEFAULTS, **chosen_values, **before, **set_values}
+    if (why := _why_not_filtering(filtering_of({**values, **parameters}))) is not None:
+        name = "rounding" if parameters["rounding"] == "undo" else "outliers"
         raise FilterInputError(
             f"what suits this mesh best {why}: run it in one piece, or set {name} to 'keep' and have the rest chosen"
         )
-    return known
+    return parameters
 
 
 def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
@@ -146,11 +146,11 @@ def apply(filter: str, values: Mapping[str, Any], tile: TileMesh, whole: Whole) 
         return meshlab_taubin_smooth(
             tile.vertices, tile.faces, step=values["lambda_"], mu=values["mu"], iterations=values["stepsmoothnum"], whole=whole
         )
-    given = {name: value for name, value in values.items() if name != "selected"}
+    parameters = {name: value for name, value in values.items() if name != "selected"}
     if filter == EXPLICIT:
-        return explicit_smoothing(tile.vertices, tile.faces, whole=whole, **given)
-    given["pass_band"] = given["pass_band"] or None
-    return taubin_fairing(tile.vertices, tile.faces, whole=whole, **given)
+        return explicit_smoothing(tile.vertices, tile.faces, whole=whole, **parameters)
+    parameters["pass_band"] = parameters["pass_band"] or None
+    return taubin_fairing(tile.vertices, tile.faces, whole=whole, **parameters)
 
 
 #: steps that select points of a cloud

@@ -89,13 +89,13 @@ class StrayTiles(PointTiles):
         """The lower median of the spacings, of which so many are in memory at a time: by 16 of the 64 bits in each pass."""
         rank, prefix = (self.cells.count - 1) // 2, 0
         for shift in (48, 32, 16, 0):
-            found = np.zeros(1 << 16, np.int64)
+            counts = np.zeros(1 << 16, np.int64)
             for spacings in self.spacings.slices(size):
                 bits = spacings.view(np.uint64)  # numbers of at least 0 have the order of their bits
                 here = (bits >> np.uint64(shift + 16) if shift < 48 else bits >> np.uint64(63)) == prefix
-                found += np.bincount(((bits[here] >> np.uint64(shift)) & np.uint64(0xFFFF)).astype(np.int64), minlength=1 << 16)
-            digit = int(np.searchsorted(np.cumsum(found), rank, "right"))
-            rank -= int(found[:digit].sum())
+                counts += np.bincount(((bits[here] >> np.uint64(shift)) & np.uint64(0xFFFF)).astype(np.int64), minlength=1 << 16)
+            digit = int(np.searchsorted(np.cumsum(counts), rank, "right"))
+            rank -= int(counts[:digit].sum())
             prefix = prefix << 16 | digit
         return float(np.array([prefix], np.uint64).view(np.float64)[0])
 

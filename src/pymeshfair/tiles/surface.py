@@ -51,11 +51,11 @@ class Surface:
 
     def fill(self, bucket: Bucket, first: int) -> tuple[Longs, Floats]:
         """As `Cells.fill`; writes down the slot of each vertex, too."""
-        found = self.cells.fill(bucket, first)
+        index = self.cells.fill(bucket, first)
         np.memmap(self.slots.path, "<i4", "r+")[self.cells.numbers.read(first, first + bucket.count)] = np.arange(
             first, first + bucket.count, dtype=np.int32
         )
-        return found
+        return index
 
     def sort_in(self, slices: Callable[[], Iterable[NDArray[Any]]]) -> int:
         """Give each face, of slices of (m, 3) numbers of vertices, to the buckets of its corners; how many faces there are."""
@@ -104,7 +104,7 @@ class Surface:
 
     def faces_at(self, cells: NDArray[np.int64]) -> NDArray[Any]:
         """The faces at the vertices of some cells, given in ascending order; those at several cells stand there several times."""
-        found = [np.empty(0, FACE)]
+        faces = [np.empty(0, FACE)]
         bucket_of = np.searchsorted(np.array(self.buckets), self.cells.starts[cells], "right") - 1
         for bucket in np.unique(bucket_of).tolist():
             first = self.cell_range(bucket)[0]
@@ -112,8 +112,8 @@ class Surface:
             own = cells[bucket_of == bucket] - first
             for run in np.split(own, np.flatnonzero(np.diff(own) > 1) + 1):
                 begin, end = int(starts[run[0]]), int(starts[run[-1] + 1])
-                found.append(np.fromfile(self._faces(bucket), FACE, end - begin, offset=begin * FACE.itemsize))
-        return np.concatenate(found)
+                faces.append(np.fromfile(self._faces(bucket), FACE, end - begin, offset=begin * FACE.itemsize))
+        return np.concatenate(faces)
 
     def turn(self, new: Column, old: Column) -> None:
         """Put new values in the place of the old ones."""
@@ -144,28 +144,28 @@ class TileMesh:
 
 
 class _Growing:
-    """The cells that are known so far, their vertices numbered in the order in which cells became known, and the faces."""
+    """The cells that have been met, their vertices numbered in the order of the meetings, and the faces."""
 
     def __init__(self, surface: Surface) -> None:
         self.surface = surface
         cells = len(surface.cells.starts) - 1
         self.base = np.full(cells, -1, np.int64)
         self.loaded = np.zeros(cells, np.bool_)
-        self.known: list[NDArray[np.int64]] = []
+        self.met: list[NDArray[np.int64]] = []
         self.rings = np.empty(0, np.int16)
         self.cell_of = np.empty(0, np.int32)
         self.faces = np.empty(0, FACE)  # their corners by the numbers of here
         self.inside = [np.empty(0, FACE)]  # those all of whose corners have been reached
 
     def meet(self, cells: NDArray[np.int64]) -> None:
-        """Number the vertices of cells that were not known."""
+        """Number the vertices of cells that were not met before."""
         new = cells[self.base[cells] < 0]
         if not len(new):
             return
         starts = self.surface.cells.starts
         sizes = starts[new + 1] - starts[new]
         self.base[new] = len(self.rings) + np.append(0, np.cumsum(sizes)[:-1])
-        self.known.append(new)
+        self.met.append(new)
         self.rings = np.append(self.rings, np.full(int(sizes.sum()), _FAR, np.int16))
         self.cell_of = np.append(self.cell_of, np.repeat(new.astype(np.int32), sizes))
 
@@ -211,9 +211,9 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, plac
     faces = faces[near]
     faces = faces[np.unique(faces["number"], return_index=True)[1]]
 
-    known = np.concatenate(growing.known)
+    met = np.concatenate(growing.met)
     cells = surface.cells
-    ranges = cells.ranges_of(known)
+    ranges = cells.ranges_of(met)
     here = growing.rings <= max(rings, 1)
     numbers = np.concatenate([cells.numbers.read(*r) for r in ranges])[here]
     order = np.argsort(numbers)

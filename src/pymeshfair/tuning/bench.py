@@ -77,11 +77,11 @@ class Bench:
         tell(PhaseStarted("comparing"))
         after = state_of(ReadMesh(stage / "result.ply", mesh, measure(mesh), ()))
         tell(PhaseStarted("comparing"))
-        found, distances = compare(self._before, after)
+        comparison, distances = compare(self._before, after)
         numbers = {
             "measures": measure_rows({"scan": self._before.measures, "result": after.measures}, self._unit),
-            "distance": [list(distance_headers(self._unit)), *distance_rows(found)],
-            "lines": comparison_lines(found, self._unit),
+            "distance": [list(distance_headers(self._unit)), *distance_rows(comparison)],
+            "lines": comparison_lines(comparison, self._unit),
         }
         scalars = {**shown.scalars, "distance": distances.after.at_vertices[shown.kept]}
         return numbers, self._packed(replace(shown, scalars=scalars))

@@ -47,13 +47,13 @@ def controls(recipe: Recipe) -> dict[str, Any]:
 
 def choices_of(documents: Sequence[Any]) -> list[StepChoices]:
     """The settings that a page sent; what has another form is refused."""
-    found: list[StepChoices] = []
+    choices: list[StepChoices] = []
     for document in documents:
         values = document.get("values") if isinstance(document, dict) else None
         if not isinstance(values, dict) or not all(isinstance(text, str) for text in values.values()):
             raise ParameterError("the page sent settings that are none")
-        found.append(values if document.get("on") is True else None)
-    return found
+        choices.append(values if document.get("on") is True else None)
+    return choices
 
 
 def script_with(script: Script, settings: Sequence[StepChoices]) -> Script:
@@ -112,7 +112,7 @@ def _set(number: int, step: Step, setting: Mapping[str, str]) -> Step:
 
 
 def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
-    found: dict[str, Any] = {
+    control: dict[str, Any] = {
         "name": parameter.name,
         "label": parameter.label or parameter.name,
         "help": parameter.help,
@@ -123,18 +123,18 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
         "kind": "text",
     }
     if isinstance(parameter, Bool):
-        return found | {"kind": "switch"}
+        return control | {"kind": "switch"}
     if isinstance(parameter, Enum):
-        return found | {"kind": "menu", "choices": list(parameter.choices)}
+        return control | {"kind": "menu", "choices": list(parameter.choices)}
     if isinstance(parameter, Percentage):
         shown = parameter.default if value == AUTO else value  # the slider has the reach of the filter's own default
         amount = shown.amount if isinstance(shown, Length) else 0.0
-        return found | {"kind": "length", **_bounds(parameter.minimum, None, amount)}
+        return control | {"kind": "length", **_bounds(parameter.minimum, None, amount)}
     if isinstance(parameter, Int | Float):
         whole = isinstance(parameter, Int)
         bounds = _bounds(parameter.minimum, parameter.maximum, value if isinstance(value, int | float) else 0)
-        return found | {"kind": "whole" if whole else "number", **bounds}
-    return found
+        return control | {"kind": "whole" if whole else "number", **bounds}
+    return control
 
 
 def _bounds(minimum: float | None, maximum: float | None, value: float) -> dict[str, Any]:

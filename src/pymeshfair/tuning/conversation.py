@@ -145,8 +145,8 @@ class Conversation:
 
     async def _show_recipe(self, name: str) -> None:
         if name not in self._recipes:
-            known = {head.name for head in shipped_heads()} | {self._subject.recipe}
-            if name not in known:
+            names = {head.name for head in shipped_heads()} | {self._subject.recipe}
+            if name not in names:
                 raise ParameterError(f"there is no recipe {name!r}")
             self._recipes[name] = load_recipe(name)
         await self._tell("recipe", key=name, **controls(self._recipes[name]))
@@ -175,11 +175,11 @@ class Conversation:
     async def _told(self, workshop: Workshop, number: int, asked: Any, running: asyncio.Task[Result]) -> None:
         """The mesh, and when they are there its numbers."""
         try:
-            told, scene = await asyncio.shield(running)
-            await self._tell("result", scene, run=number, asked=asked, **told)
+            numbers, scene = await asyncio.shield(running)
+            await self._tell("result", scene, run=number, asked=asked, **numbers)
             if (measuring := await workshop.measure(number)) is not None:
-                told, scene = await asyncio.shield(measuring)
-                await self._tell("numbers", scene, run=number, asked=asked, **told)
+                numbers, scene = await asyncio.shield(measuring)
+                await self._tell("numbers", scene, run=number, asked=asked, **numbers)
         except (asyncio.CancelledError, Stopped) as error:
             if isinstance(error, Stopped) or running.cancelled():
                 await self._tell("cancelled", run=number, asked=asked)

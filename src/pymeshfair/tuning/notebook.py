@@ -45,11 +45,11 @@ class Tuning:
             printed += line
             if line == "}\n":
                 break
-        told = json.loads(printed or "{}")
-        if "address" not in told:
+        document = json.loads(printed or "{}")
+        if "address" not in document:
             self._process.wait()
-            raise RunError(str(told.get("error", {}).get("message", "the server ended without a word")))
-        self.address = str(told["address"])
+            raise RunError(str(document.get("error", {}).get("message", "the server ended without a word")))
+        self.address = str(document["address"])
 
     def _repr_html_(self) -> str:
         """The frame that a notebook shows."""
