@@ -3,14 +3,14 @@
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Int, Layer, MeshElement, Percentage, mesh_filter
+from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Int, Layer, MeshElement, Percentage
 from pymeshfair.filters.choosing import Projection, chosen_projection
 from pymeshfair.filters.denoising import JonesBorder, bilateral_fleishman, bilateral_jones, bilateral_projection
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import BorderPolicy
 
-from .moving_vertices import MOVES_VERTICES, NOTHING_TO_REMOVE, Selected, movable_vertices, reported
+from .moving_vertices import NOTHING_TO_REMOVE, Selected, movable_vertices, reported, vertex_smoother
 
 ITERATIONS = Int(minimum=0, maximum=10_000, help="How many steps are taken. More are smoother, slower, and shrink more.")
 
@@ -43,13 +43,7 @@ class Kernels:
         }
 
 
-@mesh_filter(
-    name="Bilateral Denoising along Normals (Fleishman)",
-    classes=FilterClass.SMOOTHING,
-    requires=MeshElement.FACENUMBER,
-    changes=MOVES_VERTICES,
-    references=("fleishman2003",),
-)
+@vertex_smoother(name="Bilateral Denoising along Normals (Fleishman)", references=("fleishman2003",))
 def apply_coord_bilateral_fleishman(
     layer: Layer,
     *,
@@ -81,13 +75,7 @@ def apply_coord_bilateral_fleishman(
     return Edit(vertices=vertices)
 
 
-@mesh_filter(
-    name="Bilateral Denoising by Triangle Predictors (Jones)",
-    classes=FilterClass.SMOOTHING,
-    requires=MeshElement.FACENUMBER,
-    changes=MOVES_VERTICES,
-    references=("jones2003",),
-)
+@vertex_smoother(name="Bilateral Denoising by Triangle Predictors (Jones)", references=("jones2003",))
 def apply_coord_bilateral_jones(
     layer: Layer,
     *,
@@ -117,10 +105,10 @@ def apply_coord_bilateral_jones(
     return Edit(vertices=vertices)
 
 
-@mesh_filter(
+@vertex_smoother(
     name="Bilateral Projection of Points",
     classes=FilterClass.SMOOTHING | FilterClass.POINT_SET,
-    changes=MOVES_VERTICES,
+    requires=MeshElement.NONE,
     references=("fleishman2003", "cazals2005"),
 )
 def apply_coord_bilateral_projection_of_points(

@@ -2,22 +2,16 @@
 
 from typing import Annotated
 
-from pymeshfair.declaration import Edit, Enum, FilterClass, Int, Layer, MeshElement, Percentage, mesh_filter
+from pymeshfair.declaration import Edit, Enum, Int, Layer, MeshElement, Percentage
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.curves import CurveBorder, CurveMethod, CurveWeights, curve_smoothing
 from pymeshfair.filters.execution import Progress, ignore_progress
 
-from .moving_vertices import MOVES_VERTICES, TIME_STEP, Selected, movable_vertices, no_amount
+from .moving_vertices import TIME_STEP, Selected, movable_vertices, no_amount, vertex_smoother
 from .smoothing import TAUBIN_MU, TAUBIN_PASS_BAND, TAUBIN_STEP
 
 
-@mesh_filter(
-    name="Curve Smoothing",
-    classes=FilterClass.SMOOTHING,
-    requires=MeshElement.EDGENUMBER,
-    changes=MOVES_VERTICES,
-    references=("taubin1995", "desbrun1999"),
-)
+@vertex_smoother(name="Curve Smoothing", requires=MeshElement.EDGENUMBER, references=("taubin1995", "desbrun1999"))
 def apply_coord_curve_smoothing(
     layer: Layer,
     *,

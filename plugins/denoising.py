@@ -16,7 +16,7 @@ from pymeshfair.filters.inspection import folded_faces, triangle_shapes
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import BorderPolicy, border_vertices, referenced_vertices
 
-from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices, reported
+from .moving_vertices import Selected, movable_vertices, reported, vertex_smoother
 
 #: the ways to choose parameters without a value
 Chooser: TypeAlias = Literal["held_out", "fixed"]
@@ -96,12 +96,8 @@ DEFAULTS: dict[str, Any] = {
 }
 
 
-@mesh_filter(
-    name="Normal Filtering",
-    classes=FilterClass.SMOOTHING,
-    requires=MeshElement.FACENUMBER,
-    changes=MOVES_VERTICES,
-    references=("zheng2011", "zhang2015", "sun2007", "ohtake2001", "belyaev2001", "yadav2021"),
+@vertex_smoother(
+    name="Normal Filtering", references=("zheng2011", "zhang2015", "sun2007", "ohtake2001", "belyaev2001", "yadav2021")
 )
 def apply_coord_normal_filtering(
     layer: Layer,

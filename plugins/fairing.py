@@ -5,27 +5,14 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 
-from pymeshfair.declaration import (
-    Bool,
-    Bools,
-    Edit,
-    Enum,
-    FilterClass,
-    Float,
-    Floats,
-    Int,
-    Ints,
-    Layer,
-    MeshElement,
-    Percentage,
-    mesh_filter,
-)
+from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Float, Int, Layer, MeshElement, Percentage, mesh_filter
 from pymeshfair.errors import MeshError
 from pymeshfair.filters import fairing
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.holes import remesh_region
 from pymeshfair.filters.inspection import surface_measures
+from pymeshfair.filters.mesh import Bools, Floats, Ints
 
 from .moving_vertices import (
     DETAIL_SIZE,
@@ -38,18 +25,13 @@ from .moving_vertices import (
     movable_vertices,
     no_amount,
     smoothed_by_size,
+    vertex_smoother,
 )
 
 Features: TypeAlias = Literal["none", "curvature", "scalar"]
 
 
-@mesh_filter(
-    name="Bi-Laplacian Smoothing",
-    classes=FilterClass.SMOOTHING,
-    requires=MeshElement.FACENUMBER,
-    changes=MOVES_VERTICES,
-    references=("nealen2006", "zheng2011"),
-)
+@vertex_smoother(name="Bi-Laplacian Smoothing", references=("nealen2006", "zheng2011"))
 def apply_coord_bilaplacian_smoothing(
     layer: Layer,
     *,
@@ -261,10 +243,8 @@ def apply_coord_region_fairing(
         area_share *= faired.area_share
     moved = int(faired.free.sum())
     notes = []
-    if stayed := int(chosen.sum()) - moved:
-        notes.append(
-            f"{stayed:,} of the {int(chosen.sum()):,} selected vertices lie on an open border or have no triangle, and stay."
-        )
+    if moved < chosen.sum():
+        notes.append(_staying(chosen, moved))
     if faired.irregular:
         notes.append(irregular_note(faired.irregular))
     if area_share < _SHRUNK:
@@ -284,16 +264,20 @@ def apply_coord_region_fairing(
     )
 
 
+def _staying(chosen: Bools, moved: int) -> str:
+    """The note on selected vertices that do not move."""
+    count = int(chosen.sum())
+    return f"{count - moved:,} of the {count:,} selected vertices lie on an open border or have no triangle, and stay."
+
+
 def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, progress: Progress) -> Edit:
     """The selected vertices and their triangles replaced by a filling."""
     region, filling = remesh_region(layer.vertices, layer.faces, chosen, energy=energy, rounds=rounds, progress=progress)
     new_vertices, new_faces = len(filling.new_vertices), len(filling.new_faces)
     lower = sum(used != energy for used in filling.energies)
     notes = []
-    if stayed := int((chosen & ~region).sum()):
-        notes.append(
-            f"{stayed:,} of the {int(chosen.sum()):,} selected vertices are at an open border or have no triangle, and stay."
-        )
+    if (chosen & ~region).any():
+        notes.append(_staying(chosen, int((chosen & region).sum())))
     if lower:
         notes.append(f"{lower} of {len(filling.closed)} parts were placed with a lower energy than {energy!r}.")
     return Edit(

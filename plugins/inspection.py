@@ -6,22 +6,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from pymeshfair.declaration import (
-    Arity,
-    Bool,
-    Bools,
-    Direction,
-    Edit,
-    Enum,
-    FilterClass,
-    Float,
-    Floats,
-    Layer,
-    Mesh,
-    MeshElement,
-    mesh_filter,
-)
+from pymeshfair.declaration import Arity, Bool, Direction, Edit, Enum, FilterClass, Float, Layer, Mesh, MeshElement, mesh_filter
 from pymeshfair.filters import inspection
+from pymeshfair.filters.mesh import Bools, Floats
 from pymeshfair.filters.topology import referenced_vertices
 
 Colored = Annotated[

@@ -1,20 +1,24 @@
 """Parameters and results shared by filters that move vertices."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Bools, Enum, Float, Floats, Int, Ints, Layer, MeshElement, Percentage
+from pymeshfair.declaration import Bool, Enum, FilterClass, Float, Int, Layer, MeshElement, Percentage, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.choosing import DETAIL_SIZES, chosen_amount
 from pymeshfair.filters.denoising import unfolded
 from pymeshfair.filters.evidence import Choice
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
+from pymeshfair.filters.mesh import Bools, Floats, Ints
 from pymeshfair.filters.topology import BorderPolicy
 
 #: the elements that change when the vertices of a mesh move
 MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
+#: declares a filter that smooths a mesh by moving its vertices: `mesh_filter`, whose arguments may be given all the same
+vertex_smoother = partial(mesh_filter, classes=FilterClass.SMOOTHING, requires=MeshElement.FACENUMBER, changes=MOVES_VERTICES)
 #: the note of a filter whose automatic amount is 0
 NOTHING_TO_REMOVE = "there is no noise to remove: the vertices stay where they are"
 Label = TypeVar("Label")

@@ -4,26 +4,12 @@ from typing import Annotated
 
 import numpy as np
 
-from pymeshfair.declaration import (
-    Arity,
-    Bool,
-    Bools,
-    Edit,
-    FilterClass,
-    Float,
-    Floats,
-    Int,
-    Ints,
-    Layer,
-    Mesh,
-    MeshElement,
-    Percentage,
-    mesh_filter,
-)
+from pymeshfair.declaration import Arity, Bool, Edit, FilterClass, Float, Int, Layer, Mesh, MeshElement, Percentage, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.geometry import cross_products, vector_lengths
 from pymeshfair.filters.inspection import Surface
+from pymeshfair.filters.mesh import Bools, Floats, Ints
 from pymeshfair.filters.outliers import cloud_spacings, gaps, local_outlier_probability, stray_points, surplus_points
 
 #: so many points at least, where there are more, say what a reconstruction does not reach

@@ -7,29 +7,16 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from pymeshfair.declaration import (
-    Bool,
-    Edit,
-    Enum,
-    Equivalent,
-    FilterClass,
-    Float,
-    Floats,
-    Int,
-    Ints,
-    Layer,
-    MeshElement,
-    mesh_filter,
-)
+from pymeshfair.declaration import Bool, Edit, Enum, Equivalent, FilterClass, Float, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.filters import diffusion
 from pymeshfair.filters.checks import FilterInputError, UnstableStepError
 from pymeshfair.filters.choosing import PASSES
 from pymeshfair.filters.execution import Progress, ignore_progress
+from pymeshfair.filters.mesh import Floats, Ints
 from pymeshfair.filters.operators import OperatorName
 
 from .moving_vertices import (
     DETAIL_SIZE,
-    MOVES_VERTICES,
     TIME_STEP,
     Border,
     Iterations,
@@ -39,16 +26,16 @@ from .moving_vertices import (
     smoothed_by_amount,
     smoothed_by_size,
     squared_mean_edge,
+    vertex_smoother,
 )
 
 #: operators that approximate the Laplace-Beltrami operator, for which a wavelength has a meaning
 GEOMETRIC_OPERATORS = ("cotangent", "robust")
 
 
-@mesh_filter(
+@vertex_smoother(
     name="Implicit Fairing",
-    classes=FilterClass.SMOOTHING,
-    changes=MOVES_VERTICES,
+    requires=MeshElement.NONE,
     references=("desbrun1999", "kazhdan2012", "sharp2020", "tukey1977"),
 )
 def apply_coord_implicit_fairing(
@@ -130,10 +117,9 @@ def laplacian_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
     return Equivalent("apply_coord_laplacian_smoothing", own | {"selected": False})
 
 
-@mesh_filter(
+@vertex_smoother(
     name="Explicit Smoothing",
-    classes=FilterClass.SMOOTHING,
-    changes=MOVES_VERTICES,
+    requires=MeshElement.NONE,
     references=("taubin1995", "fujiwara1995", "desbrun1999", "sharp2020"),
     equivalent=laplacian_smooth_of_meshlab,
 )
@@ -201,14 +187,7 @@ def taubin_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
     return Equivalent("apply_coord_taubin_smoothing", own, closed_only=True)
 
 
-@mesh_filter(
-    name="Taubin Fairing",
-    classes=FilterClass.SMOOTHING,
-    requires=MeshElement.FACENUMBER,
-    changes=MOVES_VERTICES,
-    references=("taubin1995",),
-    equivalent=taubin_smooth_of_meshlab,
-)
+@vertex_smoother(name="Taubin Fairing", references=("taubin1995",), equivalent=taubin_smooth_of_meshlab)
 def apply_coord_taubin_fairing(
     layer: Layer,
     *,
@@ -246,12 +225,7 @@ def apply_coord_taubin_fairing(
     return Edit(vertices=done.vertices, values=done.values, notes=done.notes)
 
 
-@mesh_filter(
-    name="Remove Spikes",
-    classes=FilterClass.SMOOTHING | FilterClass.CLEANING,
-    requires=MeshElement.FACENUMBER,
-    changes=MOVES_VERTICES,
-)
+@vertex_smoother(name="Remove Spikes", classes=FilterClass.SMOOTHING | FilterClass.CLEANING)
 def apply_coord_spike_removal(
     layer: Layer,
     *,

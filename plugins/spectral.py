@@ -7,31 +7,20 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from pymeshfair.declaration import (
-    Edit,
-    Enum,
-    FilterClass,
-    Float,
-    Floats,
-    Int,
-    Ints,
-    Layer,
-    MeshElement,
-    Percentage,
-    mesh_filter,
-)
+from pymeshfair.declaration import Edit, Enum, FilterClass, Float, Int, Layer, MeshElement, Percentage, mesh_filter
 from pymeshfair.filters import spectral
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
+from pymeshfair.filters.mesh import Floats, Ints
 from pymeshfair.filters.operators import SurfaceOperatorName
 
 from .moving_vertices import (
     DETAIL_SIZE,
-    MOVES_VERTICES,
     Selected,
     movable_vertices,
     no_amount,
     smoothed_by_size,
+    vertex_smoother,
 )
 
 ORDER = Int(minimum=min(spectral.ORDERS), maximum=max(spectral.ORDERS), advanced=True)
@@ -43,13 +32,7 @@ OPERATOR = Enum(
 )
 
 
-@mesh_filter(
-    name="Spectral Filter",
-    classes=FilterClass.SMOOTHING,
-    requires=MeshElement.FACENUMBER,
-    changes=MOVES_VERTICES,
-    references=("taubin1995", "vallet2008"),
-)
+@vertex_smoother(name="Spectral Filter", references=("taubin1995", "vallet2008"))
 def apply_coord_spectral_filter(
     layer: Layer,
     *,
@@ -128,13 +111,7 @@ def _in_words(response: spectral.ResponseName, filtered: spectral.SpectralResult
     return did.get(response, "waves from {} on were made stronger or weaker").format(f"{filtered.detail_size:.4g}")
 
 
-@mesh_filter(
-    name="Detail Enhancement",
-    classes=FilterClass.SMOOTHING,
-    requires=MeshElement.FACENUMBER,
-    changes=MOVES_VERTICES,
-    references=("vallet2008", "ma2012"),
-)
+@vertex_smoother(name="Detail Enhancement", references=("vallet2008", "ma2012"))
 def apply_coord_detail_enhancement(
     layer: Layer,
     *,
