@@ -61,45 +61,6 @@ class TilePoints:
         return ordered
 
 
-def search_tile(cells: Cells, k: int, most: int, first: int, last: int, inside: Inside, around: Around) -> TilePoints:
-    """Find the k nearest points of every point in the cells from `first` to before `last`; a tile has at most `most` points.
-
-    `inside` is called with what is found in the tile, in parallel for different rows; not if the tile has too few points.
-    `around` is called afterwards with the points that have, or may have, neighbours in other tiles, some at a time.
-    """
-    begin, end = cells.slots_of(first, last)
-    numbers = cells.numbers.read(begin, end)
-    by_number = np.argsort(numbers)
-    places = cells.points.read(begin, end)[by_number]
-    count = len(numbers)
-    tree = build_tree(places, ignore_progress, scale=cells.scale)
-    places /= cells.scale
-    nearest = np.zeros((count, k), np.int32)
-    tile = TilePoints(cells, first, last, places, numbers[by_number], begin + by_number, tree.indices[:count], nearest)
-    bounds = np.full(count, np.inf)
-
-    def search(start: int, stop: int) -> None:
-        rows, squared = search_leaves(tree, start, stop, nearest)
-        bounds[rows] = squared.max(axis=1)
-        inside(rows, squared)
-
-    if count <= k:  # then the points of the tile are looked at like all others
-        first = last = 0
-    else:
-        in_parallel(search, leaf_ranges(tree, k), ignore_progress)
-    asking = np.flatnonzero(reaching_out(places[tile.index], bounds, cells.tree, first, last))
-    at = 0
-    while at < len(asking):
-        rows = asking[at : at + max(int(_ASKING * most), _AT_ONCE)]
-        asked = cells_within(places[tile.index[rows]], bounds[rows], cells.tree, first, last, k, most=_ASKED * most)
-        rows = rows[: len(asked[0]) - 1]
-        theirs = _own_nearest(tile, rows)
-        _ask_around(tile, rows, asked, theirs, most)
-        around(tile, rows, theirs)
-        at += len(rows)
-    return tile
-
-
 @dataclass(frozen=True)
 class PointTiles:
     """The tasks of a step on a cloud in cells; each may be done twice."""
@@ -128,8 +89,43 @@ class PointTiles:
         return Column(self.cells.folder / "links", "<i8", self.k)
 
     def search(self, first: int, last: int, inside: Inside, around: Around) -> TilePoints:
-        """Find the neighbours of the points in the cells from `first` to before `last`, see `search_tile`."""
-        return search_tile(self.cells, self.k, self.most, first, last, inside, around)
+        """Find the k nearest points of every point in the cells from `first` to before `last`.
+
+        `inside` is called with what is found in the tile, in parallel for different rows; not if the tile has too few points.
+        `around` is called afterwards with the points that have, or may have, neighbours in other tiles, some at a time.
+        """
+        cells, k, most = self.cells, self.k, self.most
+        begin, end = cells.slots_of(first, last)
+        numbers = cells.numbers.read(begin, end)
+        by_number = np.argsort(numbers)
+        places = cells.points.read(begin, end)[by_number]
+        count = len(numbers)
+        tree = build_tree(places, ignore_progress, scale=cells.scale)
+        places /= cells.scale
+        nearest = np.zeros((count, k), np.int32)
+        tile = TilePoints(cells, first, last, places, numbers[by_number], begin + by_number, tree.indices[:count], nearest)
+        bounds = np.full(count, np.inf)
+
+        def search(start: int, stop: int) -> None:
+            rows, squared = search_leaves(tree, start, stop, nearest)
+            bounds[rows] = squared.max(axis=1)
+            inside(rows, squared)
+
+        if count <= k:  # then the points of the tile are looked at like all others
+            first = last = 0
+        else:
+            in_parallel(search, leaf_ranges(tree, k), ignore_progress)
+        asking = np.flatnonzero(reaching_out(places[tile.index], bounds, cells.tree, first, last))
+        at = 0
+        while at < len(asking):
+            rows = asking[at : at + max(int(_ASKING * most), _AT_ONCE)]
+            asked = cells_within(places[tile.index[rows]], bounds[rows], cells.tree, first, last, k, most=_ASKED * most)
+            rows = rows[: len(asked[0]) - 1]
+            theirs = _own_nearest(tile, rows)
+            _ask_around(tile, rows, asked, theirs, most)
+            around(tile, rows, theirs)
+            at += len(rows)
+        return tile
 
 
 def _own_nearest(tile: TilePoints, asking: NDArray[np.intp]) -> Nearest:
