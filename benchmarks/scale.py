@@ -24,8 +24,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pymeshfair.commands.options import memory_limit
 from pymeshfair.files.provenance import provenance_path
-from pymeshfair.running.memory import parse_memory
 from pymeshfair.tiles.sources import PlySlices
 
 NEIGHBORS, EXTENT, THRESHOLD = 20, 3.0, 0.5
@@ -143,7 +143,7 @@ def measured(recipe: str, scan: Path, output: Path, memory: str) -> bool:
         f"(told {record['run']['peak_memory_bytes'] / 1e6:.0f}), disk {disk / 1e6:8.0f} MB ({disk / count:.0f} bytes each)",
         flush=True,
     )
-    return bool(most <= parse_memory(memory))
+    return bool(most <= (memory_limit(memory) or 0))
 
 
 def clouds(folder: Path, points: list[int], memory: str) -> bool:

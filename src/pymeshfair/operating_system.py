@@ -73,6 +73,19 @@ class System:
             most = hard if most is None else min(most, _ALL)
             resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
 
+    def usable_memory(self) -> int | None:
+        """Bytes that a worker may take by default: 80 % of the machine's or the container's; None where that is not known.
+
+        The rest is the system's, so that a hostile file stops its own run and nothing else.
+        """
+        try:
+            total = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        except (AttributeError, ValueError, OSError):
+            return None
+        with contextlib.suppress(OSError, ValueError):  # of a container
+            total = min(total, int(Path("/sys/fs/cgroup/memory.max").read_text()))
+        return int(0.8 * total)
+
     def peak_memory(self) -> int | None:
         """The most bytes of memory that this process has held since it last forgot; known on Linux alone."""
         with contextlib.suppress(OSError, ValueError, IndexError):

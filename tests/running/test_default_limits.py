@@ -1,4 +1,4 @@
-"""What a run may take if nobody says anything: a share of the memory, and a time for reading by the size of the file."""
+"""What a run may take by default: a share of the memory, and a time for reading by the size of the file."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from threading import Timer
 
 import pytest
 
+from pymeshfair.operating_system import this_system
 from pymeshfair.processes.order import Answer, Order
 from pymeshfair.processes.process import Items, Process
 from pymeshfair.running.errors import RunTimeout
 from pymeshfair.running.job import Compiling, Event, Job, PhaseStarted
-from pymeshfair.running.memory import default_memory
 from pymeshfair.running.report import Report
 from pymeshfair.running.supervise import Watch, run_job
 
@@ -25,7 +25,7 @@ from .runs import BONE, SMOOTH, names_in, recipe_of
 @pytest.mark.skipif(sys.platform == "win32", reason="the system does not say how much memory there is")
 def test_a_run_is_held_to_a_share_of_the_memory() -> None:
     """Without --memory a worker gets 80 % of what the machine or the container has, and no more."""
-    given = default_memory()
+    given = this_system().usable_memory()
     assert given is not None
     assert 0 < given <= 0.8 * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 

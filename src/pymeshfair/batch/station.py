@@ -25,7 +25,6 @@ from ..processes.process import Items
 from ..running.errors import OutOfMemory, WorkerDied
 from ..running.interrupts import Interrupted
 from ..running.job import Job, RunResult
-from ..running.memory import default_memory
 from ..running.supervise import run_job, workers_of_runs
 from .journal import Journal, Outcome, now
 from .page import draw, page_path
@@ -69,7 +68,7 @@ class Station:
 
     def _memory(self) -> int | None:
         """Bytes that a task may take by default."""
-        memory = default_memory()
+        memory = this_system().usable_memory()
         return None if memory is None else memory // self.slots
 
     def _clean(self, scan: Scan) -> Outcome:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
@@ -181,14 +182,21 @@ def check_measured(*, no_measures: bool) -> None:
         raise typer.BadParameter("a report shows measures: leave it out, or --no-measures", param_hint="--report")
 
 
-def memory_limit(text: str | None) -> int | None:
-    """The bytes that ``--memory`` means."""
-    from ..running.memory import parse_memory
+#: bytes by the prefix of a unit
+_BYTES = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12, "KI": 2**10, "MI": 2**20, "GI": 2**30, "TI": 2**40}
 
-    try:
-        return None if text is None else parse_memory(text)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--memory") from None
+
+def memory_limit(text: str | None) -> int | None:
+    """The bytes that ``--memory`` means, such as ``4GB``, ``500MB`` or ``2GiB``; None without it."""
+    if text is None:
+        return None
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*([KMGT]?I?)B?", text.strip().upper())
+    if match is None or match[2] not in _BYTES:
+        raise typer.BadParameter(f"{text!r} is no amount of memory; write 4GB, 500MB or 2GiB", param_hint="--memory")
+    size = int(float(match[1]) * _BYTES[match[2]])
+    if size < 10**8:
+        raise typer.BadParameter(f"{text!r} is less than the 100 MB that MeshLab takes for itself", param_hint="--memory")
+    return size
 
 
 def map_tolerance(text: str | None, path: Path | None) -> Length | None:

@@ -27,7 +27,7 @@ class Job:
     #: byte, what the same run wrote there before: from the same input, with the same recipe and settings.
     overwrite: bool = False
     timeout: float | None = None  # seconds from start to end, or None
-    #: bytes that the worker may take; None means a share of the machine's, see `memory`. Held by the operating system, where it
+    #: bytes that the worker may take; None means a share of the machine's. Held by the operating system, where it
     #: has such limits.
     memory_limit: int | None = None
     allow_outside: bool = False  # let the input name textures, materials and buffers outside its own folder

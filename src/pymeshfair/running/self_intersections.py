@@ -9,12 +9,12 @@ from ..declaration import Bools
 from ..errors import RunError
 from ..filters.topology import proper_faces
 from ..mesh_data import MeshData
+from ..operating_system import this_system
 from ..processes.order import Order
 from ..processes.pool import Pool
 from ..registry import find_filter
 from ..scripts.script import Step
 from .document import Document
-from .memory import default_memory
 
 
 def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
@@ -35,7 +35,7 @@ def self_intersecting_apart(mesh: MeshData) -> Bools:
     """The same in a process of its own, which MeshLab may end."""
     alone = MeshData(vertices=mesh.vertices, faces=mesh.faces)
     with tempfile.TemporaryDirectory(prefix="pymeshfair-cuts-") as folder, Pool() as pool, pool.lend() as process:
-        answer = process.do(Order.of(self_intersecting, alone, Path(folder), memory_limit=default_memory()))
+        answer = process.do(Order.of(self_intersecting, alone, Path(folder), memory_limit=this_system().usable_memory()))
     if answer.error is not None:
         raise RunError(f"MeshLab did not look for faces that cut others: {answer.error}") from answer.error
     faces: Bools = answer.result

@@ -26,6 +26,7 @@ from ..files.outputs import check_maps, check_output
 from ..files.provenance import formatted, provenance_path
 from ..files.staging import clear_up, output_lock, remove_folder, staging_folder
 from ..files.writing import StagedFile, place, stage_file
+from ..operating_system import this_system
 from ..processes.order import DefectError, Order
 from ..processes.pool import Pool
 from ..processes.process import Items, LostProcessError, Process
@@ -35,7 +36,6 @@ from ..scripts.warnings import check_needs
 from .errors import GuardBroken, OutOfMemory, RunTimeout, WorkerDied, WorkerError
 from .interrupts import Interrupted, Interrupts
 from .job import Compiling, Event, Job, Message, PhaseStarted, RunResult, StepProgress, StepStarted
-from .memory import default_memory
 from .origins import removed_path
 from .report import Report, record_of, result_of
 from .talk import parse_talk
@@ -270,7 +270,7 @@ def _check_outputs(job: Job) -> None:
 
 def _in_one_piece(pool: Pool, started: float, job: Job, stage: Path, items: Items, on_event: Callable[[Event], None]) -> Report:
     """Let one process do the work."""
-    limit = default_memory() if job.memory_limit is None else job.memory_limit
+    limit = this_system().usable_memory() if job.memory_limit is None else job.memory_limit
     if_lost = partial(clear_up, stage, job.output)
     order = Order.of(carry_out, job, stage, memory_limit=limit, if_lost=if_lost)
     with pool.lend() as worker:

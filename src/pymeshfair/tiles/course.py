@@ -21,7 +21,6 @@ from ..processes.cluster import LostSchedulerError, Scheduler
 from ..processes.environment import packages_here
 from ..processes.process import Items
 from ..running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepReport, StepStarted
-from ..running.memory import default_memory
 from ..running.plain_values import plain
 from ..running.report import Report
 from ..running.supervise import run_job
@@ -66,7 +65,7 @@ def run_by_tiles(
     """
     plan = plan_of(job.recipe.script)
     check(job, plan)
-    memory = job.memory_limit or default_memory() or _USUAL_MEMORY
+    memory = job.memory_limit or this_system().usable_memory() or _USUAL_MEMORY
     share = budget(memory, this_system().processors())
 
     def work(job: Job, stage: Path, items: Items, on_event: Callable[[Event], None]) -> Report:
@@ -108,7 +107,7 @@ def can_be_cut(job: Job) -> bool:
     """Whether a job can be done by tiles: its recipe, its files, its limits and its memory allow it."""
     try:
         check(job, plan_of(job.recipe.script))
-        budget(job.memory_limit or default_memory() or _USUAL_MEMORY, this_system().processors())
+        budget(job.memory_limit or this_system().usable_memory() or _USUAL_MEMORY, this_system().processors())
     except (ScriptError, ParameterError, RunError):
         return False
     return not (job.keep_all or job.keep_broken)

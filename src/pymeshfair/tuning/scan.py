@@ -31,17 +31,16 @@ class Scan:
 def prepared_scan(path: Path, folder: Path, *, most: int = MOST_VERTICES, part: int = PART) -> Scan:
     """Read a scan; of over `most` vertices a part of about `part` in the middle of the first view, written to the folder."""
     read = read_mesh(path)
-    mesh, measures = read.mesh, read.measures
+    mesh = read.mesh
     cut = None
     if len(mesh.vertices) > most:
         cut = folder / "part.ply"
         # Of what is in the middle of the first view the foremost, so that the part is seen from outside.
         aside = np.linalg.norm(mesh.vertices[:, :2] - np.median(mesh.vertices[:, :2], axis=0), axis=1)
-        central = np.flatnonzero(aside <= max(float(aside.min()), 0.01 * measures["diagonal"]))
+        central = np.flatnonzero(aside <= max(float(aside.min()), 0.01 * read.measured.diagonal))
         x, y, z = mesh.vertices[central[mesh.vertices[central, 2].argmax()]].tolist()
         cut_out(path, cut, (x, y, z), vertices=part)
-    edge = float(measures["mean_edge"] or measures["mean_spacing"] or 0.0)
-    return Scan(path, len(mesh.vertices), float(measures["diagonal"]), edge, cut, read.warnings)
+    return Scan(path, len(mesh.vertices), read.measured.diagonal, read.measured.resolution(), cut, read.warnings)
 
 
 def cut_out(

@@ -3,7 +3,6 @@
 Access is by the token, from a page of the server itself, under a name of this machine.
 """
 
-import asyncio
 import contextlib
 import hmac
 import ipaddress
@@ -12,27 +11,22 @@ import secrets
 import signal
 import socket
 import sys
-from collections.abc import AsyncIterator, Awaitable, Callable, MutableMapping
+from collections.abc import AsyncIterator, Callable
 from html import escape
 from pathlib import Path
-from typing import Any, TypeAlias
 
 import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import HTMLResponse
 from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
 from ..operating_system import this_system
 from ..report.page import render
 from .conversation import Conversation, Subject
 from .workshop import Workshop
-
-Scope: TypeAlias = MutableMapping[str, Any]
-Receive: TypeAlias = Callable[[], Awaitable[MutableMapping[str, Any]]]
-Send: TypeAlias = Callable[[MutableMapping[str, Any]], Awaitable[None]]
-Application: TypeAlias = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 #: with every answer: nothing is kept or told to other sites; a notebook, which knows the token, may frame the page
 _HEADERS = [
@@ -76,7 +70,7 @@ class Guarded:
         names: host names besides ``localhost`` and addresses in numbers.
     """
 
-    def __init__(self, application: Application, token: str, names: tuple[str, ...] = ()) -> None:
+    def __init__(self, application: ASGIApp, token: str, names: tuple[str, ...] = ()) -> None:
         self._application = application
         self._start = f"/{token}/".encode()
         self._names = {"localhost", *(name.casefold() for name in names)}
@@ -123,7 +117,7 @@ async def _refuse(scope: Scope, receive: Receive, send: Send) -> None:
 
 
 def _with_headers(send: Send) -> Send:
-    async def sending(message: MutableMapping[str, Any]) -> None:
+    async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
             message = {**message, "headers": [*message.get("headers", ()), *_HEADERS]}
         await send(message)
@@ -177,18 +171,21 @@ def serve(guarded: Guarded, listening: socket.socket, *, ready: Callable[[], Non
         lifespan="on",
         timeout_graceful_shutdown=2,
     )
-    server = uvicorn.Server(config)
-
-    async def main() -> None:
-        serving = asyncio.create_task(server.serve(sockets=[listening]))
-        while not (server.started or serving.done()):
-            await asyncio.sleep(0.01)
-        if server.started:
-            ready()
-        await serving
-
     with contextlib.suppress(KeyboardInterrupt):
-        asyncio.run(main())
+        _Server(config, ready).run(sockets=[listening])
+
+
+class _Server(uvicorn.Server):
+    """A server that says when it answers."""
+
+    def __init__(self, config: uvicorn.Config, ready: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._ready = ready
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        if self.started:
+            self._ready()
 
 
 def listening_socket(host: str, port: int) -> socket.socket:

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import PymeshfairError, RunError
+from ..operating_system import this_system
 from ..processes.order import Answer, Order
 from ..processes.process import LostProcessError, Process
 from ..recipe import Recipe
 from ..running.job import Event, Job, StepProgress, StepStarted
-from ..running.memory import default_memory
 from ..running.supervise import MODULES
 from ..running.talk import parse_talk
 from ..scripts.script import Script
@@ -35,7 +35,7 @@ class Worker:
         self.stage = stage
         stage.mkdir(parents=True)
         self._run = stage
-        self._opening = asyncio.create_task(self._result(Order.of(open_scan, scan, memory_limit=default_memory())))
+        self._opening = asyncio.create_task(self._result(open_scan, scan))
 
     async def opened(self) -> Result:
         """The measures and the mesh of the scan."""
@@ -47,11 +47,11 @@ class Worker:
         self._run = Path(tempfile.mkdtemp(prefix=f"{number}-", dir=self.stage))
         (self._run / "new").mkdir()
         job = Job(Recipe("tuned", script), self._scan, self._run / "result.ply")
-        return await self._result(Order.of(run_recipe, job, self._run, memory_limit=default_memory()), on_event)
+        return await self._result(run_recipe, job, self._run, on_event=on_event)
 
     async def measure(self) -> Result:
         """The numbers of the last result."""
-        return await self._result(Order.of(measure_result, self._scan, self._run, memory_limit=default_memory()))
+        return await self._result(measure_result, self._scan, self._run)
 
     def ask_to_stop(self) -> None:
         """Let what runs stop at its next sign of life."""
@@ -66,7 +66,10 @@ class Worker:
         await asyncio.to_thread(self._process.close)
         shutil.rmtree(self.stage, ignore_errors=True)
 
-    async def _result(self, order: Order, on_event: Callable[[Event], None] = lambda event: None) -> Result:
+    async def _result(
+        self, task: Callable[..., Result], *arguments: Any, on_event: Callable[[Event], None] = lambda event: None
+    ) -> Result:
+        order = Order.of(task, *arguments, memory_limit=this_system().usable_memory())
         loop, started = asyncio.get_running_loop(), time.perf_counter()
 
         def tell(event: Event) -> None:
