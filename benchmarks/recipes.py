@@ -31,8 +31,9 @@ from denoising_pairs import looked_at, made, unseen
 from recipe_waves import waves_of_sizes, wrong
 
 from pymeshfair import MeshSet, Recipe
-from pymeshfair.filters.inspection.surface_measures import surface_measures
+from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import load_recipe
+from pymeshfair.running.measuring import measure
 from pymeshfair.running.suitability import judged, traits_of
 
 SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
@@ -139,7 +140,7 @@ def matrix(found: Iterable[NoisyPair]) -> Iterator[str]:
     worse: list[str] = []
     for pair in found:
         vertices, truth, faces = pair.noisy, pair.truth, pair.faces
-        traits = traits_of(vertices, faces, surface_measures(vertices, faces), set())
+        traits = traits_of(measure(MeshData(vertices=vertices, faces=faces)))
         fits = {name: judged(name, load_recipe(name).info, traits).fits for name in RECIPES}
         results = {name: smoothed(name, vertices, faces) for name in MESHLAB}
         results |= {name: cleaned(name, vertices, faces) for name in RECIPES}

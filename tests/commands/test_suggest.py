@@ -11,7 +11,9 @@ import pytest
 
 from pymeshfair.commands.suggest import _by_evidence, _trials
 from pymeshfair.filters.denoising.automatic import automatic_choice
+from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import shipped_recipes
+from pymeshfair.running.read import read_mesh
 from pymeshfair.running.suitability import Trial
 from pymeshfair.scripts import parse_script
 from tests.meshes import cube, noisy, torus
@@ -129,7 +131,7 @@ def test_a_recipe_is_not_written_under_the_name_of_a_mesh(scan: Path) -> None:
 
 def test_recipes_are_not_tried_where_no_setting_was() -> None:
     """Fused maps get a strong setting without a trial: there is nothing that recipes could be compared with."""
-    assert _trials(Path("fused.ply"), {"mesh": 1.0}, {"shape": "correlated"}, None, None) == {}
+    assert _trials(MeshData(vertices=np.empty((0, 3))), {"mesh": 1.0}, {"shape": "correlated"}, None, None) == {}
 
 
 @pytest.mark.parametrize("nothing", [0.3, 0.0])
@@ -143,7 +145,7 @@ def test_relief_is_no_evidence_where_neighbours_share_their_noise(
     tried = {name: Trial(error=0.25, before=0.28, relief=0.4) for name in ("denoise", "smooth_implicit")}
     monkeypatch.setattr("pymeshfair.running.trials.trials", lambda *_, **__: tried)
     values = {"shape": "correlated", "tried": [{"error": nothing, "excess": 0.1}, {"error": 0.2, "excess": 0.0}]}
-    found = _trials(scan, {"mesh": 1.0, "noise": 0.3}, values, None, None)
+    found = _trials(read_mesh(scan).mesh, {"mesh": 1.0, "noise": 0.3}, values, None, None)
     assert found["denoise"] == Trial(error=0.2, before=0.3, relief=None)
     assert found["smooth_implicit"] == Trial(error=0.3, before=0.3, relief=None)
 

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from pymeshfair.errors import RunError
 from pymeshfair.filters.denoising import Scan
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.traits import measured_traits
+from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import Recipe, RecipeHead, head_info, load_recipe
 from pymeshfair.running.job import Job
+from pymeshfair.running.measuring import measure
 from pymeshfair.running.suitability import Trial, needed, ranked, traits_of, unsuitable
 from pymeshfair.running.supervise import run_job
 from pymeshfair.running.trials import results_of, risks_of, trials
@@ -189,8 +190,8 @@ def test_only_what_conditions_ask_for_is_measured() -> None:
 def test_clouds_and_curves_have_traits_without_a_surface() -> None:
     """What has no faces is a cloud, or curves if it has edges."""
     points, none = np.random.default_rng(0).normal(size=(9, 3)), np.zeros((0, 3), dtype=np.int32)
-    cloud = traits_of(points, none, surface_measures(points, none), set())
-    curves = traits_of(points, none, surface_measures(points, none, edges=[[0, 1]]), set())
+    cloud = traits_of(measure(MeshData(vertices=points, faces=none)))
+    curves = traits_of(measure(MeshData(vertices=points, faces=none, edges=np.array([[0, 1]], dtype=np.int32))))
     assert (cloud["mesh"], cloud["cloud"], cloud["curves"]) == (0.0, 1.0, 0.0)
     assert (curves["mesh"], curves["cloud"], curves["curves"]) == (0.0, 0.0, 1.0)
     assert "noise" not in cloud

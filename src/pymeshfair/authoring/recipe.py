@@ -187,7 +187,7 @@ class Recipe(FilterMethods):
         elif not isinstance(mesh, str | os.PathLike):
             diagonal = float(mesh.current_mesh().bounding_box().diagonal())
         else:
-            diagonal = read.inspect_mesh(Path(mesh))["diagonal"]
+            diagonal = read.read_mesh(Path(mesh)).measured.diagonal
         return warnings.script_warnings(self._script, layers=layers, diagonal=diagonal)
 
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:

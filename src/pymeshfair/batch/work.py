@@ -25,7 +25,7 @@ from ..processes.pool import Pool
 from ..processes.process import Items
 from ..running.interrupts import Interrupts
 from ..running.job import Job
-from ..running.read import inspect_mesh
+from ..running.read import read_mesh
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
 from .journal import NAME, BatchError, Journal, Outcome, now, read_journal
@@ -62,7 +62,7 @@ def sample(scans: Sequence[Scan], count: int) -> list[Scan]:
 
 def _noise(path: Path) -> float:
     try:
-        measures = inspect_mesh(path)
+        measures = read_mesh(path).measures
     except RunError:
         return 0.0
     return float(measures["roughness"] or measures["mean_spacing"] or 0.0)

@@ -25,9 +25,9 @@ def check(
     """
     diagonal = None
     if mesh is not None:
-        from ..running.read import inspect_mesh
+        from ..running.read import read_mesh
 
-        diagonal = inspect_mesh(mesh)["diagonal"]
+        diagonal = read_mesh(mesh).measured.diagonal
     checked = []
     for name in recipes:
         verdict = _verdict(name, diagonal)

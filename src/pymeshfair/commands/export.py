@@ -32,11 +32,10 @@ def export(
     facts, lengths = None, []
     if mesh is not None:
         from ..authoring.lengths import lengths_on_mesh
-        from ..running.read import inspect_mesh
+        from ..running.read import read_mesh
 
-        measures = inspect_mesh(mesh)
-        edge = measures["mean_edge"] or measures["mean_spacing"] or 0.0
-        facts = MeshFacts(measures["diagonal"], edge, closed=measures["closed"])
+        read = read_mesh(mesh)
+        facts = MeshFacts(read.measured.diagonal, read.measured.resolution(), closed=read.measures["closed"])
         lengths = lengths_on_mesh(script, mesh)
     exported, replaced = export_script(script, mesh=facts, lengths=lengths)
     save_text(exported, output, overwrite=overwrite)

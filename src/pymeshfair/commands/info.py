@@ -81,7 +81,7 @@ def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) 
     from .streams import warn
     from .tables import console, fitting_lines, measures_table, rim_lines
 
-    measures = inspect_mesh(path, traits=True, self_intersections=None, allow_outside=allow_outside, unchecked=unchecked)
+    measures = inspect_mesh(path, allow_outside=allow_outside, unchecked=unchecked)
     recipes = ranked(measures["traits"])
     if json:
         print_document({"mesh": measures, "recipes": documents(recipes)})

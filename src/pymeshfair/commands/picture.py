@@ -83,8 +83,7 @@ def picture(
     for warning in dict.fromkeys(w for mesh in opened for w in mesh.warnings):
         warn(warning)
     centre, extent = _region(zoom, opened[-1]) if zoom else (None, 0.0)
-    measures = opened[0].measures
-    sizes = measures["diagonal"], measures["mean_edge"] or measures["mean_spacing"] or 0.0
+    sizes = opened[0].measured.diagonal, opened[0].measured.resolution()
     unit = unit_of_scan(unit, opened[0].mesh.unit)
     appearance = Appearance(
         unit=unit or "",
@@ -126,19 +125,17 @@ def _region(text: str, read: ReadMesh) -> tuple[tuple[float, float, float], floa
     from ..errors import ParameterError
 
     *place, size = text.split(",")
-    measures, mesh = read.measures, read.mesh
-    extent = Length.parse(size).resolve(
-        diagonal=measures["diagonal"], mean_edge=lambda: measures["mean_edge"] or measures["mean_spacing"] or 0.0
-    )
+    extent = Length.parse(size).resolve(diagonal=read.measured.diagonal, mean_edge=read.measured.resolution)
     if not extent > 0.0:
         raise ParameterError(f"--zoom {text}: the size of a close-up is above 0")
     try:
         if len(place) == 1 and place[0].startswith("vertex="):
-            x, y, z = mesh.vertices[int(place[0].removeprefix("vertex="))]
+            x, y, z = read.mesh.vertices[int(place[0].removeprefix("vertex="))]
         else:
             x, y, z = (float(part) for part in place)
     except (ValueError, IndexError):
+        count = len(read.mesh.vertices)
         raise ParameterError(
-            f"--zoom {text}: write X,Y,Z,SIZE or vertex=N,SIZE, N below the {len(mesh.vertices)} vertices of {read.path.name}"
+            f"--zoom {text}: write X,Y,Z,SIZE or vertex=N,SIZE, N below the {count} vertices of {read.path.name}"
         ) from None
     return (float(x), float(y), float(z)), extent

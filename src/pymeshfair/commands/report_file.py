@@ -39,7 +39,7 @@ def compared_files(before: MeshState, after: MeshState, *, tolerance: float | No
     from ..errors import PymeshfairError
     from ..looking.comparison import compare
     from ..report.comparison_page import Compared
-    from ..running.read import measured_spectrum
+    from ..running.read import reported_values
 
     comparison, distances = compare(before, after, tolerance=tolerance)
     spectra: dict[str, Any] = {}
@@ -51,7 +51,7 @@ def compared_files(before: MeshState, after: MeshState, *, tolerance: float | No
     else:
         try:
             for name, state in (("before", before), ("after", after)):
-                spectra[name] = measured_spectrum(state.path, modes=0)
+                spectra[name] = reported_values(state.path, "get_surface_spectrum", {"modes": 0})
         except PymeshfairError as error:
             spectra.clear()
             left_out.append(f"No spectrum: {error}")

@@ -94,11 +94,11 @@ def spectrum(
 
 def _measured(mesh: Path, modes: int, timeout: float | None) -> dict[str, Any]:
     """The spectrum of a mesh file, with the progress of the process that measures it."""
-    from ..running.read import measured_spectrum
+    from ..running.read import reported_values
     from .progress import progress
 
     with progress() as show:
-        return measured_spectrum(mesh, modes=modes, timeout=timeout, on_event=show)
+        return reported_values(mesh, "get_surface_spectrum", {"modes": modes}, timeout=timeout, on_event=show)
 
 
 def _filtered(spectrum: Mapping[str, Any], response: Response) -> dict[str, Any]:

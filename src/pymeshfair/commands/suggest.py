@@ -11,6 +11,7 @@ from .options import Json, Overwrite, Timeout
 from .streams import STANDARD, check_text, print_document, save_text, say
 
 if TYPE_CHECKING:
+    from ..mesh_data import MeshData
     from ..recipe import Recipe
     from ..running.suitability import Trial
 
@@ -54,14 +55,15 @@ def suggest(
     way, each with the amount that suits the scan best.
     """
     from ..errors import PymeshfairError
-    from ..running.read import inspect_mesh
+    from ..running.read import read_mesh
     from ..running.suitability import documents, ranked
     from ..scripts.write import format_script
     from .tables import fitting_lines
 
     if output is not None:
         check_text(output, ("mlx",), overwrite=overwrite, json=json)
-    traits = inspect_mesh(scan, traits=True)["traits"]
+    read = read_mesh(scan)
+    traits = read.traits
     values = _tried(scan, timeout) if traits["mesh"] else None
     recipe = None if values is None else _explicit(scan, values, traits["noise"])
     if output is not None:
@@ -69,7 +71,7 @@ def suggest(
             raise PymeshfairError(f"{scan} has no noise to remove, so there is no recipe to write to {output}")
         save_text(format_script(recipe.script), output, overwrite=overwrite)
     traits_here = _by_evidence(traits, values)
-    tried = {} if values is None else _trials(scan, traits_here, values, recipe, timeout)
+    tried = {} if values is None else _trials(read.mesh, traits_here, values, recipe, timeout)
     recipes = ranked(traits_here, tried=tried)
     if json:
         text = None if recipe is None else format_script(recipe.script)
@@ -98,30 +100,21 @@ def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dic
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
     """The report of the automatic filter on the scan, run in a process of its own."""
-    import tempfile
-
-    from ..recipe import Recipe
-    from ..registry import find_filter
-    from ..running.job import Job
-    from ..running.supervise import run_job
-    from ..scripts.script import Script, Step
+    from ..running.read import reported_values
     from .progress import progress
 
-    trial = Recipe("suggestion", Script((Step(find_filter(FILTER)).with_values({"compare": True}),)))
-    with tempfile.TemporaryDirectory() as folder, progress() as show:
-        result = run_job(Job(trial, scan, Path(folder) / "tried.ply", timeout=timeout), show)
-    return dict(result.steps[0].values)
+    with progress() as show:
+        return reported_values(scan, FILTER, {"compare": True}, timeout=timeout, on_event=show)
 
 
 def _trials(
-    scan: Path, traits: dict[str, float], values: dict[str, Any], recipe: Recipe | None, timeout: float | None
+    mesh: MeshData, traits: dict[str, float], values: dict[str, Any], recipe: Recipe | None, timeout: float | None
 ) -> dict[str, Trial]:
     """Trials of the recipes that smooth and fit."""
     from dataclasses import replace
 
     from ..recipe import load_recipe
     from ..registry import find_filter
-    from ..running.read import read_mesh
     from ..running.suitability import ranked
     from ..running.trials import moving_script, trials
 
@@ -137,7 +130,6 @@ def _trials(
         script = None if candidate.info.behind in fitting else moving_script(candidate, chosen)
         if script is not None:
             scripts[name] = script
-    mesh = read_mesh(scan).mesh
     results = trials(mesh.vertices, mesh.faces, scripts, clean=values["shape"] == "clean", timeout=timeout)
     if not is_correlated:
         return results

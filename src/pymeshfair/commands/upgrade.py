@@ -40,9 +40,9 @@ def upgrade(
     upgraded = upgrade_script(read_script_bytes(script), name, path=None if script == STANDARD else script, mend=mend)
     result, diagonal = upgraded.script, NOMINAL_DIAGONAL
     if relative_to is not None:
-        from ..running.read import inspect_mesh
+        from ..running.read import read_mesh
 
-        diagonal = inspect_mesh(relative_to)["diagonal"]
+        diagonal = read_mesh(relative_to).measured.diagonal
         if not diagonal > 0:
             raise InputError(relative_to, "its points are all in one place, so that no length can be relative to its size")
         result = relative_script(result, diagonal=diagonal)

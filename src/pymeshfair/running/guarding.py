@@ -3,10 +3,9 @@
 Whether it can be printed is seen on the written file, read back as a slicer reads it: equal points merged, triangles alone.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,12 +14,13 @@ from ..files.equal_rows import numbered
 from ..files.inputs import read_file
 from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import SHARP, share_kept, sharp_edges
-from ..filters.inspection.surface_measures import surface_measures
+from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..filters.libraries import sparse
 from ..filters.mesh import Bools, Longs
 from ..filters.topology import IRREGULAR, proper_faces, stars
 from ..mesh_data import MeshData
 from ..scripts.guards import Guards
+from .measuring import MeasuredMesh
 from .origins import Origins
 from .self_intersections import self_intersecting
 from .shape_change import Moved, ShapeChange
@@ -39,31 +39,24 @@ class Breach:
 
 
 def breaches(
-    guards: Guards,
-    origins: Origins,
-    change: ShapeChange | None,
-    measures_before: Mapping[str, Any] | None,
-    measures_after: Mapping[str, Any] | None,
-    *,
-    unit: str | None = None,
+    guards: Guards, origins: Origins, change: ShapeChange | None, before: MeasuredMesh, after: MeasuredMesh, unit: str | None
 ) -> list[Breach]:
     """The guards that a result breaks; none without measures, where there can be no limits."""
-    if measures_before is None or measures_after is None or change is None:
+    if before.measures is None or after.measures is None or change is None:
         return []
-    before, result = origins.before, origins.result
     broken: list[Breach] = []
-    edge = measures_before["mean_edge"] or measures_before["mean_spacing"] or 0.0
     if guards.max_displacement is not None:
         allowed = guards.in_mesh_units(unit).max_displacement
         assert allowed is not None
-        limit = allowed.resolve(diagonal=measures_before["diagonal"], mean_edge=lambda: edge)
+        limit = allowed.resolve(diagonal=before.diagonal, mean_edge=before.resolution)
         broken += _displacement(origins, change.moved, limit, str(guards.max_displacement), f" {unit}" if unit else "")
     if guards.max_volume_change is not None:
-        broken += _volume(measures_before["volume"], measures_after["volume"], guards.max_volume_change)
+        broken += _volume(before.measures.volume, after.measures.volume, guards.max_volume_change)
     for word, number in guards.require:
-        broken += _requirement(word, number, measures_after)
+        broken += _requirement(word, number, after.measures)
     if guards.keep_sharp is not None:
-        kept = share_kept(sharp_edges(before.vertices, before.faces), sharp_edges(result.vertices, result.faces), within=edge)
+        old, new = (sharp_edges(mesh.vertices, mesh.faces) for mesh in (before.mesh, after.mesh))
+        kept = share_kept(old, new, within=before.resolution())
         if kept is not None and 100.0 * kept < guards.keep_sharp:
             text = f"{100.0 * kept:.4g} % of the length of the edges sharper than {SHARP:g} degrees are kept"
             broken.append(
@@ -73,7 +66,7 @@ def breaches(
 
 
 def _displacement(origins: Origins, moved: Moved | None, limit: float, limit_text: str, unit: str) -> Iterator[Breach]:
-    # Added vertices have not moved; where nothing could be followed, the distance from the surface is all there is.
+    # Added vertices have not moved. Where vertices could not be followed, their distances from the surface count.
     if moved is None or not moved.largest > limit:
         return
     others = int((origins.displaced[1] > limit).sum()) - 1
@@ -99,22 +92,21 @@ def _volume(before: float | None, after: float | None, limit: float) -> Iterator
         yield Breach("max_volume_change", text, amount=change, allowed=limit)
 
 
-def _requirement(word: str, number: int | None, measures: Mapping[str, Any]) -> Iterator[Breach]:
-    if word == "watertight" and not measures["closed"]:
-        count = measures["border_edges"]
+def _requirement(word: str, number: int | None, measures: SurfaceMeasures) -> Iterator[Breach]:
+    """The breach of one requirement; what is printable is seen on the written file, see `print_faults`."""
+    if word == "watertight" and not measures.closed:
+        count = measures.border_edges
         yield Breach("require", f"the result is not watertight: it has {count:,} border edges", amount=count, allowed=0)
-    elif word == "oriented" and not measures["oriented"]:
+    elif word == "oriented" and not measures.oriented:
         yield Breach("require", "the result is not oriented: neighbouring faces look to different sides")
-    elif word == "printable":
-        return  # seen on the written file, see `print_faults`
     elif word == "manifold":
-        edges, vertices = measures["non_manifold_edges"], measures["non_manifold_vertices"]
+        edges, vertices = measures.non_manifold_edges, measures.non_manifold_vertices
         if edges or vertices:
             text = f"the result has {edges:,} non-manifold edges and {vertices:,} non-manifold vertices"
             yield Breach("require", text, amount=edges + vertices, allowed=0)
-    elif number is not None and measures[word] != number:
-        has = "no genus" if measures[word] is None else f"{word} {measures[word]}"
-        yield Breach("require", f"the result has {has}, not {number}", amount=measures[word], allowed=number)
+    elif number is not None and (own := getattr(measures, word)) != number:
+        has = "no genus" if own is None else f"{word} {own}"
+        yield Breach("require", f"the result has {has}, not {number}", amount=own, allowed=number)
 
 
 #: the word of `require` that asks for this

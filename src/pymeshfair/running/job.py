@@ -143,7 +143,7 @@ class Message:
 class Compiling:
     """Filters are compiled for this machine; until then what else goes on stands still."""
 
-    kernels: int  # how many functions were, one of which may be in work
+    kernels: int  # how many functions were compiled, the one in work among them
     seconds: float  # how long that has taken so far
     is_going_on: bool  # whether one is in work
     lasts: bool = True  # whether later runs find them compiled

@@ -1,7 +1,7 @@
 """Reads a mesh file and measures it, its spectrum too, for commands that look at meshes and change none."""
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,7 +9,7 @@ from typing import Any
 from ..declaration import Bools
 from ..errors import FilterInputError, RunError
 from ..files.errors import InputError
-from ..files.formats import UNCHECKED, extension
+from ..files.formats import ATTRIBUTES, UNCHECKED, attributes_of, extension
 from ..files.inputs import read_file
 from ..mesh_data import MeshData
 from ..recipe import Recipe
@@ -19,6 +19,7 @@ from .job import Event, Job
 from .measuring import MeasuredMesh, measure
 from .plain_values import plain
 from .self_intersections import self_intersecting_apart
+from .suitability import traits_of
 from .supervise import run_job
 
 #: vertices of a mesh beyond which MeshLab's search for faces that cut others takes as long as all the rest of a report
@@ -33,12 +34,17 @@ class ReadMesh:
     mesh: MeshData  # the mesh in it
     measured: MeasuredMesh
     warnings: tuple[str, ...]  # about the file
-    self_intersecting: Bools | None = None  # (m,) which faces cut others; None if that was not asked for, or could not be told
+    self_intersecting: Bools | None = None  # (m,) which faces cut others; None if they were not looked for, or MeshLab crashed
 
     @property
     def measures(self) -> dict[str, Any]:
         """`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name."""
         return self.measured.described or {}
+
+    @property
+    def traits(self) -> dict[str, Any]:
+        """What recipes ask of a scan, see `pymeshfair.running.suitability.traits_of`."""
+        return dict(plain(traits_of(self.measured)))
 
 
 def read_mesh(
@@ -82,61 +88,44 @@ def read_mesh(
     return ReadMesh(path, reading.mesh, measured, tuple(warnings), cuts)
 
 
-def inspect_mesh(
-    path: Path,
-    *,
-    traits: bool = False,
-    self_intersections: bool | None = False,
-    allow_outside: bool = False,
-    unchecked: bool = False,
-) -> dict[str, Any]:
-    """The measures of a mesh file by name, under ``"attributes"`` what it has, and under ``"warnings"`` what to know about it.
+def inspect_mesh(path: Path, *, allow_outside: bool, unchecked: bool) -> dict[str, Any]:
+    """What ``pymeshfair info`` says of a mesh file: its measures by name, and more.
 
-    ``"unit"`` is that of its lengths, None if the file says none.
-
-    With `traits` there are three more: ``"box"``, its two corners; ``"rims"``, the largest first; and ``"traits"``, what recipes
-    ask of a scan. ``"self_intersecting_faces"`` is how many faces cut others; None if they were not looked for.
+    ``"unit"`` is that of its lengths, None if the file says none. ``"self_intersecting_faces"`` is how many faces cut others,
+    None if they were not looked for. ``"attributes"`` is what it has, ``"warnings"`` what to know about it, ``"box"`` its two
+    corners, ``"rims"`` the holes and borders, the largest first, and ``"traits"`` what recipes ask of a scan.
     """
-    from ..files.formats import ATTRIBUTES, attributes_of
-    from .suitability import MEASURED, traits_of
-
-    read = read_mesh(path, self_intersections=self_intersections, allow_outside=allow_outside, unchecked=unchecked)
-    present = attributes_of(read.mesh)
-    cuts = None if read.self_intersecting is None else int(read.self_intersecting.sum())
-    document = {
-        **read.measures,
-        "unit": read.mesh.unit,
-        "self_intersecting_faces": cuts,
-        "attributes": [a for a in ATTRIBUTES if a in present],
-        "warnings": list(read.warnings),
-    }
-    if not traits:
-        return document
     from ..filters.holes import find_rims
     from ..filters.mesh import bounding_box
 
+    read = read_mesh(path, self_intersections=None, allow_outside=allow_outside, unchecked=unchecked)
     vertices, faces = read.mesh.vertices, read.mesh.faces
-    assert read.measured.measures is not None
-    return document | {
+    present = attributes_of(read.mesh)
+    return {
+        **read.measures,
+        "unit": read.mesh.unit,
+        "self_intersecting_faces": None if read.self_intersecting is None else int(read.self_intersecting.sum()),
+        "attributes": [a for a in ATTRIBUTES if a in present],
+        "warnings": list(read.warnings),
         "box": [plain(end.tolist()) for end in bounding_box(vertices)] if len(vertices) else [],
         "rims": [
             {"edges": rim.edges, "length": rim.length, "middle": plain(rim.middle.tolist()), "outer": rim.outer}
             for rim in (find_rims(vertices, faces) if len(faces) else [])
         ],
-        "traits": plain(traits_of(vertices, faces, read.measured.measures, present, MEASURED)),
+        "traits": read.traits,
     }
 
 
-#: the filter that measures
-MEASURES = "get_surface_spectrum"
-
-
-def measured_spectrum(
-    mesh: Path, *, modes: int = 50, timeout: float | None = None, on_event: Callable[[Event], None] = lambda event: None
+def reported_values(
+    mesh: Path,
+    filter: str,
+    values: Mapping[str, Any],
+    *,
+    timeout: float | None = None,
+    on_event: Callable[[Event], None] = lambda event: None,
 ) -> dict[str, Any]:
-    """The result of the filter ``get_surface_spectrum`` for a mesh file, with so many modes one by one."""
-    measure = Step(find_filter(MEASURES)).with_values({"modes": modes})
+    """The values that a filter of that Python name reports on a mesh file, with these parameters; the file stays as it is."""
+    script = Script((Step(find_filter(filter)).with_values(values),))
     with tempfile.TemporaryDirectory() as folder:
-        job = Job(Recipe("spectrum", Script((measure,))), mesh, Path(folder) / "measured.ply", timeout=timeout, measures=False)
-        result = run_job(job, on_event)
-    return dict(result.steps[0].values)
+        job = Job(Recipe(filter, script), mesh, Path(folder) / "result.ply", timeout=timeout, measures=False)
+        return dict(run_job(job, on_event).steps[0].values)

@@ -136,4 +136,4 @@ class Report:
     breaches: tuple[Mapping[str, Any], ...] = ()  # the limits that were broken
     maps: tuple[StagedFile, ...] = ()  # the files of the intervention map in the staging folder
     tiles: Mapping[str, Any] | None = None  # how the work was cut; None if it was done in one piece
-    peak_memory: int | None = None  # bytes that it took at most; None where that cannot be told
+    peak_memory: int | None = None  # bytes that it took at most; None where the system does not measure that

@@ -133,7 +133,7 @@ class Session:
         document = self._document
         self._lose(document.losses)
         result = document.current
-        # The layer of which a step made another one is in its file.
+        # The input is not lost where a step made a new layer of it.
         kept = document.current_id != input_id and input_id in document.ids
         if len(document.ids) > 1 + kept:
             text = f"the recipe ends with {len(document.ids)} layers; only the current one, {result.label!r}, is written"
@@ -147,7 +147,7 @@ class Session:
 
     def _measured(self, read: MeshData) -> _Measured:
         before = self._looked(read, InputError(self._job.input, "it has coordinates that are not finite"))
-        return before, *traits_asked_for(self._job.recipe, before, attributes_of(read), as_shipped=not self._job.overrides)
+        return before, *traits_asked_for(self._job.recipe, before, as_shipped=not self._job.overrides)
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
         """Read a file; its mesh, and which file it was."""
@@ -233,14 +233,13 @@ class Session:
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
         before = outcome.before
         self._event(PhaseStarted("writing"))
-        present = attributes_of(before.mesh)
-        self._lose(self._gone(before.mesh, outcome.result, present))
+        self._lose(self._gone(before.mesh, outcome.result))
         after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"), before)
         origins = find_origins(after.mesh, before.mesh)
         change = None
         if before.measures is not None and after.measures is not None:
             change = shape_change(origins, (before.measures, after.measures))
-            other_recipe = cache(lambda: instead(self._job.recipe, before, present))  # measures the scan
+            other_recipe = cache(lambda: instead(self._job.recipe, before))  # measures the scan
             for text in warnings_of(change, self._steps, other_recipe):
                 self._warn(text)
             # Who sets how much a recipe smooths has asked for what goes.
@@ -262,7 +261,7 @@ class Session:
             change=None if change is None else plain(asdict(change)),
         )
         if self._job.is_watched:
-            report = self._watched(report, origins, change, before)
+            report = self._watched(report, origins, change, before, after)
         if not report.breaches or self._job.keep_broken:
             try:
                 report = self._checked(self._saved(report, after), report, before.mesh, after.mesh)
@@ -270,12 +269,12 @@ class Session:
                 raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
         return replace(report, warnings=tuple(self.warnings))
 
-    def _gone(self, read: MeshData, result: MeshData, present: set[str]) -> list[str]:
+    def _gone(self, read: MeshData, result: MeshData) -> list[str]:
         """Attributes that the steps have removed, in words."""
         texts = []
         # A recipe of curves makes them of a surface, and that the surface is gone is no news.
         of_curves = self._job.recipe.info.task == "curves"
-        if not of_curves and (gone := [a for a in ATTRIBUTES if a in present - attributes_of(result)]):
+        if not of_curves and (gone := [a for a in ATTRIBUTES if a in attributes_of(read) - attributes_of(result)]):
             texts.append(f"after the steps the mesh has no {' and no '.join(gone)} any more")
         if result.source is not read.source and read.source is not None and read.source.extras:
             texts.append(f"a step made a new mesh, without what {read.label} has besides: {'; '.join(read.source.extras)}")
@@ -312,12 +311,14 @@ class Session:
             self._event(Message(text, step=len(saved.steps)))
         return replace(saved, steps=(*saved.steps[:-1], replace(last, messages=(*last.messages, *words))))
 
-    def _watched(self, report: Report, origins: Origins, change: ShapeChange | None, before: MeasuredMesh) -> Report:
+    def _watched(
+        self, report: Report, origins: Origins, change: ShapeChange | None, before: MeasuredMesh, after: MeasuredMesh
+    ) -> Report:
         """Find the limits that were broken, and write the intervention map."""
         follows = self._job.map is not None or replace(self._job.all_guards, require=())
         if not origins.followed and follows:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
-        broken = breaches(self._job.all_guards, origins, change, report.before, report.after, unit=self._unit)
+        broken = breaches(self._job.all_guards, origins, change, before, after, self._unit)
         maps: tuple[StagedFile, ...] = ()
         if self._job.map is not None:
             tolerance = self._job.lengths_in(self._unit)[1].resolve(diagonal=before.diagonal, mean_edge=before.resolution)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 LARGEST_SIDE_CHANGE = 0.01
 #: or a vertex has moved by more than this many mean edges, or more than this share of the area was added.
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
-#: parameters of which a smaller value does less
+#: parameters whose smaller values do less
 _AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")
 #: pieces that are listed one by one
 _LISTED = 20

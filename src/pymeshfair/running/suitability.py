@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import asdict, dataclass, replace
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
-from ..declaration import Floats, Ints
 from ..errors import RunError
-from ..filters.inspection.surface_measures import SurfaceMeasures
+from ..files.formats import attributes_of
 from ..recipe import TASKS, Recipe, RecipeHead, RecipeInfo, shipped_heads
 from ..scripts.fits import ARTICLE, UNKNOWN, Condition
 from .measuring import MeasuredMesh
@@ -18,7 +16,9 @@ from .measuring import MeasuredMesh
 #: the traits that are measured on the surface, each in some tenths of a second at most; the others are known anyway
 MEASURED = ("noise", "sharpness", "facing", "camera noise", "longest edge")
 
-#: tasks of which one may stand in for another, and those of which a recipe may stand in for another of the same
+#: the attributes of a mesh with a texture
+_TEXTURED = ("textures", "wedge texture coordinates", "vertex texture coordinates")
+#: tasks that may replace each other, and all whose recipes may replace another one of the same task
 _ALIKE = ("denoise", "smooth")
 _REPLACEABLE = (*_ALIKE, "clean")
 
@@ -28,7 +28,7 @@ _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "th
 
 #: the order of recipes
 _Key: TypeAlias = tuple[bool, int, bool, bool, float, float, bool, int, int]
-#: tasks that change what was scanned, or do not clean it, and those that close openings, with surface that nobody measured
+#: tasks that change what was scanned, or do not clean it, and those that close openings, with surface that was not measured
 _ASIDE, _CLOSING = ("change the shape", "curves", "look"), ("repair", "prepare")
 #: relief that may go: more is detail that is erased
 ERASED = 0.1
@@ -86,33 +86,24 @@ class Suitability:
         return bool(self.met) and not self.unmet
 
 
-def traits_of(
-    vertices: Floats, faces: Ints, measures: SurfaceMeasures, attributes: AbstractSet[str], wanted: Collection[str] = MEASURED
-) -> dict[str, float]:
-    """The traits of a scan by name, as `pymeshfair.scripts.fits` means them.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        measures: of both.
-        attributes: those of the scan, of `pymeshfair.files.formats.ATTRIBUTES`.
-        wanted: the conditions are about these; of the others only what costs nothing is given.
-    """
-    has_faces = measures.faces > 0
+def traits_of(scan: MeasuredMesh, wanted: Collection[str] = MEASURED) -> dict[str, float]:
+    """The traits of a scan by name, as `pymeshfair.scripts.fits` means them; those of `MEASURED` only if they are wanted."""
+    mesh, measures = scan.mesh, scan.measures
+    assert measures is not None
     traits_of_mesh = _kind(measures.faces, measures.edges) | {
         "vertices": measures.vertices,
         "faces": measures.faces,
         "pieces": measures.components,
         "border edges": measures.border_edges,
         "closed": float(measures.closed),
-        "texture": float(bool(attributes & {"textures", "wedge texture coordinates", "vertex texture coordinates"})),
+        "texture": float(not attributes_of(mesh).isdisjoint(_TEXTURED)),
     }
     if measures.triangle_quality is not None:
         traits_of_mesh["triangle quality"] = measures.triangle_quality
-    if has_faces and (names := set(MEASURED).intersection(wanted)):
+    if measures.faces and (names := set(MEASURED).intersection(wanted)):
         from ..filters.traits import measured_traits
 
-        traits_of_mesh |= measured_traits(vertices, faces, names, mean_edge=measures.mean_edge)
+        traits_of_mesh |= measured_traits(mesh.vertices, mesh.faces, names, mean_edge=measures.mean_edge)
     return traits_of_mesh
 
 
@@ -195,54 +186,44 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     return f"{wrong}: no other recipe of its kind fits; `pymeshfair suggest` names those that do{named}"
 
 
-def traits_asked_for(
-    recipe: Recipe, scan: MeasuredMesh, attributes: AbstractSet[str], *, as_shipped: bool = True
-) -> tuple[dict[str, float], str | None]:
+def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) -> tuple[dict[str, float], str | None]:
     """The traits of a mesh that a recipe asks for, and a warning if it is not for such scans.
 
     Args:
         recipe: the recipe.
-        scan: the measures of the mesh; if there are none, there are no warnings.
-        attributes: those of the mesh.
+        scan: the mesh; if it was not measured, there are no warnings.
         as_shipped: whether nothing of the recipe was set. Who sets what smooths asks for what goes.
 
     Raises:
         RunError: it is of another kind: a cloud where a recipe is for meshes, or the other way round.
     """
     info = recipe.info
-    arrays, measures = (scan.mesh.vertices, scan.mesh.faces), scan.measures
     traits = _kind(len(scan.mesh.faces), len(scan.mesh.edges))
     is_other = any(not condition.is_met(traits) for condition in info.conditions if condition.text in traits)
-    if not info.conditions or (measures is None and not is_other):
+    if not info.conditions or (scan.measures is None and not is_other):
         return {}, None
-    if measures is not None:
+    if scan.measures is not None:
         for_noise = bool(info.behind) or (info.task == "smooth" and as_shipped)
         asked = needed(info.conditions) | ({"noise"} if for_noise else set())
-        traits |= traits_of(*arrays, measures, attributes, asked)
+        traits |= traits_of(scan, asked)
         if not judged(recipe.name, info, traits).unmet:
             better = next((s.recipe for s in ranked(traits) if s.fits and s.task == "denoise"), "") if for_noise else ""
             if better in ("", recipe.name):
                 return traits, None
             alone = f"there is noise of {traits['noise']:.2g} edges: where that alone is to go"
             return traits, f"{alone}, {better} mostly keeps more of the shape; `pymeshfair suggest` ranks both here"
-        traits |= traits_of(*arrays, measures, attributes, set(MEASURED) - asked)
+        traits |= traits_of(scan, set(MEASURED) - asked)
     warning = unsuitable(recipe.name, info, traits, ranked(traits))
     if is_other:
         raise RunError(warning or "")
     return traits, warning
 
 
-def instead(recipe: Recipe, scan: MeasuredMesh, attributes: AbstractSet[str]) -> str:
-    """The recipe to take where another one, which takes away noise, has changed the shape too much; empty if that is the first.
-
-    Args:
-        recipe: that was run.
-        scan: the measures of the mesh that it was run on.
-        attributes: those of that mesh.
-    """
+def instead(recipe: Recipe, scan: MeasuredMesh) -> str:
+    """The recipe to take where one that takes away noise has changed the shape of a scan too much; empty if that is the first."""
     if scan.measures is None or recipe.info.task not in _REPLACEABLE:
         return ""
-    suited = ranked(traits_of(scan.mesh.vertices, scan.mesh.faces, scan.measures, attributes))
+    suited = ranked(traits_of(scan))
     alike = [s.recipe for s in suited if s.fits and s.task in _ALIKE]
     return "" if recipe.name in alike[:1] else next(iter(alike), "")
 

@@ -137,7 +137,7 @@ def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: boo
         guards=Guards.parse(record.get("guards", {}).get("limits", {})),
         keep_broken=True,
     )
-    job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # of which no byte depends
+    job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # no byte of the output depends on it
     files = tuple(Path(str(entry["path"])).name for entry in entries)
     _occupy(files[1:], again)
     names = [step.filter.python_name for step in recipe.script.steps]
