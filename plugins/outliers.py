@@ -171,6 +171,5 @@ def _left_out(cloud: Floats, of_points: Floats, vertices: Floats, faces: Ints, s
     some = slice(None, None, max(1, len(cloud) // _SOME))
     away = Surface.of(vertices, faces).nearest(cloud[some]).distances / of_points[some]
     share = float((away > spacings).mean())
-    return (f"{share:.2%} of the points have no surface within {spacings:g} spacings: a larger depth keeps finer parts",) * (
-        share > 0
-    )
+    note = f"{share:.2%} of the points have no surface within {spacings:g} spacings: a larger depth keeps finer parts"
+    return (note,) if share > 0.0 else ()

@@ -320,7 +320,7 @@ class Task:
                         report = pages if self.report else None
                         Course(workers, journal, items, listener, outcomes, report, self.stop).run(todo, drawn)
             finally:
-                if outcomes:  # else nothing was begun, and what is known of a former batch stays
+                if outcomes:  # else nothing was begun, and the files of a former batch stay
                     ordered = [outcomes[scan.number] for scan in self.scans if scan.number in outcomes]
                     finished, seconds = now(), time.monotonic() - clock
                     summary = Summary(

@@ -33,7 +33,7 @@ class Finding:
 
 
 def look_around() -> Iterator[Finding]:
-    """Look at everything, whatever is found on the way."""
+    """The findings of all looks."""
     looks = (look_at_python, look_at_packages, look_at_pymeshlab, look_at_numba, look_at_plugins, look_at_disk)
     return (finding for look in looks for finding in _safely(look))
 

@@ -56,11 +56,8 @@ def _unknown_subject(subject: str, cause: str | None) -> Exception:
 
     names = [name for filter in all_filters() for name in (filter.python_name, filter.name)]
     near = nearest(subject, [*names, *shipped_recipes()])
-    hint = (
-        cause or f"did you mean {near!r}?"
-        if near or cause
-        else "`pymeshfair list filters` and `pymeshfair list recipes` show all names"
-    )
+    every = "`pymeshfair list filters` and `pymeshfair list recipes` show all names"
+    hint = cause or (f"did you mean {near!r}?" if near else every)
     return UnknownNameError(f"{subject!r} is no filter, no recipe and no file; {hint}", suggestion=near, cause=cause)
 
 

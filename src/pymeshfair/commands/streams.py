@@ -69,8 +69,8 @@ def _lasting(number: int, stream: TextIO | None) -> TextIO:
         with suppress(OSError):
             stream.flush()
     binary = open(number, "wb", closefd=False)  # noqa: SIM115 - a number, which stays open to the end
-    encoding, errors = ("utf-8", "backslashreplace") if stream is None else (stream.encoding, "backslashreplace")
-    return LastingStream(binary, encoding=encoding, errors=errors, line_buffering=True)
+    encoding = "utf-8" if stream is None else stream.encoding
+    return LastingStream(binary, encoding=encoding, errors="backslashreplace", line_buffering=True)
 
 
 def failure_of_stdout() -> OSError | None:

@@ -63,7 +63,7 @@ def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
     for number, suited in enumerate(fitting, 1):
         title = f"{number:>4}  {suited.recipe}: {suited.title}"
         yield textwrap.fill(title, _NARROW, subsequent_indent=_INDENT)
-        # That there are faces goes without saying where there is more to say.
+        # The first condition, that there are faces, is left out where there are others.
         words = [text for _, text in suited.met[len(suited.met) > 1 :]]
         reasons = "; ".join([*words, *([] if suited.trial is None else [suited.trial.words])])
         yield textwrap.fill(reasons, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT)

@@ -26,6 +26,7 @@ def tune(
     This machine serves the page; its address contains a random token, which gives access. Recipes and results are written to
     the working folder. Ctrl-C ends it.
     """
+    import secrets
     import tempfile
     import webbrowser
 
@@ -36,12 +37,12 @@ def tune(
     from ..recipe import load_recipe
     from ..tuning.conversation import Subject
     from ..tuning.scan import prepared_scan
-    from ..tuning.server import application, listening_socket, new_token, redirecting_file, serve
+    from ..tuning.server import application, listening_socket, redirecting_file, serve
 
     load_recipe(recipe)
     with staging_folder(Path(tempfile.gettempdir()) / "tuning") as folder:
         prepared = prepared_scan(scan.absolute(), folder)
-        token = new_token()
+        token = secrets.token_urlsafe(32)  # of 256 bits
         subject = Subject(prepared, recipe, Path.cwd())
         try:
             listening = listening_socket(host, port)

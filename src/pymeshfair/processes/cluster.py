@@ -170,8 +170,8 @@ def check_workers(client: Client, wanted: Conditions) -> None:
     unfit = {
         address: [f"the check failed there: {type(answer).__name__}: {answer}"] if isinstance(answer, BaseException) else answer
         for address, answer in answers.items()
+        if answer
     }
-    unfit = {address: reasons for address, reasons in unfit.items() if reasons}
     if unfit:
         raise UnfitWorkersError(unfit, len(answers) - len(unfit))
 

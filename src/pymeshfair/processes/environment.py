@@ -59,7 +59,7 @@ def worker_environment(threads: int | None, environment: Mapping[str, str] = os.
     changes[TRIM_THRESHOLD] = environment.get(TRIM_THRESHOLD, str(2**25))
     # MeshLab opens "é.ply" in a locale of UTF-8 alone, and reads "1.5" as 1 in some that write "1,5".
     changes["LC_ALL"] = "C.UTF-8"
-    # Whatever lies in the working folder must not be imported in place of a library.
+    # Files in the working folder must not be imported in place of libraries.
     changes["PYTHONSAFEPATH"] = "1"
     return {**environment, **changes}
 

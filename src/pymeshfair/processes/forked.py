@@ -40,7 +40,7 @@ class ForkedProcess:
         pipes = [os.pipe() for _ in range(3)]
         theirs = [pipes[0][0], pipes[1][1], pipes[2][1]]
         ours = [pipes[0][1], pipes[1][0], pipes[2][0]]
-        gc.freeze()  # what is there now stays shared
+        gc.freeze()  # so that both processes share the memory of these objects
         self.pid = os.fork()
         if self.pid == 0:
             _become_worker(theirs, worker_environment(threads))
@@ -78,7 +78,7 @@ def _become_worker(pipes: list[int], environment: Mapping[str, str]) -> None:
         locale.setlocale(locale.LC_ALL, environment["LC_ALL"])
         with suppress(AttributeError, OSError):
             ctypes.CDLL(None).mallopt(_M_TRIM_THRESHOLD, int(environment[TRIM_THRESHOLD]))
-        with suppress(ValueError):  # what lies in the working folder must not be imported in place of a library
+        with suppress(ValueError):  # files in the working folder must not be imported in place of libraries
             sys.path.remove("")
         serve(())
     except BaseException:

@@ -6,7 +6,7 @@ import importlib
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from ..errors import RunError
@@ -121,11 +121,8 @@ class Pool:
         return self._callers.submit(self._do, Order.of(task, *arguments, memory_limit=memory_limit))
 
     def _do(self, order: Order) -> Answer:
-        for left in reversed(range(_LOST)):
-            try:
-                with self.lend() as process:
-                    return process.do(order)
-            except LostProcessError:  # noqa: PERF203
-                if not left:
-                    raise
-        raise AssertionError
+        for _ in range(_LOST - 1):
+            with suppress(LostProcessError), self.lend() as process:
+                return process.do(order)
+        with self.lend() as process:
+            return process.do(order)

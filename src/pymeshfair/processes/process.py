@@ -66,8 +66,7 @@ class Process:
         self._items: Items = SimpleQueue()
         self._readers: list[threading.Thread] = []  # from the first order on, so that this process may be forked until then
 
-    def give(self, order: Order, items: Items) -> None:
-        """Give it an order; what comes of it is put into `items`. `is_idle` must be set again when all of that was taken."""
+    def _give(self, order: Order, items: Items) -> None:
         self.is_idle, self._items = False, items
         if not self._readers:
             for read, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr)):
@@ -97,7 +96,7 @@ class Process:
             LostProcessError: it has ended without an answer.
         """
         items = SimpleQueue() if items is None else items
-        self.give(order, items)
+        self._give(order, items)
         done: Answer | None = None
         missing = {"answer", "silent"}
         while missing:
@@ -136,7 +135,7 @@ class Process:
         return status
 
     def kill(self) -> None:
-        """End it and whatever it has started; may be called from any thread."""
+        """End it and the processes that it has started; may be called from any thread."""
         if self._process.returncode is None:  # else it has been waited for, and another process may have its number by now
             self._system.kill(self._process)
 
@@ -148,7 +147,7 @@ class Process:
         for reader in self._readers:
             reader.join(1.0)
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
-            with suppress(OSError):  # what it was told last has not arrived
+            with suppress(OSError):  # its last order has not arrived
                 stream.close()
 
     def _read_reports(self, stream: IO[bytes]) -> None:

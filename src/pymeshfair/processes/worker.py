@@ -46,11 +46,6 @@ def use_up() -> None:
     _Channel.is_used_up = True
 
 
-def main() -> None:
-    """Carry out orders until there are no more."""
-    serve(sys.argv[1:])
-
-
 def serve(modules: Sequence[str]) -> None:
     """Carry out the orders on stdin; `modules` are imported until the first one comes."""
     collect_seldom()
@@ -102,7 +97,7 @@ def _receive(orders: BinaryIO, inbox: SimpleQueue[Order]) -> None:
 
 
 def _take_over_streams() -> tuple[BinaryIO, io.BufferedWriter]:
-    """Keep stdin and stdout to ourselves: MeshLab's filters, and whatever they call, print to stdout."""
+    """Keep stdin and stdout for orders and answers: MeshLab's filters and their libraries print to stdout."""
     orders = os.fdopen(os.dup(0), "rb")
     reports = os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDWR)
@@ -115,6 +110,6 @@ def _take_over_streams() -> tuple[BinaryIO, io.BufferedWriter]:
 
 if __name__ == "__main__":
     # The module that tasks import is this one, too, and not a second of the same name.
-    from pymeshfair.processes.worker import main as _main
+    from pymeshfair.processes import worker
 
-    _main()
+    worker.serve(sys.argv[1:])

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 from ..declaration import Length, nearest
 from ..declaration.units import parse_length
@@ -59,18 +60,16 @@ class Guards:
 
     def texts(self) -> dict[str, str]:
         """The texts that `parse` reads, of the guards that are set."""
-        texts = {
-            "max_displacement": None if self.max_displacement is None else str(self.max_displacement),
-            "max_volume_change": None if self.max_volume_change is None else f"{self.max_volume_change!r}%",
-            "require": ",".join(word if n is None else f"{word}={n}" for word, n in self.require) or None,
-            "keep_sharp": None if self.keep_sharp is None else f"{self.keep_sharp!r}%",
-        }
-        return {name: text for name, text in texts.items() if text is not None}
+        return {name: _text(limit) for name, limit in self._limits.items()}
 
     def overridden(self, others: Guards) -> Guards:
         """These guards with the ones that `others` sets in their places."""
-        changes = {f.name: getattr(others, f.name) for f in fields(self) if getattr(others, f.name) not in (None, ())}
-        return replace(self, **changes)
+        return replace(self, **others._limits)
+
+    @property
+    def _limits(self) -> dict[str, Any]:
+        """The guards that are set, by name."""
+        return {name: limit for name, limit in vars(self).items() if limit not in (None, ())}
 
     def in_mesh_units(self, unit: str | None) -> Guards:
         """These guards on a scan in that unit of `pymeshfair.declaration.units.METRES`, or None if it is not known."""
@@ -90,6 +89,12 @@ def refuse_unmeasured(guards: Guards) -> None:
             f"limits need measures: {named}; leave out --no-measures (measures=False), or the limits (those of a recipe are "
             "attributes of its <FilterScript>)"
         )
+
+
+def _text(limit: Any) -> str:
+    if isinstance(limit, tuple):
+        return ",".join(word if number is None else f"{word}={number}" for word, number in limit)
+    return str(limit) if isinstance(limit, Length) else f"{limit!r}%"
 
 
 def _length(name: str, text: str) -> Length:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from ..declaration import Filter, Parameter, nearest
 from ..errors import ParameterError, UnknownNameError
 from .expressions import check_expressions
-from .script import Script, Setting, Step
+from .script import Script, Step
 from .value_text import parse_value
 
 
@@ -26,7 +26,8 @@ def override(script: Script, overrides: Sequence[str]) -> Script:
         place, equals, value = text.partition("=")
         step_name, dot, name = (part.strip() for part in place.rpartition("."))
         if not equals or not name or bool(dot) != bool(step_name) or not (dot or script.settings):
-            raise ParameterError(f"cannot set {text!r}: {_form(script)}")
+            settings = f"NAME=VALUE for a setting ({_listed(script)}) or " if script.settings else ""
+            raise ParameterError(f"cannot set {text!r}: write {settings}STEP.PARAM=VALUE, for example 2.iterations=5")
         try:
             script = _with_parameter(script, step_name, name, value) if dot else _with_setting(script, name, value)
         except ParameterError as error:
@@ -36,14 +37,8 @@ def override(script: Script, overrides: Sequence[str]) -> Script:
     return script
 
 
-def _form(script: Script) -> str:
-    if not script.settings:
-        return "write STEP.PARAM=VALUE, for example 2.iterations=5"
-    return f"write NAME=VALUE for a setting ({_listed(script.settings)}) or STEP.PARAM=VALUE, for example 2.iterations=5"
-
-
-def _listed(settings: Sequence[Setting]) -> str:
-    return ", ".join(setting.name for setting in settings)
+def _listed(script: Script) -> str:
+    return ", ".join(setting.name for setting in script.settings)
 
 
 def _with_setting(script: Script, name: str, value: str) -> Script:
@@ -51,7 +46,7 @@ def _with_setting(script: Script, name: str, value: str) -> Script:
     names = [setting.name for setting in script.settings]
     if name not in names:
         near = nearest(name, names)
-        hint = f"did you mean {near!r}?" if near else f"it has {_listed(script.settings)}"
+        hint = f"did you mean {near!r}?" if near else f"it has {_listed(script)}"
         raise UnknownNameError(f"the recipe has no setting {name!r}; {hint}", suggestion=near)
     settings = tuple(replace(s, default=value.strip()) if s.name == name else s for s in script.settings)
     return replace(script, steps=tuple(_set(step, name, value.strip()) for step in script.steps), settings=settings)

@@ -163,6 +163,11 @@ class Script:
     settings: tuple[Setting, ...] = ()  # values that have a name, which one place sets for all steps that use them
     unit: str = ""  # of the scans that it is for, of `pymeshfair.declaration.units.METRES`; empty if it says none
 
+    def problem(self, step: Step, message: str, *, parameter: str | None = None) -> Problem:
+        """The problem with a step, or with its parameter of that name in scripts."""
+        file = "script" if self.path is None else str(self.path)
+        return Problem(file=file, line=step.line, filter=step.filter.name, parameter=parameter, message=message)
+
     def with_steps(self, steps: Iterable[Step]) -> Script:
         """The script with these steps in place of its own; settings that none of them uses are left out."""
         chosen = tuple(steps)

@@ -96,7 +96,6 @@ def check_needs(script: Script, *, layers: int) -> None:
 
 def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
     """Layers and rasters that the steps need and that a run with `layers` layers, numbered from 0, does not have."""
-    name = "script" if script.path is None else str(script.path)
     count: int | None = layers
     for step in script.steps:
         if "raster" in step.filter.name.casefold():
@@ -104,10 +103,10 @@ def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
                 "needs rasters (photographs with their cameras), which no mesh file holds; "
                 "open the project in MeshLab for this step, and run the others here"
             )
-            yield Problem(file=name, line=step.line, filter=step.filter.name, message=message)
+            yield script.problem(step, message)
         for parameter in step.filter.parameters:
             if (lacking := _lacking(parameter, step, count)) is not None:
-                yield Problem(file=name, line=step.line, filter=step.filter.name, parameter=parameter.xml_name, message=lacking)
+                yield script.problem(step, lacking, parameter=parameter.xml_name)
         if step.filter.python_name == _MANY_LAYERS:
             count = None
         elif count is not None and step.filter.python_name.startswith(_NEW_LAYER):

@@ -196,7 +196,7 @@ def export_script(
     for number, step in enumerate(whole.steps, 1):
         plain = step if step.filter.is_builtin else _equivalent(step, closed=closed)
         if plain is None:
-            problems.append(_problem(script, step, why=_why_not(step, has_mesh=mesh is not None)))
+            problems.append(script.problem(step, _why_not(step, has_mesh=mesh is not None)))
             continue
         problems += _relative_lengths(script, plain) if mesh is None else ()
         if plain is not step:
@@ -236,9 +236,4 @@ def _why_not(step: Step, *, has_mesh: bool) -> str:
 def _relative_lengths(script: Script, step: Step) -> Iterator[Problem]:
     for name, length in step.relative_lengths.items():
         why = f"is {length}, which depends on the size of the mesh; say with --for MESH which mesh the script is for"
-        yield _problem(script, step, parameter=step.filter.parameter(name).xml_name, why=why)
-
-
-def _problem(script: Script, step: Step, *, why: str, parameter: str | None = None) -> Problem:
-    name = "recipe" if script.path is None else str(script.path)
-    return Problem(file=name, line=step.line, filter=step.filter.name, parameter=parameter, message=why)
+        yield script.problem(step, why, parameter=step.filter.parameter(name).xml_name)

@@ -1,4 +1,4 @@
-"""A cloud by tiles: stages of selecting points, each of which may delete them, or of normals, and the result written by slices.
+"""A cloud by tiles: a step selects points and may delete them, or gives them normals; the result is written by slices.
 
 Of coincident points, and of those in a cell of a grid, all but the first go. For LoOP neighbours are sought in the tile and in
 the cells around it, and then compared with theirs. `strays` has the third selection, `point_normals` the normals.

@@ -207,7 +207,7 @@ class _Course:
 
     @contextmanager
     def _step(self, number: int, values: dict[str, Any]) -> Iterator[None]:
-        """One step of the recipe, told as it begins and ends; `values` takes what the filter reports, "notes" in words."""
+        """One step of the recipe, with its events; `values` takes what the filter reports, under "notes" its sentences."""
         script = self.job.recipe.script
         step = script.steps[number - 1]
         self.on_event(StepStarted(number, len(script.steps), step.filter.name))
@@ -273,8 +273,8 @@ def _check_room(job: Job, plan: Plan, source: Source | E57Cloud | MeshFile) -> N
     if needed > free:
         raise OutputError(
             job.output,
-            f"the work needs {needed / 1e9:.3g} GB on the disk of {folder}, of which {free / 1e9:.3g} GB are free: free some, or "
-            "name an output on another disk",
+            f"the work needs {needed / 1e9:.3g} GB, and the disk of {folder} has {free / 1e9:.3g} GB free: free some, or name an "
+            "output on another disk",
         )
 
 

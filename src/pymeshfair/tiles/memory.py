@@ -30,7 +30,7 @@ def budget(memory: int, processors: int) -> Budget:
             return Budget(workers, max(1, processors // workers), int(SHARE * each))
     least = (COMMAND + WORKER + LEAST) / 1e6
     raise ParameterError(
-        f"{memory / 1e6:.0f} MB are too little to work by tiles, of which libraries take most; give {least:.0f}MB"
+        f"{memory / 1e6:.0f} MB are too little to work by tiles, as libraries take most of them; give {least:.0f}MB"
     )
 
 

@@ -13,7 +13,7 @@ from ..errors import FilterInputError
 from ..filters import denoising
 from ..filters.diffusion import explicit_smoothing, meshlab_taubin_smooth, taubin_fairing
 from ..filters.mesh import Whole
-from ..scripts.problems import Problem, ScriptError
+from ..scripts.problems import ScriptError
 from ..scripts.script import Script, Step
 from .division import Floats
 from .surface import TileMesh
@@ -249,6 +249,4 @@ def _why_not(name: str, values: Mapping[str, Any]) -> str | None:
 
 
 def _refusal(script: Script, step: Step, why: str) -> ScriptError:
-    name = "script" if script.path is None else str(script.path)
-    message = f"cannot be done by tiles: it {why}. What can: {_CAN}"
-    return ScriptError([Problem(file=name, line=step.line, filter=step.filter.name, message=message)])
+    return ScriptError([script.problem(step, f"cannot be done by tiles: it {why}. What can: {_CAN}")])

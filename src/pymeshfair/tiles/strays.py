@@ -86,7 +86,7 @@ class StrayTiles(PointTiles):
         return outliers.thicknesses(np.concatenate([places, around]), rows.astype(np.int64), rows[count:].reshape(count, k))
 
     def median(self, size: int) -> float:
-        """The lower median of the spacings, of which so many are in memory at a time: by 16 of the 64 bits in each pass."""
+        """The lower median of the spacings, `size` of which are read at a time; each pass finds 16 of its 64 bits."""
         rank, prefix = (self.cells.count - 1) // 2, 0
         for shift in (48, 32, 16, 0):
             counts = np.zeros(1 << 16, np.int64)

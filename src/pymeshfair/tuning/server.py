@@ -7,7 +7,6 @@ import contextlib
 import hmac
 import ipaddress
 import os
-import secrets
 import signal
 import socket
 import sys
@@ -28,7 +27,7 @@ from ..report.page import render
 from .conversation import Conversation, Subject
 from .workshop import Workshop
 
-#: with every answer: nothing is kept or told to other sites; a notebook, which knows the token, may frame the page
+#: of every answer: browsers keep nothing and tell other sites nothing; a notebook, which has the token, may frame the page
 _HEADERS = [
     (b"cache-control", b"no-store"),
     (b"referrer-policy", b"no-referrer"),
@@ -36,11 +35,6 @@ _HEADERS = [
     (b"cross-origin-resource-policy", b"same-origin"),
     (b"cross-origin-opener-policy", b"same-origin"),
 ]
-
-
-def new_token() -> str:
-    """A random token of 256 bits."""
-    return secrets.token_urlsafe(32)
 
 
 def redirecting_file(address: str, folder: Path) -> Path:

@@ -59,7 +59,7 @@ class Worker:
             (self._run / STOP).touch()
 
     async def end(self) -> None:
-        """Kill it, with whatever it has started."""
+        """Kill it and the processes that it has started."""
         self._process.kill()
         with contextlib.suppress(PymeshfairError):
             await self._opening
