@@ -181,7 +181,7 @@ def test_a_full_disk_is_named(recipe: Path, tmp_path: Path, is_filled_later: boo
             done = run_process("run", recipe, scan, "-o", folder / "out.ply", "--tiles", *LITTLE)
             err = done.stderr
             assert done.returncode == 1
-            assert "the work needs 0.000879 GB on the disk of" in err
+            assert "the work needs 0.000879 GB, and the disk of" in err
             assert list(folder.iterdir()) == []
     finally:
         subprocess.run(["umount", folder], check=True)

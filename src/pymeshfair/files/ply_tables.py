@@ -88,6 +88,14 @@ def row_type(element: PlyElement, order: str, widths: Mapping[str, int]) -> np.d
 # ------------------------------------------------------------------------------------------------------------------- binary
 
 
+def row_type_at(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> np.dtype[Any]:
+    """The type of all rows of an element, if their lists are as long as those of the first, which begins at that byte."""
+    if not any(p.count_type for p in element.properties):
+        return row_type(element, order, {})
+    lengths = _walked(data, position, element, order, min(element.count, 1))[1]
+    return row_type(element, order, {p.name: int(n) for p, n in zip(element.properties, lengths.sum(axis=0), strict=True)})
+
+
 def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table]:
     """The tables of a binary file by element."""
     tables: dict[str, Table] = {}
@@ -103,18 +111,13 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
 
 def _binary_table(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> Table:
     n, properties = element.count, element.properties
-    lists = [k for k, p in enumerate(properties) if p.count_type]
-    widths = {properties[k].name: 0 for k in lists}
+    kind = row_type_at(data, position, element, order)
     if not n or not properties:
-        return Table(element, _columns(np.empty(0, row_type(element, order, widths)), element), (position, position))
-    if lists:  # all rows may be like the first
-        _, lengths, _ = _walked(data, position, element, order, 1)
-        widths = {properties[k].name: int(lengths[0, k]) for k in lists}
-    kind = row_type(element, order, widths)
+        return Table(element, _columns(np.empty(0, kind), element), (position, position))
     end = position + n * kind.itemsize
     if end <= len(data):
         rows = np.frombuffer(data, kind, n, position)
-        if all((rows[f"{name} count"] == width).all() for name, width in widths.items()):
+        if all((rows[f"{p.name} count"] == kind[p.name].shape[0]).all() for p in properties if p.count_type):
             return Table(element, _columns(rows, element), (position, end))
     places, lengths, end = _walked(data, position, element, order, n)
     columns: dict[str, Column] = {}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import platform
 import time
 import traceback
 from collections.abc import Callable
@@ -46,21 +48,22 @@ class Answer:
     #: the exception that it raised: one of pymeshfair's, MemoryError, ImportError, OSError, or `DefectError`; or None
     error: Exception | None = None
     details: str = ""  # the traceback of the error
-    process: str = ""  # the id of the process
+    process: str = ""  # the machine and the id of the process
     peak_memory: int | None = None  # the peak of its memory during the task in bytes, or None if the system does not measure it
     seconds: float = 0.0  # processor time
     is_used_up: bool = False  # whether the process must not do another task, see `pymeshfair.processes.worker.use_up`
 
 
-def answer(task: Callable[[], Any], process: str) -> Answer:
-    """Run a task in this process, and measure it."""
+def answer(task: Callable[..., Any], *arguments: Any) -> Answer:
+    """Do a task in this process, and measure it."""
     this_system().forget_peak_memory()
     started = time.process_time()
     result, error, details = None, None, ""
     try:
-        result = task()
+        result = task(*arguments)
     except Exception as raised:
         error, details = _sendable(raised), traceback.format_exc()
+    process = f"{platform.node()} {os.getpid()}"
     return Answer(result, error, details, process, this_system().peak_memory(), time.process_time() - started)
 
 

@@ -55,11 +55,10 @@ def serve(modules: Sequence[str]) -> None:
     inbox: SimpleQueue[Order] = SimpleQueue()
     threading.Thread(target=_receive, args=(orders, inbox), daemon=True).start()
     _prepare(modules, inbox)
-    process = str(os.getpid())
     while True:
         order = inbox.get()
         this_system().limit_memory(order.memory_limit)
-        done = answer(lambda order=order: _call(order), process)  # type: ignore[misc]
+        done = answer(_call, order)
         with suppress(OSError):
             os.write(2, END_OF_TALK)
             pickle.dump(("answer", replace(done, is_used_up=_Channel.is_used_up)), reports)

@@ -203,6 +203,9 @@ class MeshFile(PlySlices):
         table = self.tables.get("face")
         if table is None or not table.element.count or not any(p.name in CORNERS for p in table.element.properties):
             raise ContentsError("it has no faces; by tiles, vertices are moved on meshes of triangles")
+        corners = next(table.dtype[p.name].shape[0] for p in table.element.properties if p.name in CORNERS)
+        if corners != 3:
+            raise ContentsError(f"its first face has {corners} corners; by tiles, all faces must be triangles")
         others = [e for e in self.header.elements if e.name not in ("vertex", "face") and e.count]
         if others:
             raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; by tiles a mesh has vertices and faces alone")

@@ -15,9 +15,9 @@ from ..files.e57 import doubts_of, e57_pieces, e57_survey
 from ..files.errors import ContentsError
 from ..files.formats import extension
 from ..files.las import NORMAL, chunks, header_of, las_unit, opened, write_las_pieces
-from ..files.ply import CORNERS, PLACE, SCALAR
-from ..files.ply_header import KINDS, PlyElement, PlyHeader, PlyProperty, header_bytes, read_header
-from ..files.ply_tables import row_type
+from ..files.ply import PLACE, SCALAR
+from ..files.ply_header import PlyElement, PlyHeader, PlyProperty, header_bytes, read_header
+from ..files.ply_tables import row_type, row_type_at
 from ..files.ply_write import write_ply
 from ..files.writing import to_disk
 
@@ -75,29 +75,13 @@ class PlySlices:
     @cached_property
     def tables(self) -> dict[str, SlicedTable]:
         """Its elements by name, in the order of the file."""
-        tables, offset = {}, self.header.size
+        tables, offset, data = {}, self.header.size, np.asarray(np.memmap(self.path, np.uint8, "r"))
         for element in self.header.elements:
-            table = SlicedTable(self.path, element, self._row_type(element, offset), offset)
+            table = SlicedTable(self.path, element, row_type_at(data, offset, element, self.header.byte_order), offset)
             tables[element.name], offset = table, table.end
-        if self.path.stat().st_size < offset:
-            raise ContentsError(f"it has {self.path.stat().st_size:,} bytes, of the {offset:,} that its header declares")
+        if len(data) < offset:
+            raise ContentsError(f"it has {len(data):,} bytes, of the {offset:,} that its header declares")
         return tables
-
-    def _row_type(self, element: PlyElement, offset: int) -> np.dtype[Any]:
-        """The type of an element's row; its lists are as long as in the first row, which begins at byte `offset`."""
-        order, widths = self.header.byte_order, dict[str, int]()
-        for k, p in enumerate(element.properties):
-            if p.count_type is not None:
-                before = row_type(PlyElement(element.name, 1, element.properties[:k]), order, widths)
-                place = offset + before.itemsize
-                lengths = np.fromfile(self.path, order + KINDS[p.count_type], min(element.count, 1), offset=place)
-                if element.count and not len(lengths):
-                    raise ContentsError(f"it ends before byte {place:,}, where its header has the first {element.name!r}")
-                length = int(lengths[0]) if element.count else 3
-                if element.name == "face" and p.name in CORNERS and length != 3:
-                    raise ContentsError(f"its first face has {length} corners; by tiles, all faces must be triangles")
-                widths[p.name] = length
-        return row_type(element, order, widths)
 
     @cached_property
     def vertices(self) -> SlicedTable:

@@ -10,7 +10,6 @@ import hashlib
 import math
 import os
 import pickle
-import socket
 import stat
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -267,7 +266,7 @@ def open_tasks(
         with conditions(job.output.parent, [job.input]) as wanted:
             check_workers(client, wanted)
         executor = client.get_executor(pure=False, retries=0)
-        submit = partial(executor.submit, _do)
+        submit = partial(executor.submit, answer)
 
         def check_scheduler() -> None:
             check()
@@ -275,8 +274,3 @@ def open_tasks(
                 raise LostSchedulerError
 
         yield Tasks(submit, items, timeout=timeout, check=check_scheduler)
-
-
-def _do(task: Callable[..., Any], *arguments: Any) -> Answer:
-    """A task on a worker of a scheduler."""
-    return answer(partial(task, *arguments), f"{socket.gethostname()} {os.getpid()}")
