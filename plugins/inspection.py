@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -20,6 +21,13 @@ Colored = Annotated[
 ]
 
 _LOOKS_AT_VERTICES = MeshElement.VERTQUALITY | MeshElement.VERTCOLOR
+#: declares a filter that makes the vertex scalar, and shows it in colours
+vertex_look = partial(
+    mesh_filter,
+    classes=FilterClass.QUALITY | FilterClass.VERTEX_COLORING,
+    requires=MeshElement.FACENUMBER,
+    changes=_LOOKS_AT_VERTICES,
+)
 
 
 @mesh_filter(name="Surface Measures", classes=FilterClass.MEASURE)
@@ -35,13 +43,7 @@ def get_surface_measures(layer: Layer) -> Edit:
     return Edit(values=asdict(inspection.surface_measures(layer.vertices, layer.faces, edges=layer.edges)))
 
 
-@mesh_filter(
-    name="Mean Curvature by Laplacian",
-    classes=FilterClass.QUALITY | FilterClass.VERTEX_COLORING,
-    requires=MeshElement.FACENUMBER,
-    changes=_LOOKS_AT_VERTICES,
-    references=("meyer2003",),
-)
+@vertex_look(name="Mean Curvature by Laplacian", references=("meyer2003",))
 def compute_scalar_by_mean_curvature_per_vertex(
     layer: Layer,
     *,
@@ -62,13 +64,7 @@ def compute_scalar_by_mean_curvature_per_vertex(
     return _seen(layer, values, inspection.symmetric_limits, inspection.diverging_colors, color)
 
 
-@mesh_filter(
-    name="Gaussian Curvature by Angle Deficit",
-    classes=FilterClass.QUALITY | FilterClass.VERTEX_COLORING,
-    requires=MeshElement.FACENUMBER,
-    changes=_LOOKS_AT_VERTICES,
-    references=("meyer2003",),
-)
+@vertex_look(name="Gaussian Curvature by Angle Deficit", references=("meyer2003",))
 def compute_scalar_by_gaussian_curvature_per_vertex(
     layer: Layer,
     *,
@@ -112,12 +108,7 @@ def compute_scalar_by_triangle_shape_per_face(layer: Layer, *, color: Colored = 
     )
 
 
-@mesh_filter(
-    name="Reflection Lines",
-    classes=FilterClass.QUALITY | FilterClass.VERTEX_COLORING,
-    requires=MeshElement.FACENUMBER,
-    changes=_LOOKS_AT_VERTICES,
-)
+@vertex_look(name="Reflection Lines")
 def compute_color_by_reflection_lines_per_vertex(
     layer: Layer,
     *,

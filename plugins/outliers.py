@@ -1,5 +1,6 @@
 """Selecting points that do not belong to the surface."""
 
+from functools import partial
 from typing import Annotated
 
 import numpy as np
@@ -12,6 +13,12 @@ from pymeshfair.filters.inspection import Surface
 from pymeshfair.filters.mesh import Bools, Floats, Ints
 from pymeshfair.filters.outliers import cloud_spacings, gaps, local_outlier_probability, stray_points, surplus_points
 
+#: declares a filter that selects points of a cloud
+point_selection = partial(
+    mesh_filter,
+    classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET,
+    changes=MeshElement.VERTFLAGSELECT,
+)
 #: so many points at least, where there are more, say what a reconstruction does not reach
 _SOME = 10_000
 
@@ -28,9 +35,8 @@ def _selection(selected: Bools, notes: tuple[str, ...], scalars: Floats | None =
     return Edit(vertex_selection=selected, vertex_scalars=scalars, values=values, notes=notes)
 
 
-@mesh_filter(
+@point_selection(
     name="Select Outliers by Probability (LoOP)",
-    classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET,
     changes=MeshElement.VERTQUALITY | MeshElement.VERTFLAGSELECT,
     references=("kriegel2009",),
 )
@@ -65,11 +71,7 @@ def compute_selection_by_outlier_probability_per_vertex(
     return _selection(selected, notes, probabilities, largest_probability=largest, mean_probability=mean)
 
 
-@mesh_filter(
-    name="Select Stray Points",
-    classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET,
-    changes=MeshElement.VERTFLAGSELECT,
-)
+@point_selection(name="Select Stray Points")
 def compute_selection_by_stray_points_per_vertex(
     layer: Layer,
     *,
@@ -104,11 +106,7 @@ def compute_selection_by_stray_points_per_vertex(
     return _selection(selected, _counted(selected, kind))
 
 
-@mesh_filter(
-    name="Select Surplus Points",
-    classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET,
-    changes=MeshElement.VERTFLAGSELECT,
-)
+@point_selection(name="Select Surplus Points")
 def compute_selection_by_grid_per_vertex(layer: Layer, *, side: Annotated[float, Percentage(default="1%")]) -> Edit:
     """Selects all points but the first in each cell of a grid: without them a cloud is thinner, and as dense in all places.
 
@@ -124,10 +122,9 @@ def compute_selection_by_grid_per_vertex(layer: Layer, *, side: Annotated[float,
     return _selection(selected, _counted(selected, f"not the first in their cell of {side:g}"))
 
 
-@mesh_filter(
+@point_selection(
     name="Select Vertices Far from a Cloud",
     classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.REMESHING,
-    changes=MeshElement.VERTFLAGSELECT,
     arity=Arity.FIXED,
 )
 def compute_selection_by_distance_from_cloud_per_vertex(

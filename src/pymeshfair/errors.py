@@ -9,23 +9,9 @@ import importlib.util
 from dataclasses import dataclass
 from pathlib import Path
 
-from .filters.checks import ConvergenceError, FilterInputError, PymeshfairError
-
-__all__ = [
-    "ConvergenceError",
-    "DeclarationError",
-    "FilterInputError",
-    "MeshError",
-    "MissingExtraError",
-    "ParameterError",
-    "Place",
-    "PymeshfairError",
-    "RunError",
-    "StepFailedError",
-    "UnknownNameError",
-    "missing_package",
-    "require_extra",
-]
+from .filters.checks import ConvergenceError as ConvergenceError
+from .filters.checks import FilterInputError as FilterInputError
+from .filters.checks import PymeshfairError as PymeshfairError
 
 
 class UnknownNameError(PymeshfairError, LookupError):

@@ -19,7 +19,7 @@ from .scripts.fits import Condition, parse_fits
 from .scripts.overrides import override
 from .scripts.problems import Change
 from .scripts.read import parse_document, parse_script, read_bytes
-from .scripts.script import Script, Setting, paragraphs
+from .scripts.script import KEYWORDS, Script, Setting, paragraphs
 from .scripts.upgrade import upgrade_script
 from .scripts.write import format_script
 
@@ -184,5 +184,5 @@ def head_info(comment: str) -> RecipeInfo:
     """The words of a head comment, taken apart."""
     title, _, rest = comment.partition("\n")
     named, more = paragraphs(rest)
-    words = {"For": "purpose"} | {word: word.lower() for word in ("Does", "Tune", "Task", "Fits", "Judged", "Superseded")}
-    return RecipeInfo(title.strip(), more=more, **{field: named.get(word, "") for word, field in words.items()})
+    words = {"purpose" if word == "For" else word.lower(): named.get(word, "") for word in KEYWORDS}
+    return RecipeInfo(title.strip(), more=more, **words)

@@ -33,18 +33,10 @@ WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
     "smooth": ("sharpness", 0, SHARP, "most of the bending is not at sharp edges", "most of the bending is at sharp edges"),
     "texture": ("texture", 1, 1, "there is a texture", "there is no texture"),
 }
-#: quantity: the trait, and the unit that follows the number, if any
-QUANTITIES: Mapping[str, tuple[str, str]] = {
-    "noise": ("noise", "edges"),
-    "longest edge": ("longest edge", "edges"),
-    "vertices": ("vertices", ""),
-    "faces": ("faces", ""),
-    "pieces": ("pieces", ""),
-    "border edges": ("border edges", ""),
-    "triangle quality": ("triangle quality", ""),
-}
 #: quantities of which there are so many, and those that a sentence names with an article
 COUNTS, ARTICLE = ("vertices", "faces", "pieces", "border edges"), ("longest edge",)
+#: quantity, which is a trait: the unit that follows the number, if any
+QUANTITIES: Mapping[str, str] = {"noise": "edges", "longest edge": "edges", **dict.fromkeys(COUNTS, ""), "triangle quality": ""}
 #: the end of the sentence about a trait that could not be measured
 UNKNOWN = "is not known"
 _NUMBER = r"[0-9][0-9,]*(?:\.[0-9]+)?|\.[0-9]+"
@@ -76,7 +68,7 @@ class Condition:
         word = WORDS.get(self.text.removeprefix("no "))
         if word is not None:
             return word[3] if word[1] <= value <= word[2] else word[4]
-        unit = next((unit for trait, unit in QUANTITIES.values() if trait == self.trait), "")
+        unit = QUANTITIES.get(self.trait, "")
         if self.trait in COUNTS:
             return f"there are {value:,.0f} {self.trait}"
         return f"{'the ' if self.trait in ARTICLE else ''}{self.trait} is {value:.2g}{f' {unit}' if unit else ''}"
@@ -93,7 +85,7 @@ def _condition(text: str) -> Condition:
     if plain in WORDS:
         trait, least, most, *_ = WORDS[plain]
         return Condition(text, trait, least, most, outside=plain != text)
-    for name, (trait, unit) in QUANTITIES.items():
+    for name, unit in QUANTITIES.items():
         match = _BOUNDS.fullmatch(text.removeprefix(name).strip()) if text.startswith(f"{name} ") else None
         if match is None:
             continue
@@ -103,7 +95,7 @@ def _condition(text: str) -> Condition:
         least, most = (float(bound.replace(",", "")) for bound in (low, high))
         if least > most:
             raise ParameterError(f"Fits: {text!r}: nothing lies between these bounds")
-        return Condition(text, trait, least, most)
+        return Condition(text, name, least, most)
     names = [*WORDS, *QUANTITIES]
     near = nearest(re.split(r"\s+(?:from|up|[0-9.])", plain)[0], names)
     hint = f"did you mean {near!r}?" if near else f"there are {', '.join(names)}"

@@ -44,9 +44,9 @@ def is_name(text: str) -> bool:
 
 def read_setting(attributes: Mapping[str, str], line: int) -> tuple[Setting | None, str | None, str | None]:
     """The setting that the attributes of a ``<setting>`` say, or what is wrong with them and what to write instead."""
-    for missing in (name for name in SETTING_ATTRIBUTES[:2] if name not in attributes):
+    if missing := next((name for name in SETTING_ATTRIBUTES[:2] if name not in attributes), None):
         return None, f"<setting> has no {missing}; it takes {', '.join(SETTING_ATTRIBUTES)}", None
-    for unknown in (name for name in attributes if name not in SETTING_ATTRIBUTES):
+    if (unknown := next((name for name in attributes if name not in SETTING_ATTRIBUTES), None)) is not None:
         message = f"<setting> has no attribute {shortened(unknown)!r}; it takes {', '.join(SETTING_ATTRIBUTES)}"
         return None, message, nearest(unknown, SETTING_ATTRIBUTES)
     if not is_name(attributes["name"]):

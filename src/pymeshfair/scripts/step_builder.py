@@ -26,13 +26,10 @@ _NUMBERS = frozenset({"RichFloat", "RichDynamicFloat", "RichAbsPerc"})
 _POINTS = frozenset({"RichPosition", "RichDirection"})
 #: the types that MeshLab reads into the same kind of value, by the parameter's own type
 _ACCEPTED: Mapping[str, frozenset[str]] = {
-    "RichFloat": _NUMBERS,
-    "RichDynamicFloat": _NUMBERS,
-    "RichAbsPerc": _NUMBERS,
+    **dict.fromkeys(_NUMBERS, _NUMBERS),
+    **dict.fromkeys(_POINTS, _POINTS),
     "RichEnum": frozenset({"RichEnum", "RichInt"}),
     "RichMesh": frozenset({"RichMesh", "RichInt"}),
-    "RichPosition": _POINTS,
-    "RichDirection": _POINTS,
     "RichOpenFile": frozenset({"RichOpenFile", "RichString"}),
     "RichSaveFile": frozenset({"RichSaveFile", "RichString"}),
 }

@@ -99,29 +99,27 @@ def _fact(
 
 def _typed(parameter: Parameter, attributes: Mapping[str, str], line: int) -> ParamElement:
     """The element with the type and attributes that MeshLab needs; unchanged if the value cannot be read as that type."""
-    typed = dict(attributes)
+    typed, is_readable = dict(attributes), True
     value = typed.get("value", "")
     if isinstance(parameter, Bool):
         typed["value"] = {"1": "true", "0": "false"}.get(value.strip(), value.strip().lower())
-        if typed["value"] not in ("true", "false"):
-            return ParamElement(attributes, line)
+        is_readable = typed["value"] in ("true", "false")
     elif isinstance(parameter, Point):
-        if any(parsed(typed.get(axis, "")) is None for axis in "xyz"):
-            return ParamElement(attributes, line)
+        is_readable = all(parsed(typed.get(axis, "")) is not None for axis in "xyz")
     elif isinstance(parameter, Float | Percentage):
         number = parsed(value)
-        if number is None:
-            return ParamElement(attributes, line)
-        if typed.get("type") != "RichFloat" or parameter.xml_type == "RichAbsPerc":
-            for bound, limit in (("min", min(0.0, number)), ("max", number)):
-                typed[bound] = typed.get(bound, repr(limit))
+        is_readable = number is not None
+        if number is not None and (typed.get("type") != "RichFloat" or parameter.xml_type == "RichAbsPerc"):
+            typed.setdefault("min", repr(min(0.0, number)))
+            typed.setdefault("max", repr(number))
     elif isinstance(parameter, Enum) or parameter.xml_type in ("RichInt", "RichMesh"):
-        if WHOLE.fullmatch(value) is None:
-            return ParamElement(attributes, line)
+        is_readable = WHOLE.fullmatch(value) is not None
         if isinstance(parameter, Enum):
-            typed["enum_cardinality"] = typed.get("enum_cardinality", str(len(parameter.choices)))
+            typed.setdefault("enum_cardinality", str(len(parameter.choices)))
     elif isinstance(parameter, FileOpen):
-        typed["exts_cardinality"] = typed.get("exts_cardinality", "0")
+        typed.setdefault("exts_cardinality", "0")
+    if not is_readable:
+        return ParamElement(attributes, line)
     if list(type_complaints(parameter, typed)):
         typed["type"] = parameter.xml_type
     return ParamElement(typed, line)
