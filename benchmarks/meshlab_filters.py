@@ -59,7 +59,7 @@ def in_a_run(path: Path, known: Filter, folder: Path) -> dict[str, Any]:
     """What the same filter makes of it in a run."""
     document = Document(folder)
     document.add(read_file(path).mesh)
-    told = document.apply(Step(known, {}, 0))
+    told = document.apply(Step(known, {}, 0))[1]
     mesh = document.current
     found = {"vertices": mesh.vertices, "faces": mesh.faces, "edges": mesh.edges}
     found |= {"vertex selection": mesh.vertex_selection, "face selection": mesh.face_selection}

@@ -79,23 +79,19 @@ class Door:
         self._meshset = meshset
         self._ids = {0: BASE.current_mesh_id(meshset)}
 
-    def parameters(self, step: Step) -> dict[str, Any]:
-        """All values that a step would run with, by name, lengths in mesh units."""
+    def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Apply a step of one of MeshLab's filters; all values that it ran with, lengths in mesh units; what it reports."""
         assert self._filters is not None
-        effective = self._filters.on_mesh(step.filter, self._values(step))
-        ours = {inside: number for number, inside in self._ids.items()}
-        return _with_ids(step.filter, effective, ours)
-
-    def apply(self, step: Step) -> dict[str, Any]:
-        """Apply a step of one of MeshLab's filters; what it reports."""
-        assert self._filters is not None
+        values = {**constant_defaults(step.filter), **_with_ids(step.filter, step.values, self._ids)}
+        effective = self._filters.on_mesh(step.filter, values)
+        parameters = _with_ids(step.filter, effective, {inside: number for number, inside in self._ids.items()})
         for name in {word for value in step.values.values() if isinstance(value, str) for word in _WORD.findall(value)}:
             self._bring_custom(name)
         self._painted |= FilterClass.TEXTURE in step.filter.classes
         self._with_normals |= FilterClass.NORMAL in step.filter.classes
         if step.filter.python_name in LEAVES_STATE:
             use_up()
-        return self._filters.apply(step.filter, self._values(step))[0]
+        return parameters, self._filters.apply(step.filter, values)[0]
 
     def layers(self, next_id: int) -> tuple[list[int], int | None, dict[int, bool]]:
         """The ids of the layers inside, new ones counted from `next_id`; the current one; which of them are visible."""
@@ -161,9 +157,6 @@ class Door:
                 continue
             brought = np.where(ids >= 0, values[np.maximum(ids, 0)], 0.0)
             getattr(inside, f"add_{element}_custom_scalar_attribute")(brought, name)
-
-    def _values(self, step: Step) -> dict[str, Any]:
-        return {**constant_defaults(step.filter), **_with_ids(step.filter, step.values, self._ids)}
 
     def _apply(self, filter_name: str, **values: Any) -> None:
         BASE.apply_filter(self._meshset, filter_name, **values)

@@ -8,7 +8,7 @@ import importlib
 import importlib.metadata
 import logging
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from keyword import iskeyword
 
@@ -163,13 +163,10 @@ def _warn_once(text: str) -> None:
     _LOG.warning("%s", text)
 
 
-def _nearest(name: str, names: Iterable[str]) -> str | None:
-    """The nearest name of the same kind, Python name or GUI name; without one, the nearest of the other kind."""
-    kinds: dict[bool, list[str]] = {True: [], False: []}
-    for each in names:
-        kinds[_looks_like_python(each)].append(each)
-    kind = _looks_like_python(name)
-    return nearest(name, kinds[kind]) or nearest(name, kinds[not kind])
+def _nearest(name: str, names: Collection[str]) -> str | None:
+    """The nearest name of the same kind, Python name or GUI name; without one, the nearest of all."""
+    alike = [each for each in names if _looks_like_python(each) == _looks_like_python(name)]
+    return nearest(name, alike) or nearest(name, names)
 
 
 def _looks_like_python(name: str) -> bool:

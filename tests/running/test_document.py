@@ -67,7 +67,7 @@ def test_our_filters_do_what_they_do_in_a_mesh_set(tmp_path: Path, declared: Fil
     scene = scene_for(declared)
     document = Document(tmp_path)
     document.add(mesh_of(scene, select=True))
-    told = document.apply(Step(declared, {}, 0))
+    told = document.apply(Step(declared, {}, 0))[1]
     expected = apply(declared, scene, {})
     assert set(told) == set(expected.values)
     found = arrays(document.current)
@@ -222,7 +222,7 @@ def test_polygons_come_back_whole(tmp_path: Path) -> None:
     mesh = MeshData(vertices=points, faces=faces, face_attributes={"polygon": np.array([0, 0, 1, 1], np.int32)})
     document = Document(tmp_path)
     document.add(mesh)
-    measures = document.apply(step("get_geometric_measures"))
+    measures = document.apply(step("get_geometric_measures"))[1]
     assert measures["total_edge_length"] == 7.0
     document.apply(step("apply_coord_laplacian_smoothing"))
     assert document.current.face_attributes["polygon"].tolist() == [0, 0, 1, 1]

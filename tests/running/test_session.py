@@ -431,7 +431,7 @@ def test_a_later_step_is_changed_without_the_earlier_ones(tmp_path: Path, monkey
     applied: list[str] = []
     apply = Document.apply
 
-    def counted(document: Document, step: Any) -> dict[str, Any]:
+    def counted(document: Document, step: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         applied.append(step.filter.python_name)
         return apply(document, step)
 

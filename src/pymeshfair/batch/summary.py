@@ -66,13 +66,8 @@ QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
 
 def outliers(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
     """Of each outcome, in which of `QUESTIONS` it lies far from the others."""
-    far: list[list[str]] = [[] for _ in outcomes]
-    for words, measure in QUESTIONS.items():
-        numbers = [measure(outcome) for outcome in outcomes]
-        for mine, z in zip(far, robust_z(numbers), strict=True):
-            if z is not None and abs(z) > FAR:
-                mine.append(words)
-    return [tuple(mine) for mine in far]
+    scores = {words: robust_z([measure(outcome) for outcome in outcomes]) for words, measure in QUESTIONS.items()}
+    return [tuple(words for words, z in scores.items() if abs(z[k] or 0.0) > FAR) for k in range(len(outcomes))]
 
 
 def robust_z(numbers: Sequence[float | None]) -> list[float | None]:

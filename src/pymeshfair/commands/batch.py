@@ -72,8 +72,7 @@ def batch(
     template = chosen.job(recipe, Path(), Path(), overwrite=overwrite)  # input and output are set for each scan
     folder, settings = output.absolute(), [setting.name for setting in template.recipe.script.settings]
     selected, outputs = without_outputs(expand(inputs, settings), folder)
-    for path in outputs[:_NAMED]:
-        warn(f"left out: {path}, which is the output of a run")
+    warn(*(f"left out: {path}, which is the output of a run" for path in outputs[:_NAMED]))
     if len(outputs) > _NAMED:
         warn(f"left out: {len(outputs) - _NAMED:,} further outputs of runs")
     scans = plan_scans(selected, template.recipe, folder, name)

@@ -17,7 +17,7 @@ from ..batch.plan import Scan
 from ..batch.summary import Summary, area_change, displacement_in_edges, largest_in_edges
 from ..batch.work import Prospect, Task
 from .progress import progress_bar
-from .streams import Talk, complain, printable, say, talk
+from .streams import Talk, complain, counted, printable, say, talk
 from .tables import console, table
 
 
@@ -40,7 +40,7 @@ class BatchLines(ExitStack):
     def outcome(self, scan: Scan, outcome: Outcome) -> None:
         """A scan has ended."""
         self._ended += 1
-        self.note(f"[{self._ended:>{len(str(self._total))}}/{self._total}] {told(scan, outcome)}")
+        self.note(f"[{self._ended:>{len(str(self._total))}}/{self._total}] {outcome_line(scan, outcome)}")
 
     def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
         """A page was made."""
@@ -74,7 +74,7 @@ class BatchBar(BatchLines):
         if moved is not None and (self._worst is None or moved > self._worst[0]):
             self._worst = moved, scan.label
         if outcome.status != "done":
-            self.note(told(scan, outcome))
+            self.note(outcome_line(scan, outcome))
         rate = 60.0 * self._ended / max(1e-9, time.monotonic() - self._started)
         words = [f"{rate:.3g} a minute", f"{self._failed} failed"]
         if self._worst is not None:
@@ -86,7 +86,7 @@ class BatchBar(BatchLines):
         self._bar.update(self._task, description=escape(printable(f"page of {scan.label}")))
 
 
-def told(scan: Scan, outcome: Outcome) -> str:
+def outcome_line(scan: Scan, outcome: Outcome) -> str:
     """One line about a scan that has ended."""
     if outcome.error is not None:
         return f"{scan.label}: failed: {outcome.error['message']}" + (f"; {outcome.former}" if outcome.former else "")
@@ -96,13 +96,8 @@ def told(scan: Scan, outcome: Outcome) -> str:
     if moved is not None:
         words.append(f"moved by {moved:.2g} edges")
     if outcome.warnings:
-        words.append(counted_warnings(outcome))
+        words.append(counted(len(outcome.warnings), "warning"))
     return f"{scan.label}: {', '.join(words)}" + (f", written although {broken}" if broken else "")
-
-
-def counted_warnings(outcome: Outcome) -> str:
-    """The number of warnings of a scan, in words."""
-    return "1 warning" if len(outcome.warnings) == 1 else f"{len(outcome.warnings)} warnings"
 
 
 def batch_progress() -> BatchLines:
@@ -149,7 +144,7 @@ def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
     vertices = None if outcome.after is None else outcome.after["vertices"]
     remarks = [f"far from the others in {' and '.join(far)}"] if far else []
     remarks += [outcome.former] if outcome.former else []
-    remarks += [counted_warnings(outcome)] if outcome.warnings else []
+    remarks += [counted(len(outcome.warnings), "warning")] if outcome.warnings else []
     numbers = (displacement_in_edges(outcome), largest_in_edges(outcome), area_change(outcome))
     return [
         label,

@@ -7,7 +7,7 @@ import typer
 
 from .group import Failure
 from .options import Json
-from .streams import Talk, open_recipe, print_document, talk
+from .streams import Talk, counted, open_recipe, print_document, talk
 
 
 def check(
@@ -38,7 +38,7 @@ def check(
     bad = [verdict for verdict in checked if "problems" in verdict]
     document: dict[str, Any] = {"recipes": checked}
     if bad:
-        message = f"{len(bad)} of {len(checked)} {'recipe' if len(checked) == 1 else 'recipes'} not valid"
+        message = f"{len(bad)} of {counted(len(checked), 'recipe')} not valid"
         document["error"] = {"kind": "ScriptError", "message": message, "problems": [p for v in bad for p in v["problems"]]}
     if json:
         print_document(document)
@@ -59,5 +59,5 @@ def _verdict(name: str, diagonal: float | None) -> dict[str, Any]:
         return {"recipe": name, "ok": False, "problems": problems, "said": failure.message}
     steps = len(script.steps)
     warnings = script_warnings(script, diagonal=diagonal)
-    lines = [f"{name}: ok, {steps} {'step' if steps == 1 else 'steps'}", *(f"  warning: {text}" for text in warnings)]
+    lines = [f"{name}: ok, {counted(steps, 'step')}", *(f"  warning: {text}" for text in warnings)]
     return {"recipe": name, "ok": True, "steps": steps, "warnings": warnings, "said": "\n".join(lines)}

@@ -9,7 +9,7 @@ import typer
 
 from . import options
 from .report_file import Report, Up, check_report, compared_files, page_numbers
-from .streams import STANDARD, check_text, print_document, save_text, say, warn
+from .streams import STANDARD, check_text, print_document, print_lines, save_text, say, warn
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
@@ -88,8 +88,7 @@ def compare(
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
     if all(of_files) and of_files[0] != of_files[1]:
         warnings.append(f"BEFORE is in {of_files[0]} and AFTER in {of_files[1]}: coordinates are compared as the files have them")
-    for warning in warnings:
-        warn(warning)
+    warn(*warnings)
     first, second = (state_of(mesh) for mesh in meshes)
     allowed = options.tolerance_in_mesh_units(tolerance, unit, first.diagonal, first.mean_edge)
     ends = options.limits_in_mesh_units(limits, unit, first.diagonal, first.mean_edge)
@@ -173,9 +172,7 @@ def _show(comparison: Comparison, alignment: dict[str, Any] | None, unit: str | 
     if comparison.out_of_tolerance:
         console().print(table(area_headers(unit), area_rows(comparison, _AREAS), numbers=(2, 3, 4)))
         typer.echo("")
-    for line in comparison_lines(comparison, unit):
-        typer.echo(line)
-    typer.echo(verdict_text(comparison, unit))
+    print_lines((*comparison_lines(comparison, unit), verdict_text(comparison, unit)))
     if alignment is not None:
         spoken = f" {unit}" if unit else ""
         typer.echo(

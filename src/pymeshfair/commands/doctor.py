@@ -56,8 +56,7 @@ def _compile_all() -> None:
     with progress_bar(BarColumn(), TaskProgressColumn(), TimeRemainingColumn()) as bar:
         task = bar.add_task("compiling filters for this machine", total=1.0)
         failures = compile_ahead(listed_signatures(), progress=lambda share: bar.update(task, completed=share))
-    for failure in [*failures, *_compile_others()]:
-        warn(f"not compiled: {failure}")
+    warn(*(f"not compiled: {failure}" for failure in (*failures, *_compile_others())))
 
 
 def _compile_others() -> list[str]:

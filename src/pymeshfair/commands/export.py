@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from .options import Json, Overwrite, Recipe
-from .streams import STANDARD, check_text, open_recipe, print_document, save_text, say
+from .streams import STANDARD, check_text, counted, open_recipe, print_document, save_text, say
 
 
 def export(
@@ -42,6 +42,4 @@ def export(
     if json:
         print_document({"recipe": recipe, "output": output, "steps": len(script.steps), "replaced": replaced})
     else:
-        for text in replaced:
-            say(text, err=output == STANDARD)
-        say(f"{output}: {len(script.steps)} {'step' if len(script.steps) == 1 else 'steps'}", err=output == STANDARD)
+        say(*replaced, f"{output}: {counted(len(script.steps), 'step')}", err=output == STANDARD)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .options import AllowOutside, Json, Unchecked
-from .streams import print_document
+from .streams import counted, print_document, print_lines, warn
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -44,7 +44,7 @@ def info(
         if json:
             print_document({"filter": filter_document(filter)})
         else:
-            typer.echo("\n".join(filter_page(filter)))
+            print_lines(filter_page(filter))
 
 
 def _unknown_subject(subject: str, cause: str | None) -> Exception:
@@ -69,13 +69,12 @@ def _show_recipe(name: str, *, json: bool) -> None:
     if json:
         print_document({"recipe": recipe_document(recipe)})
     else:
-        typer.echo("\n".join(recipe_page(recipe)))
+        print_lines(recipe_page(recipe))
 
 
 def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) -> None:
     from ..running.read import inspect_mesh
     from ..running.suitability import documents, ranked
-    from .streams import warn
     from .tables import console, fitting_lines, measures_table, rim_lines
 
     measures = inspect_mesh(path, allow_outside=allow_outside, unchecked=unchecked)
@@ -85,15 +84,9 @@ def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) 
         return
     unit = measures["unit"]
     console().print(measures_table({path.name: measures}, unit))
-    for line in _mesh_lines(measures):
-        typer.echo(line)
-    for line in rim_lines(measures["rims"]):
-        typer.echo(line)
-    typer.echo("\nRecipes for it, the best fit first:")
-    for line in fitting_lines([s for s in recipes if s.fits]):
-        typer.echo(line)
-    for warning in measures["warnings"]:
-        warn(warning)
+    print_lines((*_mesh_lines(measures), *rim_lines(measures["rims"]), "\nRecipes for it, the best fit first:"))
+    print_lines(fitting_lines([s for s in recipes if s.fits]))
+    warn(*measures["warnings"])
 
 
 def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
@@ -113,7 +106,7 @@ def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
         yield f"Its noise is about {traits['noise']:.2g} mean edges."
     if measures["rims"]:
         holes = sum(not rim["outer"] for rim in measures["rims"])
-        yield f"It has {holes:,} {'hole' if holes == 1 else 'holes'} and {len(measures['rims']) - holes:,} outer borders:"
+        yield f"It has {counted(holes, 'hole')} and {len(measures['rims']) - holes:,} outer borders:"
 
 
 def _place(point: Iterable[float]) -> str:

@@ -10,7 +10,7 @@ import typer
 
 from .group import Command
 from .options import Json
-from .streams import print_document, say, warn
+from .streams import print_document, print_lines, say, warn
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -37,8 +37,7 @@ def filters(
     """List the filters, MeshLab's and those of the plugins."""
     from ..registry import all_filters, broken_plugins
 
-    for broken in broken_plugins():
-        warn(broken)
+    warn(*broken_plugins())
     text = " ".join(words or ())
     listed = [f for f in _of_origin(all_filters(), origin) if _contains(f"{f.python_name} {f.name} {f.summary}", text)]
     if json:
@@ -75,8 +74,7 @@ def recipes(json: Json = False) -> None:
         ]
         print_document({"recipes": rows})
         return
-    for line in _by_task(heads):
-        typer.echo(line)
+    print_lines(_by_task(heads))
     say("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
 
 

@@ -80,8 +80,7 @@ def picture(
     opened = [read_mesh(path, allow_outside=allow_outside, unchecked=unchecked) for path in meshes]
     from ..looking.picture import Appearance, draw_meshes
 
-    for warning in dict.fromkeys(w for mesh in opened for w in mesh.warnings):
-        warn(warning)
+    warn(*dict.fromkeys(w for mesh in opened for w in mesh.warnings))
     centre, extent = _region(zoom, opened[-1]) if zoom else (None, 0.0)
     sizes = opened[0].measured.diagonal, opened[0].measured.resolution()
     unit = unit_of_scan(unit, opened[0].mesh.unit)

@@ -11,7 +11,7 @@ import typer
 
 from . import options
 from .report_file import Report, Up, check_report
-from .streams import Talk, complain, print_document, printable, say, talk, warn
+from .streams import Talk, complain, counted, print_document, print_lines, printable, say, talk, warn
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -100,8 +100,7 @@ def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *
 
     with progress() as show:
         result = carry(show)
-    for warning in result.warnings:
-        warn(warning)
+    warn(*result.warnings)
     if report is not None:
         say(f"Report: {report}", err=True)
     if json:
@@ -125,10 +124,8 @@ def _show(result: RunResult) -> None:
 
     if result.before:
         console().print(measures_table({"before": result.before, "after": result.after}, result.unit))
-        for line in change_lines(result.change, result.unit):
-            typer.echo(line)
-        typer.echo()
-    typer.echo(f"{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")
+        print_lines((*change_lines(result.change, result.unit), ""))
+    typer.echo(f"{counted(len(result.steps), 'step')} in {result.seconds:.1f} s. Written:")
     for path in (result.output, *result.side_files, result.provenance, *result.maps):
         typer.echo(f"  {printable(_near(path))}")
 

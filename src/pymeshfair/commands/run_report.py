@@ -18,7 +18,7 @@ from ..running.errors import GuardBroken
 from ..running.read import read_mesh
 from ..running.supervise import run_job
 from .report_file import check_report, compared_files, page_numbers
-from .streams import say
+from .streams import counted, say
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
@@ -89,7 +89,7 @@ def _without_folders(text: str, job: Job) -> str:
 
 def _verdict(job: Job, result: RunResult, comparison: Comparison, *, kept: bool) -> Verdict:
     moved = verdict_of(comparison, result.change, result.unit)
-    steps = f"{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s."
+    steps = f"{counted(len(result.steps), 'step')} in {result.seconds:.1f} s."
     if result.breaches:
         lines = [f"{breach['guard']}: {breach['message']}." for breach in result.breaches]
         count = "a limit" if len(lines) == 1 else f"{len(lines)} limits"

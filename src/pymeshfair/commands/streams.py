@@ -13,7 +13,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -97,10 +97,15 @@ def talk(how_much: Talk | None = None) -> Talk:
     return _talk
 
 
-def say(text: object, *, err: bool = False) -> None:
-    """Print a remark, unless little is to be printed."""
-    if _talk > Talk.LITTLE:
+def say(*texts: object, err: bool = False) -> None:
+    """Print remarks, unless little is to be printed."""
+    for text in texts if _talk > Talk.LITTLE else ():
         typer.echo(printable(text), err=err)
+
+
+def counted(count: int, noun: str) -> str:
+    """A number of things, such as ``1 step`` or ``1,200 steps``."""
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 
 def printable(text: object) -> str:
@@ -113,9 +118,16 @@ def complain(text: object, *, color: bool | None = None) -> None:
     typer.echo(f"{typer.style('error:', fg='red')} {printable(text)}", err=True, color=color)
 
 
-def warn(text: object) -> None:
-    """Print a warning on stderr."""
-    typer.echo(f"{typer.style('warning:', fg='yellow')} {printable(text)}", err=True)
+def warn(*texts: object) -> None:
+    """Print warnings on stderr."""
+    for text in texts:
+        typer.echo(f"{typer.style('warning:', fg='yellow')} {printable(text)}", err=True)
+
+
+def print_lines(lines: Iterable[str], *, err: bool = False) -> None:
+    """Print lines that were asked for."""
+    for line in lines:
+        typer.echo(line, err=err)
 
 
 def print_document(document: Mapping[str, Any]) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .options import Json, Overwrite, Timeout
-from .streams import STANDARD, check_text, print_document, save_text, say
+from .streams import STANDARD, check_text, print_document, print_lines, save_text, say
 
 if TYPE_CHECKING:
     from ..mesh_data import MeshData
@@ -78,13 +78,10 @@ def suggest(
         ranking = documents(recipes)
         print_document({"scan": scan, "traits": traits, "recipes": ranking, "found": values, "recipe": text, "output": output})
         return
-    for line in fitting_lines(recipes):
-        typer.echo(line, err=output == STANDARD)
+    print_lines(fitting_lines(recipes), err=output == STANDARD)
     if values is None:
         return
-    typer.echo(_words(scan, values, traits["noise"]), err=True)
-    for line in (*_contest(values), *_families(values)):
-        typer.echo(line, err=True)
+    print_lines((_words(scan, values, traits["noise"]), *_contest(values), *_families(values)), err=True)
     if output is not None and output != STANDARD:
         say(f"{output}: written; `pymeshfair run {output} {scan} -o RESULT` applies it", err=True)
 

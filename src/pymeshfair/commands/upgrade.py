@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .options import Json, Overwrite
-from .streams import STANDARD, check_text, print_document, read_script_bytes, save_text, say
+from .streams import STANDARD, check_text, counted, print_document, read_script_bytes, save_text, say
 
 if TYPE_CHECKING:
     from ..scripts import Upgrade
@@ -52,11 +52,10 @@ def upgrade(
     if json:
         print_document(_document(script, output if written else None, upgraded))
     else:
-        for change in upgraded.changes:
-            say(str(change), err=output == STANDARD)
+        say(*upgraded.changes, err=output == STANDARD)
         if written:
-            count = len(upgraded.changes)
-            say(f"{output}: {count or 'no'} {'change' if count == 1 else 'changes'}", err=output == STANDARD)
+            changes = counted(len(upgraded.changes), "change") if upgraded.changes else "no changes"
+            say(f"{output}: {changes}", err=output == STANDARD)
         else:
             typer.echo(_refusal(upgraded), err=True)
     if not written:

@@ -104,17 +104,8 @@ class Document:
         """The mesh of the current layer; an empty one if there is none."""
         return MeshData(vertices=np.empty((0, 3))) if self.current_id is None else self.current
 
-    def parameters(self, step: Step) -> dict[str, Any]:
-        """All values that a step would run with, by name, lengths in mesh units."""
-        self._check(step)
-        if step.filter.is_builtin:
-            self._enter()
-            return self._door.parameters(step)
-        layer = _View(self, self._mesh_or_none)
-        return resolved(step.filter, {**step.filter.defaults, **step.values}, layer)
-
-    def apply(self, step: Step) -> dict[str, Any]:
-        """Apply a step of a script; what its filter reports."""
+    def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Apply a step of a script; all values that it ran with, by name, lengths in mesh units; what its filter reports."""
         self._check(step)
         return self._apply_builtin(step) if step.filter.is_builtin else self._apply_plugin(step)
 
@@ -131,12 +122,12 @@ class Document:
             there = ", ".join(map(str, self._meshes)) or "none"
             raise MeshError(f"{before}there is no layer {number} (there are {there})")
 
-    def _apply_plugin(self, step: Step) -> dict[str, Any]:
+    def _apply_plugin(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         mesh = self._mesh_or_none
         layer = _View(self, mesh)
         check_needs(step.filter, layer)
-        values = {**step.filter.defaults, **step.values}
-        edit = call(step.filter, resolved(step.filter, values, layer), layer, self._on_progress)
+        parameters = resolved(step.filter, {**step.filter.defaults, **step.values}, layer)
+        edit = call(step.filter, parameters, layer, self._on_progress)
         if self.current_id is not None:
             changed = apply_edit(mesh, edit)
             if changed is not mesh:
@@ -147,7 +138,7 @@ class Document:
         self.current_id = added[0] if added else before
         for note in edit.notes:
             self._on_note(note)
-        return dict(edit.values)
+        return parameters, dict(edit.values)
 
     # ------------------------------------------------------------------------------------------------------------ MeshLab
 
@@ -166,15 +157,14 @@ class Document:
         self.losses += self._door.enter(meshes, self._visible, self.current_id)
         self._is_inside = True
 
-    def _apply_builtin(self, step: Step) -> dict[str, Any]:
+    def _apply_builtin(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         self._enter()
         try:
-            values = self._door.apply(step)
+            return self._door.apply(step)
         finally:
             ids, self.current_id, self._visible = self._door.layers(self._next_id)
             self._meshes = dict.fromkeys(ids)
             self._next_id = max([self._next_id, *(number + 1 for number in ids)])
-        return values
 
 
 class _View:

@@ -105,8 +105,7 @@ class Session:
         read, source = self._load(self._job.input)
         self._unit = self._job.unit_of(read.unit)
         self._job.lengths_in(self._unit)  # refused before anything is done
-        for doubt in self._job.doubts_of_unit(read.unit):
-            self._warn(doubt)
+        self._warn(*self._job.doubts_of_unit(read.unit))
         others = [self._load(path) for path in self._job.others]
         outcome = self.carry_out(read, [mesh for mesh, _ in others])
         source["others"] = [described for _, described in others]
@@ -123,8 +122,7 @@ class Session:
         self._document.current_id = input_id
         earlier = earlier or Earlier(states=0)
         before, traits, unsuited = earlier.measured(self._job.recipe.info, lambda: self._measured(read))
-        for text in lengths_out_of_proportion(Script(self._steps), diagonal=before.diagonal):
-            self._warn(text)
+        self._warn(*lengths_out_of_proportion(Script(self._steps), diagonal=before.diagonal))
         if taken := self._job.recipe.info.superseded:
             self._warn(f"{self._job.recipe.name} is superseded: {taken}")
         if unsuited:
@@ -154,8 +152,7 @@ class Session:
         reading = read_file(
             path, allow_outside=self._job.allow_outside, unchecked=self._unchecked if self._job.unchecked else None
         )
-        for doubt in reading.doubts:
-            self._warn(f"{path.name}: {doubt}")
+        self._warn(*(f"{path.name}: {doubt}" for doubt in reading.doubts))
         described = described_file(path) | {"side_files": [described_file(side) for side in reading.side_files]}
         described |= {"unit": reading.mesh.unit} if reading.mesh.unit else {}
         return reading.mesh, described
@@ -191,8 +188,7 @@ class Session:
         os.write(2, mark(number))
         started = time.perf_counter()
         try:
-            parameters = self._document.parameters(step)
-            values = self._document.apply(step)
+            parameters, values = self._document.apply(step)
             if not self._document.ids:
                 raise self._failed("it left no mesh")
         except (StepFailedError, MemoryError, MeshLabLoadError):
@@ -240,8 +236,7 @@ class Session:
         if before.measures is not None and after.measures is not None:
             change = shape_change(origins, (before.measures, after.measures))
             other_recipe = cache(lambda: instead(self._job.recipe, before))  # measures the scan
-            for text in warnings_of(change, self._steps, other_recipe):
-                self._warn(text)
+            self._warn(*warnings_of(change, self._steps, other_recipe))
             # Who sets how much a recipe smooths has asked for what goes.
             tasks = ("denoise", "clean") if self._job.overrides else ("denoise", "clean", "smooth")
             if self._job.recipe.info.task in tasks and (change.relief_lost or 0.0) > ERASED:
@@ -336,12 +331,12 @@ class Session:
         """Warn of what is not kept, or refuse that."""
         if texts and self._job.keep_all:
             raise OutputError(self._job.output, f"{'; '.join(texts)}. With --keep-all that is an error")
-        for text in texts:
-            self._warn(text)
+        self._warn(*texts)
 
-    def _warn(self, text: str) -> None:
-        self.warnings.append(text)
-        self._event(Message(text, "warning"))
+    def _warn(self, *texts: str) -> None:
+        for text in texts:
+            self.warnings.append(text)
+            self._event(Message(text, "warning"))
 
 
 def reason_of(error: Exception, step: Step) -> str:
