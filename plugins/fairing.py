@@ -15,6 +15,7 @@ from pymeshfair.filters.inspection import surface_measures
 from pymeshfair.filters.mesh import Bools, Floats, Ints
 
 from .moving_vertices import (
+    ADDS_ELEMENTS,
     DETAIL_SIZE,
     MOVES_VERTICES,
     Border,
@@ -189,11 +190,7 @@ FairingEnergy: TypeAlias = Annotated[
     name="Region Fairing",
     classes=FilterClass.SMOOTHING,
     requires=MeshElement.FACENUMBER,
-    changes=MOVES_VERTICES
-    | MeshElement.VERTNUMBER
-    | MeshElement.FACENUMBER
-    | MeshElement.VERTFLAGSELECT
-    | MeshElement.FACEFLAGSELECT,
+    changes=MOVES_VERTICES | ADDS_ELEMENTS,
     references=("botsch2004",),
 )
 def apply_coord_region_fairing(
@@ -298,7 +295,7 @@ def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, pr
     name="Bridge Rims by Fairing",
     classes=FilterClass.REMESHING,
     requires=MeshElement.FACENUMBER,
-    changes=MeshElement.VERTNUMBER | MeshElement.FACENUMBER | MeshElement.VERTFLAGSELECT | MeshElement.FACEFLAGSELECT,
+    changes=ADDS_ELEMENTS,
     references=("fuchs1977", "botsch2004"),
 )
 def meshing_bridge_rims_by_fairing(

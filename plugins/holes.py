@@ -10,7 +10,7 @@ from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.holes import HoleEnergy, HoleFilling, OpenRim, close_holes
 from pymeshfair.filters.topology import non_manifold_edges
 
-from .moving_vertices import additions
+from .moving_vertices import ADDS_ELEMENTS, MOVES_VERTICES, additions
 
 Mark: TypeAlias = Literal["none", "scalar", "color"]
 Islands: TypeAlias = Literal["join", "leave"]
@@ -22,24 +22,12 @@ MOST_NAMED = 5
 #: and so many that were closed
 MOST_CLOSED_NAMED = 20
 
-_CHANGES = (
-    MeshElement.VERTCOORD
-    | MeshElement.VERTNUMBER
-    | MeshElement.FACENUMBER
-    | MeshElement.VERTNORMAL
-    | MeshElement.FACENORMAL
-    | MeshElement.VERTFLAGSELECT
-    | MeshElement.FACEFLAGSELECT
-    | MeshElement.FACEQUALITY
-    | MeshElement.FACECOLOR
-)
-
 
 @mesh_filter(
     name="Close Holes by Fairing",
     classes=FilterClass.REMESHING | FilterClass.CLEANING,
     requires=MeshElement.FACENUMBER,
-    changes=_CHANGES,
+    changes=MOVES_VERTICES | ADDS_ELEMENTS | MeshElement.FACEQUALITY | MeshElement.FACECOLOR,
     references=("liepa2003",),
 )
 def meshing_close_holes_by_fairing(

@@ -17,6 +17,8 @@ from pymeshfair.filters.topology import BorderPolicy
 
 #: the elements that change when the vertices of a mesh move
 MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
+#: the elements that change where vertices and faces are added and selected, see `additions`
+ADDS_ELEMENTS = MeshElement.VERTNUMBER | MeshElement.FACENUMBER | MeshElement.VERTFLAGSELECT | MeshElement.FACEFLAGSELECT
 #: declares a filter that smooths a mesh by moving its vertices: `mesh_filter`, whose arguments may be given all the same
 vertex_smoother = partial(mesh_filter, classes=FilterClass.SMOOTHING, requires=MeshElement.FACENUMBER, changes=MOVES_VERTICES)
 #: the note of a filter whose automatic amount is 0

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pymeshfair.commands.demo import sample_scan
-from pymeshfair.commands.report_file import compared_files
+from pymeshfair.commands.reports import compared_files
 from pymeshfair.declaration import Filter
 from pymeshfair.errors import PymeshfairError
 from pymeshfair.files.inputs import read_file

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import options
-from .report_file import Report, Up, check_report, compared_files, page_numbers
 from .streams import STANDARD, check_text, print_document, print_lines, save_text, say, warn
 
 if TYPE_CHECKING:
@@ -46,8 +45,8 @@ def compare(
         list[str] | None,
         typer.Option(metavar="AXIS=VALUE", help="Show both outlines in that plane in the report: z=12.5. May be repeated."),
     ] = None,
-    report: Report = None,
-    up: Up = "y",
+    report: options.Report = None,
+    up: options.Up = "y",
     allow_outside: options.AllowOutside = False,
     unchecked: options.Unchecked = False,
     overwrite: options.Overwrite = False,
@@ -73,7 +72,7 @@ def compare(
     if planes and report is None:
         raise typer.BadParameter("sections are shown in the report: give --report, too", param_hint="--section")
     if report is not None:
-        check_report(report, up, overwrite=overwrite)
+        options.check_report(report, up, overwrite=overwrite)
     if deviations is not None:
         check_text(deviations, FORMATS, overwrite=overwrite, json=json)
     meshes = [
@@ -95,6 +94,8 @@ def compare(
     if report is None:
         comparison, distances = compare_states(first, second, tolerance=allowed)
     else:
+        from .reports import compared_files, page_numbers
+
         compared, left_out = compared_files(first, second, tolerance=allowed)
         comparison, distances = compared.found, compared.distances
     if deviations is not None:

@@ -35,6 +35,12 @@ Limits = Annotated[
     typer.Option(metavar="LOW,HIGH", help="The ends of the colours, such as -0.1,0.1; -0.1mm,0.1mm if the unit is known."),
 ]
 
+Report = Annotated[
+    Path | None,
+    typer.Option(metavar="OUT.html", help="Write a page that needs no network: pictures, 3D, numbers, charts, steps."),
+]
+Up = Annotated[str, typer.Option(metavar="y|z", help="The upright axis in the pictures of the report.")]
+
 # ------------------------------------------------------------------------------------------ of commands that run a recipe
 
 
@@ -174,6 +180,15 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     called.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return called
+
+
+def check_report(path: Path, up: str, *, overwrite: bool) -> None:
+    """Refuse a report that could not be written, before anything is computed."""
+    from ..files.writing import check_target
+    from ..looking.camera import view_rows
+
+    check_target(path, ("html", "htm"), overwrite=overwrite)
+    view_rows(0.0, 0.0, up)
 
 
 def check_measured(*, no_measures: bool) -> None:

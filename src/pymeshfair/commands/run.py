@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from . import options
-from .report_file import Report, Up, check_report
 from .streams import Talk, complain, counted, print_document, print_lines, printable, say, talk, warn
 
 if TYPE_CHECKING:
@@ -44,8 +43,8 @@ def run(
         bool,
         typer.Option("--resume", help="With --tiles: go on with a run that was killed, and let this one be gone on with."),
     ] = False,
-    report: Report = None,
-    up: Up = "y",
+    report: options.Report = None,
+    up: options.Up = "y",
     json: options.Json = False,
 ) -> None:
     """Clean a mesh file with a recipe.
@@ -57,7 +56,7 @@ def run(
     from ..running.supervise import workers_of_runs
 
     if report is not None:
-        check_report(report, up, overwrite=overwrite)
+        options.check_report(report, up, overwrite=overwrite)
         options.check_measured(no_measures=chosen.no_measures)
     with workers_of_runs() as workers:
         if not tiles:
@@ -83,7 +82,7 @@ def run(
         if report is None:
             carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)
             return
-        from .run_report import reporting
+        from .reports import reporting
 
         with reporting(job, report, up) as page:
             carry_out(job, lambda show: run_job(job, show, workers=workers, also=page), json=json, report=report)

@@ -1,28 +1,57 @@
-"""The report of a run: changes of the mesh, and limits kept or broken."""
+"""Reports: one HTML file about two meshes, and about the run between them, with its changes and limits."""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from ..errors import PymeshfairError
 from ..files.writing import StagedFile, stage_file, write_file
+from ..looking.comparison import Comparison, compare
 from ..looking.mesh_state import MeshState, state_of
-from ..report.comparison_page import Verdict, comparison_page, verdict_of
+from ..report.comparison_page import Compared, Verdict, comparison_page, verdict_of
 from ..report.scene import Marker
 from ..running.errors import GuardBroken
-from ..running.read import read_mesh
+from ..running.read import read_mesh, reported_values
 from ..running.supervise import run_job
-from .report_file import check_report, compared_files, page_numbers
-from .streams import counted, say
+from .options import check_report
+from .streams import counted, plain, say
 
 if TYPE_CHECKING:
-    from ..looking.comparison import Comparison
     from ..running.job import Job, RunResult
+
+
+#: vertices of a mesh beyond which its spectrum takes longer than all the rest of a report
+MOST_OF_SPECTRUM = 200_000
+
+
+def compared_files(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> tuple[Compared, list[str]]:
+    """The comparison of two meshes that were read from files, and the parts left out of it, with the reason."""
+    comparison, distances = compare(before, after, tolerance=tolerance)
+    spectra: dict[str, Any] = {}
+    left_out = []
+    if before.self_intersecting is None and after.self_intersecting is None:
+        left_out.append("Faces that cut others were not looked for: `compare --self-intersections` does, in large meshes, too.")
+    if max(len(before.mesh.vertices), len(after.mesh.vertices)) > MOST_OF_SPECTRUM:
+        left_out.append(f"No spectrum: a mesh has more than {MOST_OF_SPECTRUM:,} vertices. `pymeshfair spectrum` takes its time.")
+    else:
+        try:
+            for name, state in (("before", before), ("after", after)):
+                spectra[name] = reported_values(state.path, "get_surface_spectrum", {"modes": 0})
+        except PymeshfairError as error:
+            spectra.clear()
+            left_out.append(f"No spectrum: {error}")
+    return Compared(before, after, comparison, distances, spectra), left_out
+
+
+def page_numbers(numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """The document of a command in terms of JSON, with names of files alone, as a page has it."""
+    return dict(plain({**numbers, "files": {key: path and path.name for key, path in numbers["files"].items()}}))
 
 
 @contextlib.contextmanager
