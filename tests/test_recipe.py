@@ -101,13 +101,12 @@ def test_a_superseded_recipe_is_loaded_and_says_what_to_take(name: str) -> None:
 
 
 def test_the_head_comment_is_taken_apart() -> None:
-    """The first line is the title; paragraphs that begin with For, Does and Tune are what they say; others are kept."""
+    """The first line is the title; paragraphs that begin with For, Does and Tune are taken; others stay as words."""
     assert recipe().info == RecipeInfo(
         title="Two ways to smooth",
         purpose="any mesh, large or small.",
         does="this: and that.",
         tune="lambda.",
-        more=("Note that it shrinks.", "For: the second time."),
     )
     assert recipe().title == "Two ways to smooth"
     assert recipe().description.startswith("For: any mesh,\nlarge or small.")

@@ -42,7 +42,6 @@ class RecipeInfo:
     purpose: str = ""  # for which scans the recipe is (``For:``)
     does: str = ""  # its effect on them (``Does:``)
     tune: str = ""  # the settings to change when the result is not right (``Tune:``)
-    more: tuple[str, ...] = ()  # the other paragraphs
     task: str = ""  # its task (``Task:``), one of `TASKS` for shipped recipes
     fits: str = ""  # for which scans the recipe is, in numbers (``Fits:``); `pymeshfair.scripts.fits.parse_fits` reads it
     judged: str = ""  # by what measure it is the best choice for these (``Judged:``)
@@ -183,6 +182,5 @@ def _scripts(folder: str = ".") -> dict[str, Traversable]:
 def head_info(comment: str) -> RecipeInfo:
     """The words of a head comment, taken apart."""
     title, _, rest = comment.partition("\n")
-    named, more = paragraphs(rest)
-    words = {"purpose" if word == "For" else word.lower(): named.get(word, "") for word in KEYWORDS}
-    return RecipeInfo(title.strip(), more=more, **words)
+    words = paragraphs(rest)
+    return RecipeInfo(title.strip(), **{"purpose" if word == "For" else word.lower(): words.get(word, "") for word in KEYWORDS})

@@ -36,7 +36,7 @@ def test_the_record_says_that_none_were_taken(tmp_path: Path) -> None:
     assert record["measures"] == {"unit": None, "before": None, "after": None, "change": None, "traits": {}}
     assert record["options"] == {"no_measures": True}
     assert (result.before, result.after, result.change) == ({}, {}, {})
-    assert verify_output(result.output, recorded=True).holds
+    assert verify_output(result.output, recorded=True).verdict == "identical"
 
 
 def test_limits_are_refused(tmp_path: Path) -> None:

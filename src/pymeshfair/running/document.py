@@ -99,11 +99,6 @@ class Document:
             raise MeshError("there is no mesh")
         return self.mesh(self.current_id)
 
-    @property
-    def _mesh_or_none(self) -> MeshData:
-        """The mesh of the current layer; an empty one if there is none."""
-        return MeshData(vertices=np.empty((0, 3))) if self.current_id is None else self.current
-
     def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         """Apply a step of a script; all values that it ran with, by name, lengths in mesh units; what its filter reports."""
         self._check(step)
@@ -123,7 +118,7 @@ class Document:
             raise MeshError(f"{before}there is no layer {number} (there are {there})")
 
     def _apply_plugin(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
-        mesh = self._mesh_or_none
+        mesh = MeshData(vertices=np.empty((0, 3))) if self.current_id is None else self.current
         layer = _View(self, mesh)
         check_needs(step.filter, layer)
         parameters = resolved(step.filter, {**step.filter.defaults, **step.values}, layer)

@@ -43,11 +43,6 @@ class Verification:
     findings: tuple[str, ...] = ()  # sentences that say what differs, and where
     notes: tuple[str, ...] = ()  # sentences about what has changed and made no difference
 
-    @property
-    def holds(self) -> bool:
-        """Whether the output is what its provenance says."""
-        return self.verdict in ("identical", "within tolerance")
-
 
 def verify_output(
     output: Path,

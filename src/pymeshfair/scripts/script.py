@@ -184,15 +184,11 @@ def clean_comment(text: str) -> str:
     return inspect.cleandoc("\n".join(line.rstrip() for line in text.expandtabs().splitlines())).strip()
 
 
-def paragraphs(text: str) -> tuple[dict[str, str], tuple[str, ...]]:
-    """The paragraphs of a head comment without its title: the first for each of `KEYWORDS`, by keyword, and all others."""
+def paragraphs(text: str) -> dict[str, str]:
+    """Of a head comment without its title, by keyword the first paragraph that begins with that one of `KEYWORDS`."""
     by_keyword: dict[str, str] = {}
-    others: list[str] = []
     for paragraph in re.split(r"\n[ \t]*\n", text.strip()):
-        plain = " ".join(paragraph.split())
-        keyword, colon, words = plain.partition(":")
-        if colon and keyword in KEYWORDS and keyword not in by_keyword:
-            by_keyword[keyword] = words.strip()
-        elif plain:
-            others.append(plain)
-    return by_keyword, tuple(others)
+        keyword, colon, words = " ".join(paragraph.split()).partition(":")
+        if colon and keyword in KEYWORDS:
+            by_keyword.setdefault(keyword, words.strip())
+    return by_keyword

@@ -20,7 +20,7 @@ def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None =
 
 def _head_warnings(script: Script) -> list[str]:
     """That the script is superseded; and what the head says of the scans that it fits, where that cannot be understood."""
-    words = paragraphs(script.comment.partition("\n")[2])[0]
+    words = paragraphs(script.comment.partition("\n")[2])
     warnings = [f"superseded: {words['Superseded']}"] if "Superseded" in words else []
     try:
         parse_fits(words.get("Fits", ""))
