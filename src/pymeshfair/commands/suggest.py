@@ -63,7 +63,7 @@ def suggest(
     if output is not None:
         check_text(output, ("mlx",), overwrite=overwrite, json=json)
     read = read_mesh(scan)
-    traits = read.traits
+    traits = read.traits()
     values = _tried(scan, timeout) if traits["mesh"] else None
     recipe = None if values is None else _explicit(scan, values, traits["noise"])
     if output is not None:

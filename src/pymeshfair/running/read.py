@@ -41,9 +41,8 @@ class ReadMesh:
         """`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name."""
         return self.measured.described or {}
 
-    @property
     def traits(self) -> dict[str, Any]:
-        """What recipes ask of a scan, see `pymeshfair.running.suitability.traits_of`."""
+        """Measure what recipes ask of a scan, see `pymeshfair.running.suitability.traits_of`."""
         return dict(plain(traits_of(self.measured)))
 
 
@@ -112,7 +111,7 @@ def inspect_mesh(path: Path, *, allow_outside: bool, unchecked: bool) -> dict[st
             {"edges": rim.edges, "length": rim.length, "middle": plain(rim.middle.tolist()), "outer": rim.outer}
             for rim in (find_rims(vertices, faces) if len(faces) else [])
         ],
-        "traits": read.traits,
+        "traits": read.traits(),
     }
 
 
