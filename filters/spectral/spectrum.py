@@ -13,7 +13,7 @@ from ..linear_solvers import CompressedRows
 from ..mesh import Floats, check_mesh, normalised_mesh
 from ..operators import SurfaceOperatorName
 from .eigenpairs import lowest_eigenpairs
-from .polynomial import symmetric_form
+from .polynomial import fused_row_product, symmetric_form
 from .problem import SpectralProblem, about_centroids, check_size, spectral_problem
 
 #: Bands in an octave.
@@ -200,7 +200,7 @@ def energy_quadrature(
         (k,) nodes and (k,) weights of all columns; none if all values are 0.
     """
     symmetric = symmetric_form(problem.dirichlet, problem.mass)
-    matrix = CompressedRows(symmetric.indptr, symmetric.indices.view(f"u{symmetric.indices.itemsize}"), symmetric.data)
+    matrix = CompressedRows.of(symmetric)
     now = np.sqrt(problem.mass)[:, None] * values
     norms = np.sqrt(np.einsum("ij,ij->j", now, now))
     if not norms.any():
@@ -233,26 +233,16 @@ def energy_quadrature(
     return np.concatenate(nodes), np.concatenate(weights)
 
 
-# See `_advance` in polynomial.py for the unsigned indices.
 @compiled(parallel=True, fastmath={"contract"})
 def _apply(matrix: CompressedRows, now: Floats, length: Floats, before: Floats, sums: Floats) -> None:
     """Computes before = D now - length before in place, and of each block the sums of before now."""
-    indptr, indices, data = matrix
     a, b, c = length
     for block in prange(sums.shape[0]):
         p = q = r = 0.0
         for row in range(block * _BLOCK, min((block + 1) * _BLOCK, now.shape[0])):
             i = np.uint64(row)
-            x = y = z = 0.0
-            for entry in range(indptr[i], indptr[i + np.uint64(1)]):
-                k = np.uint64(entry)
-                j, value = np.uint64(indices[k]), data[k]
-                x += value * now[j, 0]
-                y += value * now[j, 1]
-                z += value * now[j, 2]
-            x -= a * before[i, 0]
-            y -= b * before[i, 1]
-            z -= c * before[i, 2]
+            x, y, z = fused_row_product(matrix, i, now)
+            x, y, z = x - a * before[i, 0], y - b * before[i, 1], z - c * before[i, 2]
             before[i, 0], before[i, 1], before[i, 2] = x, y, z
             p += x * now[i, 0]
             q += y * now[i, 1]
