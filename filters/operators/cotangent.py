@@ -41,10 +41,9 @@ def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
     the area of a closed surface, and a flat mesh still keeps its interior vertices.
     """
     stiffness = cotangent_stiffness(vertices, faces)
-    sums = np.empty(len(vertices))
-    with threads_for(len(vertices)):
-        sum_sizes(stiffness.indptr, stiffness.indices, stiffness.data, sums)
-    return Laplacian(stiffness, sums)
+    sizes = abs(stiffness)
+    sizes.setdiag(0.0)
+    return Laplacian(stiffness, sizes @ np.ones(len(vertices)))
 
 
 def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
@@ -137,17 +136,6 @@ def fill_rows(points: Floats, end_offsets: Longs, ends: Ints, starts: Any, colum
             else:
                 total += data[k]
         data[diagonal] = -total
-
-
-@compiled(parallel=True)
-def sum_sizes(starts: Any, columns: Any, data: Floats, sums: Floats) -> None:
-    """For every row the sum of the sizes of its entries off the diagonal."""
-    for i in prange(sums.shape[0]):
-        total = 0.0
-        for k in range(starts[i], starts[i + 1]):
-            if columns[k] != i:
-                total += abs(data[k])
-        sums[i] = total
 
 
 @compiled
