@@ -71,10 +71,10 @@ def build_tree(points: Floats, progress: Progress, *, scale: float | None = None
     lowest: Longs = np.empty(nodes, np.int64)
 
     def split(node: int, first: int, last: int) -> None:
-        _split(rows[:count], node, first, last, boxes, lowest)
+        _split_node(rows[:count], node, first, last, LEAF, boxes, lowest)
 
     def build(node: int, first: int, last: int) -> None:
-        _build(rows[:count], node, first, last, boxes, lowest)
+        split_nodes(rows[:count], node, first, last, LEAF, boxes, lowest)
 
     # The nodes of a level are independent. The upper levels are split one after the other, each subtree below them is one task.
     level = [(1, 0, leaves)]
@@ -97,15 +97,25 @@ def _children(node: int, first: int, last: int) -> tuple[tuple[int, int, int], t
 
 
 @compiled(nogil=True)
-def _build(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest: Longs) -> None:
-    """Splits a node that covers the leaves from `first` to before `last`, and all nodes below it."""
+def split_nodes(rows: Floats, node: int, first: int, last: int, leaf: int, boxes: Floats, lowest: Longs) -> None:
+    """Splits a node and all nodes below it, in place.
+
+    Args:
+        rows: (n, 4) coordinates and indices, which are put into the order of the tree.
+        node: the node.
+        first: the first leaf that it covers.
+        last: the leaf after its last.
+        leaf: the number of rows in a leaf.
+        boxes: (nodes, 2, 3) filled with the lowest and the highest coordinates of each node's rows.
+        lowest: (nodes,) filled with the smallest index of each node's rows.
+    """
     stack = np.empty((STACK, 3), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = node, first, last
     top = 1
     while top > 0:
         top -= 1
         node, first, last = stack[top, 0], stack[top, 1], stack[top, 2]
-        _split(rows, node, first, last, boxes, lowest)
+        _split_node(rows, node, first, last, leaf, boxes, lowest)
         if last - first > 1:
             middle = (first + last) // 2
             stack[top, 0], stack[top, 1], stack[top, 2] = 2 * node, first, middle
@@ -114,9 +124,9 @@ def _build(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest
 
 
 @compiled(nogil=True)
-def _split(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest: Longs) -> None:
+def _split_node(rows: Floats, node: int, first: int, last: int, leaf: int, boxes: Floats, lowest: Longs) -> None:
     """Computes the box of one node and moves its points so that those of its first half of leaves come first."""
-    start, stop = first * LEAF, min(last * LEAF, rows.shape[0])
+    start, stop = first * leaf, min(last * leaf, rows.shape[0])
     low = rows[start].copy()
     high = rows[start].copy()
     for r in range(start + 1, stop):
@@ -131,11 +141,11 @@ def _split(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest
     lowest[node] = np.int64(low[_INDEX])
     if last - first > 1:
         # Points that all coincide are halved by index, so that a search finds the lowest ones first and can stop there.
-        partition(rows, start, stop, (first + last) // 2 * LEAF, axis if high[axis] > low[axis] else _INDEX)
+        _partition(rows, start, stop, (first + last) // 2 * leaf, axis if high[axis] > low[axis] else _INDEX)
 
 
 @compiled(nogil=True)
-def partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> None:
+def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> None:
     """Moves the rows from `start` to before `stop` so that none before `middle` is above one after it."""
     low, high = start, stop - 1
     seed = np.uint64(start + stop)
