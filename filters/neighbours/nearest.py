@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, check_whole_number
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
-from ..mesh import Floats, Ints
+from ..mesh import Floats, Ints, check_points
 from .kd_tree import ANY_INDEX, FAR, LEAF, STACK, KdTree, build_tree, keep_near, keep_nearest
 
 #: The share of the time that building the tree takes, roughly.
@@ -58,19 +58,10 @@ def check_cloud(points: ArrayLike, k: int, name: str = "k") -> tuple[Floats, int
     Raises:
         FilterInputError: points of another shape or not finite, or no k other points for each; `name` is that of k.
     """
-    cloud = np.ascontiguousarray(points, dtype=np.float64)
-    if cloud.ndim != 2 or cloud.shape[1] != 3:
-        raise FilterInputError(f"points must have the shape (n, 3), got {cloud.shape}")
-    k = check_whole_number(name, k, least=1)
+    cloud, k = check_points(points), check_whole_number(name, k, least=1)
     if k >= len(cloud):
         raise FilterInputError(
             f"{k} neighbours need a cloud of at least {k + 1} points, got {len(cloud)}: ask for fewer neighbours or add points"
-        )
-    if not np.isfinite(cloud).all():
-        bad = np.flatnonzero(~np.isfinite(cloud).all(axis=1))
-        raise FilterInputError(
-            f"{bad.size} of {len(cloud)} points have a coordinate that is NaN or infinite, the first is point {bad[0]} at "
-            f"{tuple(cloud[bad[0]].tolist())}: remove them first"
         )
     return cloud, k
 
