@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import check_choice
 from ..compilation import compiled
-from ..geometry import angle_at, corner_angles, cross_product
+from ..geometry import angle_at, corner_angles, cross_product, unit_vectors
 from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..operators import laplace_beltrami, mixed_voronoi_areas
 from ..topology import border_vertices, edges, proper_faces
@@ -29,7 +29,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) the unit normals of the vertices: those of the faces, weighted with their angles there; 0 where that is nothing.
+    """(n, 3) the unit normals of the vertices: those of the faces, weighted with their angles there; 0 where no face has an area.
 
     The weights make the normal independent of how the surroundings are cut into triangles.
 
@@ -39,8 +39,7 @@ def vertex_normals(points: Floats, faces: Ints) -> Floats:
     """
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
-    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
-    return np.asarray(np.divide(sums, lengths, out=np.zeros_like(sums), where=lengths > 0.0))
+    return unit_vectors(sums)
 
 
 @compiled(nogil=True)

@@ -49,7 +49,7 @@ def displacement(
 
     Args:
         vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles, none for a cloud; they only tell whether vertices correspond.
+        faces: (m, 3) triangles, none for a cloud; used for the correspondence alone.
         reference_vertices: (k, 3) coordinates.
         reference_faces: (l, 3) triangles, none for a cloud.
         correspondence: see `Correspondence`.

@@ -1,6 +1,6 @@
-"""The nearest place on a surface, or in a cloud, to each of many points, and on which side of it they lie.
+"""The nearest place on a surface, or in a cloud, to each of many points, and the side of the surface on which they lie.
 
-The triangles are in a balanced tree, and the place found is the exact nearest one.
+The triangles are in a balanced tree. Each place is exactly the nearest one.
 """
 
 import math
@@ -41,7 +41,7 @@ class TriangleTree(NamedTuple):
     indices: Ints  # (m,) the face of each
     boxes: Floats  # (nodes, 2, 3) the lowest and the highest coordinates of each node's triangles
     leaves: int  # how many there are
-    rounding: float  # the square of a length below which coordinates tell nothing apart
+    rounding: float  # the square of a length: smaller differences of coordinates are rounding
 
     @classmethod
     def of(cls, points: Floats, faces: Ints) -> "TriangleTree":
@@ -175,7 +175,7 @@ def _bound(
             bounds[c] = min(bounds[c], math.sqrt(furthest))
 
 
-#: points that are looked up at a time
+#: Points in a block.
 _BLOCK = 1 << 16
 
 
@@ -185,7 +185,7 @@ class NearestPlaces(NamedTuple):
     Attributes:
         signed: (q,) how far the points are from the places, negative on the side from which the faces look away.
         elements: (q,) the face on which each place lies; in a cloud the point that it is.
-        vectors: (q, 3) from the places to the points, in mesh units; (0, 3) if they were not asked for.
+        vectors: (q, 3) from the places to the points, in mesh units; (0, 3) without `vectors`.
     """
 
     signed: Floats
@@ -203,9 +203,9 @@ class Surface:
     """A mesh, or a cloud, to which distances are measured; exact far from the origin, too, as differences come before squares.
 
     Attributes:
-        mesh: normalised; what searches need is made of it when it is first used, and kept.
-        faces: (m,) the number of each of its triangles in the mesh that it was made of.
-        vertex_count: of that mesh.
+        mesh: normalised.
+        faces: (m,) the number of each of its triangles in the original mesh.
+        vertex_count: of the original mesh.
     """
 
     mesh: NormalisedMesh
@@ -232,14 +232,14 @@ class Surface:
         at a vertex: then it is right for every point around a closed surface [baerentzen2005].
         """
         count = len(queries)
-        found = NearestPlaces(np.empty(count), np.empty(count, np.int32), np.empty((count * vectors, 3)))
-        # By blocks, as what is computed on the way takes five times the memory of what is found.
+        places = NearestPlaces(np.empty(count), np.empty(count, np.int32), np.empty((count * vectors, 3)))
+        # By blocks, as the intermediate arrays take five times the memory of the result.
         for start in range(0, count, _BLOCK):
             part = slice(start, start + _BLOCK)
-            found.signed[part], found.elements[part], offsets = self._nearest(queries[part])
+            places.signed[part], places.elements[part], offsets = self._nearest(queries[part])
             if vectors:
-                found.vectors[part] = offsets / self.mesh.scale
-        return found
+                places.vectors[part] = offsets / self.mesh.scale
+        return places
 
     def _nearest(self, queries: Floats) -> tuple[Floats, Longs, Floats]:
         """Signed distances and elements of `NearestPlaces`, and the local vectors."""
@@ -280,11 +280,11 @@ class Surface:
         return bounds
 
     def cells_of(self, faces: Ints) -> Longs:
-        """The triangles of `mesh` by their number in the mesh that it was made of."""
+        """The triangles of `mesh` by their number in the original mesh."""
         return faces.astype(np.int64) if self.faces[-1] == len(self.faces) - 1 else np.searchsorted(self.faces, faces)
 
     def normals_of(self, faces: Ints) -> Floats:
-        """(q, 3) the unit normals of triangles by their number in the mesh; 0 of those without area."""
+        """(q, 3) the unit normals of triangles by their number in the original mesh; 0 of those without area."""
         return np.asarray(self._normals[self.cells_of(faces)])
 
     def normals_at_vertices(self) -> Floats:

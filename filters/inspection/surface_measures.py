@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..geometry import edge_lengths, looking_away
-from ..mesh import Floats, Ints, bounding_box, check_edges, check_mesh, normalised_mesh, unit_scale
+from ..mesh import Floats, Ints, check_edges, check_mesh, normalised_mesh
 from ..neighbours import nearest_neighbours
 from .connectivity import Connectivity, connectivity
 from .face_measures import dihedral_angles, face_measures
@@ -160,11 +160,8 @@ def measures_and_connectivity(
 
 def box_diagonal(points: Floats) -> float:
     """The diagonal of the box of all points, without overflow."""
-    if not len(points):
-        return 0.0
-    low, high = bounding_box(points)
-    middle, scale = low * 0.5 + high * 0.5, unit_scale(low, high)
-    return float(np.linalg.norm((high - middle) * scale - (low - middle) * scale)) / scale
+    cloud = normalised_mesh(points, np.empty((0, 3), np.int32))
+    return cloud.diagonal / cloud.scale
 
 
 def _volume(points: Floats, faces: Ints, normals: Floats) -> float:
