@@ -91,12 +91,12 @@ def close_holes(
     check_choice("islands", islands, ("join", "leave"))
     check_whole_number("max_edges", max_edges, least=3)
     check_whole_number("rounds", rounds, least=1)
-    wanted = None if selected is None else check_vertex_mask("selected", selected, len(original))
+    selection = None if selected is None else check_vertex_mask("selected", selected, len(original))
     points, exponent = _ordinary(original, triangles)
     forwards = rising(progress)  # work that is repeated in another way counts again
     rims, broken = boundary_loops(points, triangles)
-    holes, inside, unwanted = sorted_rims(rims, points, triangles, max_edges, wanted, islands)
-    left_open = [*map(broken_left_open, broken), *unwanted]
+    holes, inside, others = sorted_rims(rims, points, triangles, max_edges, selection, islands)
+    left_open = [*map(broken_left_open, broken), *others]
     patches = Patches(points, triangles, rims)
     closed, with_islands = [], []
     for k, (hole, group) in enumerate(zip(holes, inside, strict=True)):
@@ -193,7 +193,7 @@ class Patches:
             distinct, visits = np.unique(loop.vertices, return_counts=True)
             alone[np.searchsorted(own, distinct[visits > 1])] = True
         forbidden = ForbiddenEdges(joined.restricted(first.astype(np.int32)), np.zeros(len(own), dtype=np.bool_), alone)
-        uniform = uniform_width(patch.points, patch.sizes, patch.triangles, patch.n_rim)
+        uniform = uniform_width(patch)
         if refine:
             patch = refined_patch(
                 patch, forbidden=forbidden, uniform=uniform, progress=part_of(progress, _PATCH_TRIANGULATION, 1.0)
@@ -223,7 +223,7 @@ class Patches:
             finer = max(finer, min(1.0, float(np.sqrt(len(patch.points) / MOST_VERTICES))))
             patch = patch._replace(sizes=patch.sizes * finer)
             # A filling that bulges has a larger area than the one whose width was chosen.
-            uniform = min(placed.uniform, uniform_width(patch.points, patch.sizes, patch.triangles, patch.n_rim))
+            uniform = min(placed.uniform, uniform_width(patch))
             patch = refined_patch(patch, forbidden=placed.forbidden, uniform=uniform, progress=part_of(progress, 0.0, 0.0))
             self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))
 
@@ -374,16 +374,16 @@ def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Floats]
     Args:
         points: (n, 3) the vertices of the mesh.
         faces: (m, 3) its triangles.
-        at: (k,) the vertices where the sums are wanted; others may get less than their sum.
+        at: (k,) vertices; the sums of all others may be incomplete.
 
     Returns:
         (n,) the sums in radians, and (n,) how many angles each sums up.
     """
     n = len(points)
-    asked = mask_of(at, n)
-    near = faces[asked[faces].any(axis=1)]
+    marked = mask_of(at, n)
+    near = faces[marked[faces].any(axis=1)]
     pairs, shared = face_adjacency(near)
-    pairs, shared = pairs[asked[shared].any(axis=1)], shared[asked[shared].any(axis=1)]
+    pairs, shared = pairs[marked[shared].any(axis=1)], shared[marked[shared].any(axis=1)]
     normals = cross_products(points, near)
     angles = angles_between(normals[pairs[:, 0]], normals[pairs[:, 1]])
     total = np.asarray(np.bincount(shared.T.ravel(), np.tile(angles, 2), n), dtype=np.float64)

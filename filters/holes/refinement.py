@@ -20,7 +20,7 @@ _CRACK = 0.25
 _MOST_ROUNDS = 60
 # The most vertices of a patch. Widths by `uniform_width` keep far below.
 _MOST_POINTS = 300_000
-# After so many rounds half of the work counts as done: their number is unpredictable.
+# After this many rounds half of the work counts as done: their number is unpredictable.
 _HALF = 8
 # An edge is flipped if its opposite angles sum to pi and this, and the sum falls by at least this. Without, an edge between two
 # equal choices could flip back and forth for ever, and rounding would decide.
@@ -30,7 +30,7 @@ _THINNEST = 1e-7
 _MOST_SWEEPS = 200
 #: A hole gets triangles as small as those at its rim all over if these are about so many vertices at most.
 MOST_VERTICES = 60_000
-#: Otherwise edges are as short as there within some distance of the rim, and beyond it grow by this much of what is further away.
+#: Otherwise edges are as short as there within some distance of the rim, and beyond it grow by this share of the distance.
 SLOPE = 0.4
 #: That distance is at least so many edges.
 _LEAST_WIDTH = 1.0
@@ -233,25 +233,19 @@ def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> f
     return float(x * p + y * q + z * r)
 
 
-def uniform_width(points: Floats, sizes: Floats, triangles: Ints, n_rim: int) -> float:
+def uniform_width(patch: Patch) -> float:
     """The width of the band at the rim of a patch that is as dense as the rim, in edges; infinite for the whole patch.
 
     A surface of equilateral triangles with sides h has one vertex for every h^2 sqrt(3) / 2. A band of k edges and the width of
     u edges has k u 2 / sqrt(3) vertices, and what is inside it, where edges grow by g of the distance, k / g 2 / sqrt(3) at most.
     So u is the width for which both together are `MOST_VERTICES`, but `_LEAST_WIDTH` at least.
-
-    Args:
-        points: (k, 3) the rim.
-        sizes: (k,) the lengths of the edges there.
-        triangles: (k - 2, 3) a triangulation of the rim, for its area.
-        n_rim: k.
     """
     each = np.sqrt(3.0) / 2.0
-    areas = np.linalg.norm(cross_products(points, triangles), axis=1) / 2.0
-    wanted = float((areas / (each * sizes[triangles].mean(axis=1) ** 2)).sum())
-    if wanted <= MOST_VERTICES:
+    areas = np.linalg.norm(cross_products(patch.points, patch.triangles), axis=1) / 2.0
+    count = float((areas / (each * patch.sizes[patch.triangles].mean(axis=1) ** 2)).sum())
+    if count <= MOST_VERTICES:
         return np.inf
-    return max(_LEAST_WIDTH, float(MOST_VERTICES * each / n_rim - 1.0 / SLOPE))
+    return max(_LEAST_WIDTH, float(MOST_VERTICES * each / patch.n_rim - 1.0 / SLOPE))
 
 
 class Growth:
