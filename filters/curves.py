@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .checks import FilterInputError, check_choice, check_finite, check_positive, check_whole_number
 from .compilation import compiled
-from .diffusion.implicit import BackwardEulerStep, time_step_of_detail_size
+from .diffusion.implicit import LONGEST_STEP, BackwardEulerStep, time_step_of_detail_size
 from .diffusion.stencil import curve_stencil
 from .diffusion.steps import Rings
 from .diffusion.taubin import checked_mu
@@ -22,9 +22,6 @@ from .operators import Laplacian, OperatorName, curve_laplacian
 from .topology import OneRings, one_rings
 
 __all__ = [
-    "CURVE_BORDERS",
-    "CURVE_METHODS",
-    "CURVE_WEIGHTS",
     "CurveBorder",
     "CurveMethod",
     "CurveWeights",
@@ -33,13 +30,10 @@ __all__ = [
 
 
 CurveMethod: TypeAlias = Literal["explicit", "implicit", "taubin"]
-CURVE_METHODS: tuple[CurveMethod, ...] = get_args(CurveMethod)
 #: "uniform": w_ij = 1. "inverse_length": w_ij = 1 / |p_j - p_i|.
 CurveWeights: TypeAlias = Literal["uniform", "inverse_length"]
-CURVE_WEIGHTS: tuple[CurveWeights, ...] = get_args(CurveWeights)
 #: "fixed": the ends of open curves stay. "free": they move towards their only neighbour, and open curves get shorter.
 CurveBorder: TypeAlias = Literal["fixed", "free"]
-CURVE_BORDERS: tuple[CurveBorder, ...] = get_args(CurveBorder)
 # Smaller detail sizes, in a box of size 1, smooth nothing, and larger ones everything; the squares of these are finite.
 _SMALLEST_SIZE, _LARGEST_SIZE = 1e-100, 1e50
 
@@ -101,9 +95,9 @@ def curve_smoothing(
         ConvergenceError: the equations of branching curves cannot be solved.
     """
     points = check_points(vertices)
-    check_choice("method", method, CURVE_METHODS)
-    check_choice("weights", weights, CURVE_WEIGHTS)
-    check_choice("border", border, CURVE_BORDERS)
+    check_choice("method", method, CurveMethod)
+    check_choice("weights", weights, CurveWeights)
+    check_choice("border", border, CurveBorder)
     count = check_whole_number("iterations", iterations, least=0)
     mesh = normalised_mesh(points, check_edges(edges, len(points)), movable)
     rings = one_rings(mesh.cells, len(mesh))
@@ -207,10 +201,6 @@ def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools
     return np.asarray(mask_of(labels[branching], int(labels.max(initial=-1)) + 1)[labels])
 
 
-# Times the squared lengths of a mesh of ordinary size this does not overflow, and longer steps give the same result to rounding.
-_LONGEST_STEP = 1e100
-
-
 class ChainStep:
     """The backward Euler step (M - t C) d = t C p on unbranched curves, for the displacement d of the free vertices; others stay.
 
@@ -228,7 +218,7 @@ class ChainStep:
             chains: the free vertices.
             time_step: t, at least 0, in the unit of 1 / L.
         """
-        t = min(time_step, _LONGEST_STEP)
+        t = min(time_step, LONGEST_STEP)
         stiffness = laplacian.stiffness
         # Divided by 1 + t all conductances stay finite. A stiffness is negative on its diagonal alone.
         self._network = _Network(

@@ -20,7 +20,7 @@ Progress = Callable[[float], None]
 #: Kernels on fewer vertices run on one thread: waking others costs more than it saves. Above, two threads take 0.6 of the time of
 #: one on a quiet machine, and on one that two other programs keep busy 1.3 times as long.
 SERIAL_BELOW = 20_000
-#: Into so many parts for each thread a loop over a large mesh is cut: enough that no thread waits long for another.
+#: The parts for each thread of a loop over a large mesh, enough that no thread waits long for another.
 _PARTS = 8
 #: No part is smaller than this share of `SERIAL_BELOW`: a loop is often one of many that several threads call already.
 _LEAST_PART = 0.625
@@ -44,12 +44,12 @@ def rising(progress: Progress, start: float = 0.0, stop: float = 1.0) -> Progres
     """As `part_of`, and never less than before, for work that may restart."""
     furthest = 0.0
 
-    def tell(share: float) -> None:
+    def report(share: float) -> None:
         nonlocal furthest
         furthest = max(furthest, share)
         progress(start + (stop - start) * furthest)
 
-    return tell
+    return report
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """Curvature and normals of triangle meshes at their vertices, from the angles and areas of the faces."""
 
 import math
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -61,10 +61,8 @@ def _add_normals(points: Floats, faces: Ints, sums: Floats) -> None:
 #: "cotangent": the Laplace-Beltrami operator, exact in the limit on every mesh. "uniform": the mean of the one-ring, which needs
 #: no area and stays calm at slivers, but sees where vertices are spread unevenly.
 CurvatureOperator: TypeAlias = Literal["cotangent", "uniform"]
-CURVATURE_OPERATORS: tuple[CurvatureOperator, ...] = get_args(CurvatureOperator)
 #: "deficit": the angle that is missing at the vertex, in radians. "per_area": that over its area.
 GaussianMeasure: TypeAlias = Literal["per_area", "deficit"]
-GAUSSIAN_MEASURES: tuple[GaussianMeasure, ...] = get_args(GaussianMeasure)
 
 
 def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: CurvatureOperator = "cotangent") -> Floats:
@@ -80,7 +78,7 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
     Raises:
         FilterInputError: not a mesh, or an unknown operator.
     """
-    check_choice("operator", operator, CURVATURE_OPERATORS)
+    check_choice("operator", operator, CurvatureOperator)
     mesh = _normalised(vertices, faces)
     if not len(mesh.cells):
         return np.zeros(len(mesh.vertices))
@@ -108,7 +106,7 @@ def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: Gaussi
     Raises:
         FilterInputError: not a mesh, or an unknown measure.
     """
-    check_choice("measure", measure, GAUSSIAN_MEASURES)
+    check_choice("measure", measure, GaussianMeasure)
     mesh = _normalised(vertices, faces)
     if not len(mesh.cells):
         return np.zeros(len(mesh.vertices))

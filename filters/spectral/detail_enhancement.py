@@ -117,8 +117,8 @@ def enhance_details(
     here = mesh.points[problem.vertices]
 
     def passed(values: Floats, low: Response, start: float, stop: float) -> Floats:
-        tell = part_of(progress, start, stop)
-        return filter_without_eigenvectors(problem, values, low, tolerance=_TOLERANCE, progress=tell).values
+        part = part_of(progress, start, stop)
+        return filter_without_eigenvectors(problem, values, low, tolerance=_TOLERANCE, progress=part).values
 
     fine, shape = passed(here, short, 0.0, 0.2), passed(here, long, 0.2, 0.4)
     everywhere = mesh.points.copy()
@@ -126,17 +126,17 @@ def enhance_details(
     normals = vertex_normals_by_area(everywhere, mesh.cells)[problem.vertices]
     heights = ((fine - shape) * normals).sum(axis=1)
     heights -= passed(heights, long, 0.4, 0.6)
-    wanted = factor * heights * _away_from_borders(mesh, longest)[problem.vertices]
-    reach = float(np.abs(wanted).max())
+    unbounded = factor * heights * _away_from_borders(mesh, longest)[problem.vertices]
+    reach = float(np.abs(unbounded).max())
     if mesh.movable is not None:
-        wanted[~mesh.movable[problem.vertices]] = 0.0
-    displacement = wanted
+        unbounded[~mesh.movable[problem.vertices]] = 0.0
+    displacement = unbounded
     if reach > 0.0:
-        largest = np.maximum(_FREE / (2.0 * most) * np.maximum(np.abs(wanted), _NONE * reach), 0.5 * longest)
+        largest = np.maximum(_FREE / (2.0 * most) * np.maximum(np.abs(unbounded), _NONE * reach), 0.5 * longest)
         inside = touching_balls(shape, normals, largest=largest, progress=part_of(progress, 0.6, 0.8))
         outside = touching_balls(shape, -normals, largest=largest, progress=part_of(progress, 0.8, 1.0))
         bound = most * 2.0 * np.minimum(inside, outside)
-        displacement = bound * np.tanh(_eased(2.0 * inside / longest) * wanted / bound)
+        displacement = bound * np.tanh(_eased(2.0 * inside / longest) * unbounded / bound)
     after = mesh.points.copy()
     after[problem.vertices] += displacement[:, None] * normals
     progress(1.0)

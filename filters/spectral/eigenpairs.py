@@ -56,7 +56,7 @@ def lowest_eigenpairs(
             orders of magnitude.
     """
     n = len(problem.mass)
-    count = min(check_whole_number("count", count), n if constants else n - problem.n_components)
+    count = min(check_whole_number("count", count), n if constants else problem.n_waves)
     if count == 0:
         return np.zeros(0), np.zeros((n, 0), order="F")
     # Sums in another order would change bits, and BLAS orders them by its number of threads.
@@ -76,18 +76,18 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
     rows = np.split(together, ends[:-1])
     dirichlet = problem.dirichlet if parts == 1 else sparse.csr_matrix(problem.dirichlet[together][:, together])
     area = np.bincount(problem.components, problem.mass)
-    asked = np.minimum(sizes, np.ceil(count * area / area.sum()).astype(np.int64) + (2 if parts > 1 else skipped))
+    counts = np.minimum(sizes, np.ceil(count * area / area.sum()).astype(np.int64) + (2 if parts > 1 else skipped))
     solved = [(np.zeros(0), np.zeros((size, 0))) for size in sizes]
     while True:
-        weight = asked * sizes
+        weight = counts * sizes
         shares = np.concatenate([[0.0], np.cumsum(weight)]) / weight.sum()
         for c in range(parts):
-            if len(solved[c][0]) < asked[c]:
+            if len(solved[c][0]) < counts[c]:
                 partial = part_of(progress, float(shares[c]), float(shares[c + 1]))
                 own = slice(int(ends[c] - sizes[c]), int(ends[c]))
                 block = dirichlet if parts == 1 else sparse.csr_matrix(dirichlet[own, own])
                 with threads_for(10 * int(sizes[c])):
-                    solved[c] = component_modes(block, problem.mass[rows[c]], int(asked[c]), tolerance, partial)
+                    solved[c] = component_modes(block, problem.mass[rows[c]], int(counts[c]), tolerance, partial)
         kappa = np.concatenate([pair[0][skipped:] for pair in solved])
         owner = np.repeat(np.arange(parts), [len(pair[0]) - skipped for pair in solved])
         order = np.argsort(kappa, kind="stable")[:count]
@@ -97,7 +97,7 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
         short = np.array([len(pair[0]) < enough and pair[0][-1] <= last for pair, enough in zip(solved, most, strict=True)])
         if not short.any():
             break
-        asked = np.where(short, np.minimum(most, 2 * asked + 4), asked)
+        counts = np.where(short, np.minimum(most, 2 * counts + 4), counts)
     modes = np.zeros((n, len(order)), order="F")
     first = np.concatenate([[0], np.cumsum([len(pair[0]) - skipped for pair in solved])])
     for column, place in enumerate(order):

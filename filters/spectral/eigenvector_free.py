@@ -2,11 +2,11 @@
 
 import math
 from contextlib import suppress
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..checks import ConvergenceError, FilterInputError, check_choice, check_positive
+from ..checks import ConvergenceError, FilterInputError
 from ..execution import Progress, ignore_progress, part_of
 from ..libraries import sparse
 from ..linear_solvers import FINEST_TOLERANCE, Cholesky, SpdSolver
@@ -27,7 +27,6 @@ from .problem import SpectralProblem
 from .responses import Response
 
 RouteName: TypeAlias = Literal["polynomial", "rational"]
-ROUTE_NAMES: tuple[RouteName, ...] = get_args(RouteName)
 #: A polynomial of a higher degree takes longer than a rational function with factors; see docs/solvers.md.
 MOST_PRODUCTS = 1_000
 #: Rounding in sums of this many terms, as a share of the result, per degree.
@@ -66,22 +65,19 @@ def filter_without_eigenvectors(
         tolerance: of the error in the M-norm, as a share of |v|_M about the means; solves may add a third. Below 1e-12 it
             is rounding. The time grows with the logarithm of 1 / tolerance.
         route: "polynomial": products with S, about as many as the shortest wave that stays is long in edges, and more with thin
-            triangles. "rational": about 30 solves. "auto": a polynomial; a rational
-            function where its degree would pass `MOST_PRODUCTS`.
+            triangles. "rational": about 30 solves. "auto": a polynomial; a rational function where its degree would pass
+            `MOST_PRODUCTS`.
         progress: called after every product or some steps of a solve; may raise to stop.
 
     Returns:
         The values with the error and the route; the same to the bit for any number of threads.
 
     Raises:
-        FilterInputError: values of another shape or not finite, a tolerance not above 0, an unknown route, or a polynomial of
-            an excessive degree.
+        FilterInputError: a polynomial of an excessive degree.
         ConvergenceError: the systems of the rational route cannot be solved.
     """
-    check_choice("route", route, ("auto", *ROUTE_NAMES))
-    check_positive("tolerance", tolerance)
-    mass, columns = problem.mass, _columns(values, len(problem.mass))
-    deviations, means = _about_means(problem, columns)
+    mass = problem.mass
+    deviations, means = _about_means(problem, values if values.ndim == 2 else values[:, None])
     size, area = m_norm(mass, deviations), float(mass.sum())
     if size == 0.0 or area == 0.0:  # all values are the means of their components
         return Filtered(means.reshape(values.shape), 0.0, 0.0, "polynomial", 0)
@@ -129,13 +125,6 @@ def _planned(
         if series.error <= 2.0 * tolerance:
             return series, None
     return rational, pole
-
-
-def _columns(values: Floats, n: int) -> Floats:
-    if values.ndim not in (1, 2) or len(values) != n or not np.isfinite(values).all():
-        raise FilterInputError(f"values must be finite and have a row for each of {n} vertices, got shape {values.shape}")
-    columns = np.asarray(values, dtype=np.float64)
-    return columns if columns.ndim == 2 else columns[:, None]
 
 
 def _about_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Floats]:

@@ -48,7 +48,7 @@ def chebyshev_series(
     """The shortest Chebyshev series of a smooth function whose error is bounded by the tolerance.
 
     The coefficients come from samples at the roots of a T_N, by a cosine transform. N doubles until the sum of the second half of
-    the coefficients is below a hundredth of the tolerance, so that aliasing into the kept ones is negligible.
+    the coefficients is below a hundredth of the tolerance, so that aliasing into the first half is negligible.
 
     Args:
         function: of (N,) t in (-1, 1).
@@ -147,7 +147,7 @@ def polynomial_filter(
 
 
 def _sum_series(doubled: sparse.csr_matrix, start: Floats, coefficients: Floats, progress: Progress) -> Floats | None:
-    """The sum of c_k T_k(A) x, given 2 A; None if it grows."""
+    """The sum of c_k T_k(A) x, from 2 A; None if it grows."""
     now, before = start.copy(), np.empty_like(start)
     total: Floats = coefficients[0] * now
     allowed = _GROWTH * float((start * start).sum())

@@ -97,16 +97,16 @@ def spectrum(
     if len(triangles) == 0:
         raise FilterInputError("the mesh has no triangles: a spectrum is that of a surface")
     mesh = normalised_mesh(points, triangles)
-    check_size(1.0 / mesh.scale)
+    unit = 1.0 / mesh.scale
+    check_size(unit)
     plain = spectral_problem(mesh.points, mesh.cells, operator=operator)
     if len(plain.mass) == 0:
         raise FilterInputError("no triangle of the mesh has an area: a spectrum is that of a surface")
     problem = without_stiffest(plain)
-    unit = 1.0 / mesh.scale
     rest, _ = about_centroids(mesh.points[problem.vertices], problem)
     area = float(problem.mass.sum())
     total = float(np.sum(problem.mass[:, None] * rest * rest)) / area
-    count = min(int(modes), len(problem.mass) - problem.n_components)
+    count = min(int(modes), problem.n_waves)
     kappa, shapes = np.empty(0), np.empty((len(rest), 0))
     if count:
         kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=part_of(progress, 0.0, _SHARE_OF_MODES))
@@ -169,13 +169,13 @@ def enough_steps(problem: SpectralProblem, kappa: float) -> int:
     The distance between nodes is pi / (2 steps) of the highest frequency: half a band at sqrt(kappa).
     """
     highest = 2.0 * float(np.max(problem.dirichlet.diagonal() / problem.mass))
-    wanted = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
-    return int(min(max(wanted, _FEWEST_STEPS), _MOST_STEPS))
+    steps = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
+    return int(min(max(steps, _FEWEST_STEPS), _MOST_STEPS))
 
 
 #: Rows whose products are summed up one after the other, whatever the number of threads.
 _BLOCK = 4096
-#: On meshes so many times as large as others a pass takes so little that several threads would wait for each other.
+#: A pass takes so little time that threads pay only on meshes this many times as large as for other kernels.
 _SHORT_PASSES = 10
 #: Iterations for an eigenvalue, of which two are usual.
 _MOST_ITERATIONS = 60
@@ -268,9 +268,9 @@ def _subtract(now: Floats, factors: Floats, after: Floats, sums: Floats) -> None
 
 @compiled(nogil=True)
 def _iterated(diagonal: Floats, beside: Floats, first: Floats) -> bool:
-    """The eigenvalues of a symmetric tridiagonal matrix in the place of its diagonal; whether all are found.
+    """Replaces the diagonal of a symmetric tridiagonal matrix by its eigenvalues; returns whether all have converged.
 
-    `beside` ends with a 0; of the vectors only the first entries are found: `first` becomes (1, 0, ...) times the vectors.
+    `beside` ends with a 0. Of the eigenvectors only the first entries are computed: `first` becomes (1, 0, ...) times them.
     """
     n, eps = diagonal.shape[0], 2.2e-16
     for low in range(n):
