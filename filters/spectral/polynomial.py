@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -176,7 +177,7 @@ def _doubled_shifted(symmetric: sparse.csr_matrix, bound: float) -> sparse.csr_m
 # Unsigned indices spare the test whether each counts from the end, which takes half of the time. Fusing products and sums halves
 # the time again, and is more exact.
 @compiled(fastmath={"contract"})
-def fused_row_product(matrix: CompressedRows, i: int, x: Floats) -> tuple[float, float, float]:
+def fused_row_product(matrix: CompressedRows, i: Any, x: Floats) -> tuple[float, float, float]:
     """(A x)_i for x of shape (n, 3), products fused with sums; i is unsigned."""
     indptr, indices, data = matrix
     a = b = c = 0.0
