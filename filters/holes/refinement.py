@@ -9,7 +9,7 @@ from ..execution import Progress, ignore_progress
 from ..geometry import angle_at, cross_product, cross_products, squared_length
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
-from ..topology import diamond, faces_across, fan_size, flip, relink
+from ..topology import diamond, faces_across, fan_size, flip
 from .vertex_pairs import ForbiddenEdges, is_pair
 
 #: A triangle is split if its centroid, times this, is farther from each corner than the edges there are long [liepa2003].
@@ -73,8 +73,7 @@ def refined_patch(
     growth = Growth(points[:n_rim], uniform)
     targets = sizes * growth.at(points, sizes)
     triangles = np.ascontiguousarray(patch.triangles, dtype=np.int32).copy()
-    across = faces_across(triangles)
-    flip_towards_delaunay(points, triangles, across, forbidden)
+    flip_towards_delaunay(points, triangles, faces_across(triangles), forbidden)
     for done in range(_MOST_ROUNDS):
         progress(done / (done + _HALF))
         split = np.flatnonzero(_too_large(points, targets, triangles)).astype(np.int32)
@@ -83,9 +82,9 @@ def refined_patch(
         centres = points[triangles[split]].mean(axis=1)
         sizes = np.concatenate([sizes, means := sizes[triangles[split]].mean(axis=1)])
         targets = np.concatenate([targets, means * growth.at(centres, means)])
-        triangles, across = _split(len(points), triangles, across, split)
+        triangles = _split(len(points), triangles, split)
         points = np.concatenate([points, centres])
-        flip_towards_delaunay(points, triangles, across, forbidden)
+        flip_towards_delaunay(points, triangles, faces_across(triangles), forbidden)
     points, sizes, triangles = _split_diagonals(points, sizes, triangles, n_rim, forbidden)
     forbidden = forbidden._replace(apart=np.ones(n_rim, dtype=np.bool_))
     flip_towards_delaunay(points, triangles, faces_across(triangles), forbidden)
@@ -142,30 +141,13 @@ def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
     return large
 
 
-def _split(count: int, triangles: Ints, across: Ints, chosen: Ints) -> tuple[Ints, Ints]:
+def _split(count: int, triangles: Ints, chosen: Ints) -> Ints:
     """Replaces each chosen triangle by three round a new point, from `count` on: the first in its row, the others at the end."""
-    new = count + np.arange(len(chosen), dtype=np.int32)
-    second = (len(triangles) + 2 * np.arange(len(chosen))).astype(np.int32)
-    more = np.full((2 * len(chosen), 3), -1, dtype=np.int32)
-    grown, beyond = np.concatenate([triangles, more]), np.concatenate([across, more])
-    _write_split(grown, beyond, chosen, new, second)
-    return grown, beyond
-
-
-@compiled
-def _write_split(triangles: Ints, across: Ints, chosen: Ints, new: Ints, second: Ints) -> None:
-    for k in range(chosen.shape[0]):
-        t, s = chosen[k], second[k]
-        a, b, c, v = triangles[t, 0], triangles[t, 1], triangles[t, 2], new[k]
-        beyond_bc, beyond_ca = across[t, 1], across[t, 2]
-        triangles[t, 2] = v
-        across[t, 1], across[t, 2] = s, s + 1
-        triangles[s, 0], triangles[s, 1], triangles[s, 2] = b, c, v
-        across[s, 0], across[s, 1], across[s, 2] = beyond_bc, s + 1, t
-        triangles[s + 1, 0], triangles[s + 1, 1], triangles[s + 1, 2] = c, a, v
-        across[s + 1, 0], across[s + 1, 1], across[s + 1, 2] = beyond_ca, t, s
-        relink(triangles, across, beyond_bc, b, c, s)
-        relink(triangles, across, beyond_ca, c, a, s + 1)
+    a, b, c = triangles[chosen].T
+    v = count + np.arange(len(chosen), dtype=np.int32)
+    split = np.concatenate([triangles, np.column_stack([b, c, v, c, a, v]).reshape(-1, 3)])
+    split[chosen, 2] = v
+    return split
 
 
 @compiled
