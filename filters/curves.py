@@ -17,6 +17,7 @@ from .diffusion.steps import Rings
 from .diffusion.taubin import checked_mu
 from .execution import Progress, ignore_progress, part_of, threads_for
 from .libraries import sparse
+from .linear_solvers import CompressedRows
 from .mesh import Bools, Floats, Ints, Longs, check_edges, check_points, mask_of, normalised_mesh, worth_reordering
 from .operators import Laplacian, OperatorName, curve_laplacian
 from .topology import OneRings, one_rings
@@ -221,9 +222,7 @@ class ChainStep:
         t = min(time_step, LONGEST_STEP)
         stiffness = laplacian.stiffness
         # Divided by 1 + t all conductances stay finite. A stiffness is negative on its diagonal alone.
-        self._network = _Network(
-            stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32), stiffness.data * (t / (1.0 + t))
-        )
+        self._network = CompressedRows(stiffness.indptr, stiffness.indices, stiffness.data * (t / (1.0 + t)))
         size = len(chains.order)
         self._chains, self._shares = chains, _Shares(np.empty(size), np.zeros(size), np.empty(size), np.empty(size))
         _eliminate(self._network, laplacian.mass / (1.0 + t), chains, self._shares)
@@ -236,7 +235,7 @@ class ChainStep:
 
 
 @compiled
-def _eliminate(network: _Network, mass: Floats, chains: Chains, shares: _Shares) -> None:
+def _eliminate(network: CompressedRows, mass: Floats, chains: Chains, shares: _Shares) -> None:
     """Fills `shares`. The first vertex of a ring is eliminated last; of a chain with ends, the last."""
     order, starts, closed, _ = chains
     to_next, to_first, to_ground, resistance = shares
@@ -266,7 +265,7 @@ def _eliminate(network: _Network, mass: Floats, chains: Chains, shares: _Shares)
 
 
 @compiled
-def _ground(network: _Network, mass: Floats, order: Ints, start: int, stop: int, k: int, ring: bool) -> float:
+def _ground(network: CompressedRows, mass: Floats, order: Ints, start: int, stop: int, k: int, ring: bool) -> float:
     """The conductance from a vertex to the ground and to fixed vertices, which are alike to it."""
     offsets, columns, weights = network
     i = order[k]
@@ -281,7 +280,7 @@ def _ground(network: _Network, mass: Floats, order: Ints, start: int, stop: int,
 
 
 @compiled
-def _weight(network: _Network, i: int, j: int) -> float:
+def _weight(network: CompressedRows, i: int, j: int) -> float:
     offsets, columns, weights = network
     for e in range(offsets[i], offsets[i + 1]):
         if columns[e] == j:
@@ -291,7 +290,7 @@ def _weight(network: _Network, i: int, j: int) -> float:
 
 
 @compiled
-def _substitute(points: Floats, network: _Network, chains: Chains, shares: _Shares, moved: Floats) -> None:
+def _substitute(points: Floats, network: CompressedRows, chains: Chains, shares: _Shares, moved: Floats) -> None:
     """The currents forwards, then the potentials backwards; `moved` holds first the ones and then the others."""
     offsets, columns, weights = network
     order, starts, closed, floating = chains
@@ -327,14 +326,6 @@ def _substitute(points: Floats, network: _Network, chains: Chains, shares: _Shar
                 if k + 1 < stop:
                     potential += to_next[k] * moved[order[k + 1], d]
                 moved[i, d] = potential
-
-
-class _Network(NamedTuple):
-    """The conductances between neighbours: those of vertex i in columns[offsets[i]:offsets[i + 1]], the diagonal with them."""
-
-    offsets: Longs
-    columns: Ints
-    weights: Floats
 
 
 class _Shares(NamedTuple):

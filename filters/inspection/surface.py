@@ -50,7 +50,7 @@ class TriangleTree(NamedTuple):
         rows = np.empty((len(faces), 4))
         _middles(points, faces, rows)
         boxes = np.empty((2 << (leaves - 1).bit_length(), 2, 3))
-        split_nodes(rows, 1, 0, leaves, _LEAF, boxes, np.empty(len(boxes), np.int64))
+        split_nodes(rows, _LEAF, boxes, np.empty(len(boxes), np.int64), 1, 0, leaves)
         indices, triangles = rows[:, 3].astype(np.int32), np.empty((len(faces), 9))
         _enclose(points, faces, indices, leaves, triangles, boxes)
         return cls(triangles, indices, boxes, leaves, _ROUNDING * float(np.abs(boxes[1]).max()) ** 2)

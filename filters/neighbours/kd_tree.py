@@ -7,6 +7,7 @@ tree adapts to any density. Node 1 is the root, the children of node i are 2 i a
 children the two halves of that range, and every leaf but the last is full.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -70,18 +71,15 @@ def build_tree(points: Floats, progress: Progress, *, scale: float | None = None
     boxes: Floats = np.empty((nodes, 2, 3))
     lowest: Longs = np.empty(nodes, np.int64)
 
-    def split(node: int, first: int, last: int) -> None:
-        _split_node(rows[:count], node, first, last, LEAF, boxes, lowest)
-
-    def build(node: int, first: int, last: int) -> None:
-        split_nodes(rows[:count], node, first, last, LEAF, boxes, lowest)
-
+    split = partial(_split_node, rows[:count], LEAF, boxes, lowest)
+    build = partial(split_nodes, rows[:count], LEAF, boxes, lowest)
     # The nodes of a level are independent. The upper levels are split one after the other, each subtree below them is one task.
     level = [(1, 0, leaves)]
     depth = ((leaves - 1) // _SUBTREE).bit_length()
     for above in range(depth):
         in_parallel(split, level, part_of(progress, above / (depth + 1), (above + 1) / (depth + 1)))
-        level = [child for node in level for child in _children(*node)]
+        halves = [(node, first, (first + last) // 2, last) for node, first, last in level]
+        level = [part for i, a, b, c in halves for part in ((2 * i, a, b), (2 * i + 1, b, c))]
     if depth > 0:
         in_parallel(build, level, part_of(progress, depth / (depth + 1), 1.0))
     else:
@@ -91,23 +89,18 @@ def build_tree(points: Floats, progress: Progress, *, scale: float | None = None
     return KdTree(count, scale, coordinates, rows[:, _INDEX].astype(np.int32), boxes, lowest)
 
 
-def _children(node: int, first: int, last: int) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
-    middle = (first + last) // 2
-    return (2 * node, first, middle), (2 * node + 1, middle, last)
-
-
 @compiled(nogil=True)
-def split_nodes(rows: Floats, node: int, first: int, last: int, leaf: int, boxes: Floats, lowest: Longs) -> None:
+def split_nodes(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int, first: int, last: int) -> None:
     """Splits a node and all nodes below it, in place.
 
     Args:
         rows: (n, 4) coordinates and indices, which are put into the order of the tree.
-        node: the node.
-        first: the first leaf that it covers.
-        last: the leaf after its last.
         leaf: the number of rows in a leaf.
         boxes: (nodes, 2, 3) filled with the lowest and the highest coordinates of each node's rows.
         lowest: (nodes,) filled with the smallest index of each node's rows.
+        node: the node.
+        first: the first leaf that it covers.
+        last: the leaf after its last.
     """
     stack = np.empty((STACK, 3), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = node, first, last
@@ -115,7 +108,7 @@ def split_nodes(rows: Floats, node: int, first: int, last: int, leaf: int, boxes
     while top > 0:
         top -= 1
         node, first, last = stack[top, 0], stack[top, 1], stack[top, 2]
-        _split_node(rows, node, first, last, leaf, boxes, lowest)
+        _split_node(rows, leaf, boxes, lowest, node, first, last)
         if last - first > 1:
             middle = (first + last) // 2
             stack[top, 0], stack[top, 1], stack[top, 2] = 2 * node, first, middle
@@ -124,7 +117,7 @@ def split_nodes(rows: Floats, node: int, first: int, last: int, leaf: int, boxes
 
 
 @compiled(nogil=True)
-def _split_node(rows: Floats, node: int, first: int, last: int, leaf: int, boxes: Floats, lowest: Longs) -> None:
+def _split_node(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int, first: int, last: int) -> None:
     """Computes the box of one node and moves its points so that those of its first half of leaves come first."""
     start, stop = first * leaf, min(last * leaf, rows.shape[0])
     low = rows[start].copy()

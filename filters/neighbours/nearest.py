@@ -1,6 +1,7 @@
 """The exact nearest neighbours of every point of a cloud."""
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -44,11 +45,7 @@ def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore
     tree = build_tree(cloud, part_of(progress, 0.0, _BUILDING))
     distances: Floats = np.empty((tree.size, k))
     indices: Ints = np.empty((tree.size, k), np.int32)
-
-    def find(first: int, last: int) -> None:
-        _find(tree, first, last, indices, distances)
-
-    in_parallel(find, leaf_ranges(tree, k), part_of(progress, _BUILDING, 1.0))
+    in_parallel(partial(_find, tree, indices, distances), leaf_ranges(tree, k), part_of(progress, _BUILDING, 1.0))
     return distances, indices
 
 
@@ -74,7 +71,7 @@ def leaf_ranges(tree: KdTree, k: int) -> list[tuple[int, int]]:
 
 
 @compiled(nogil=True)
-def _find(tree: KdTree, first: int, last: int, indices: Ints, distances: Floats) -> None:
+def _find(tree: KdTree, indices: Ints, distances: Floats, first: int, last: int) -> None:
     """Fills the rows of the points in the leaves from `first` to before `last`, leaf by leaf, to keep little beside them."""
     k = indices.shape[1]
     positions, squared = np.empty((LEAF, k), np.int32), np.empty((LEAF, k))
@@ -94,7 +91,7 @@ def _sort_rows(
     indices: Ints,
     distances: Floats,
 ) -> None:
-    """Writes the rows found for the positions from `start` on to the rows of their points, by distance, then by index."""
+    """Writes the rows of the positions from `start` on to the rows of their points, ordered by distance, then by index."""
     k = positions.shape[1]
     keys, places = np.empty(k, np.float32), np.empty(k, np.int32)
     for r in range(positions.shape[0]):
