@@ -271,8 +271,8 @@ class BackwardEulerStep:
         try:
             return self._solve(self._solver, start, prescribed, extent, diagonal, progress)
         except ConvergenceError:
-            # The weights of slivers, large and of both signs, are no longer semidefinite once rounded. Those that are left are,
-            # since no row has an entry that outweighs its diagonal.
+            # Rounding makes weights of slivers, large and of both signs, indefinite. Without the negative ones no entry outweighs
+            # the diagonal of its row, so that the matrix is semidefinite.
             positive = without_negative_weights(self._stiffness)
             if positive is self._stiffness:
                 raise

@@ -12,7 +12,7 @@ from ..mesh import Floats, Whole, check_mesh
 from ..topology import BorderPolicy, border_edges, edge_face_counts
 from .explicit import explicit_surface
 
-#: the operators whose spectrum lies in [-2, 0], for which lambda, mu and the pass band have a meaning
+#: The operators whose spectrum lies in [-2, 0]: lambda, mu and the pass band are defined for these.
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
 
 

@@ -12,7 +12,7 @@ from .measures import cross_product
 
 #: The columns of the table of `measure_faces`: the unit normal, the area, the centre; the eighth is unused.
 NORMAL, AREA, CENTRE = slice(0, 3), 3, slice(4, 7)
-#: faces per block
+#: Faces in a block.
 _BLOCK = 1 << 16
 
 
@@ -182,13 +182,13 @@ def looking_away(normals: Floats, faces: Ints, count: int) -> Bools:
         faces: (m, 3) triangles.
         count: the number of vertices.
     """
-    found = np.empty(len(faces), dtype=np.bool_)
-    _mark_looking_away(normals, faces, np.zeros((count, 3)), found)
-    return found
+    away = np.empty(len(faces), dtype=np.bool_)
+    _mark_looking_away(normals, faces, np.zeros((count, 3)), away)
+    return away
 
 
 @compiled(nogil=True)
-def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, found: Bools) -> None:
+def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, away: Bools) -> None:
     for f in range(len(faces)):
         for k in range(3):
             for c in range(3):
@@ -198,4 +198,4 @@ def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, found: Bools)
         product = 0.0
         for d in range(3):
             product += normals[f, d] * (sums[a, d] + sums[b, d] + sums[c, d])
-        found[f] = product < 0.0
+        away[f] = product < 0.0

@@ -21,14 +21,14 @@ from .vertex_pairs import ForbiddenEdges, vertex_pairs
 _TRIANGULATION = 0.4
 #: A hole at whose rim the surface bends by more than this many times as much as around it is refined further.
 SHARP = 1.2
-#: Its edges become as short as this share of what they would be.
+#: Its edges become down to this share as long.
 FINEST = 0.25
 # The share of the progress of a refined patch that triangulation takes.
 _PATCH_TRIANGULATION = 0.3
-#: Patches with more new vertices than this together are not solved for at once.
+#: The most new vertices of patches that are solved for together.
 MOST_AT_ONCE = 100_000
-#: The new vertices of a patch lie at most so many diagonals of the box of its rim outside of that box. Fillings of smooth
-#: surfaces reach 0.2 of them; one that goes further was thrown out, and refining it would take triangles for all that area.
+#: The largest distance of new vertices from the box of their rim, in diagonals of that box. Fillings of smooth surfaces reach
+#: 0.2. One that goes further is not the lost surface, and refining it would take triangles for all that area.
 FURTHEST = 1.0
 
 
@@ -145,8 +145,8 @@ class _PlacedPatch(NamedTuple):
     own: Ints  # (k,) the vertices of the mesh on its rim, ascending
     patch: Patch  # the patch; its first k points are these vertices
     forbidden: ForbiddenEdges  # which of them it must not join
-    uniform: float  # how wide its part at the rim is where triangles are as small as there, in edges
-    # (s, 3) the edges of the rim in the numbers of the patch, as `bend_at_rim` takes them, but of the third vertex the index in
+    uniform: float  # the width of the band at the rim with triangles as small as there, in edges
+    # (s, 3) the edges of the rim as for `bend_at_rim`: two numbers of points of the patch, and the index of the third vertex in
     # `around`
     sides: Ints
     around: Floats  # (s, 3) coordinates of the third vertices of the faces of the mesh at the rim
@@ -290,7 +290,7 @@ class Patches:
 class Placement(NamedTuple):
     """The placement of the new vertices of a patch."""
 
-    energy: HoleEnergy  # by which energy
+    energy: HoleEnergy  # the energy that placed them
     thrown_out: bool  # whether a higher one would have put them further than `FURTHEST` outside of the box of the rim
 
 

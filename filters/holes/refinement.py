@@ -12,7 +12,7 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import diamond, faces_across, fan_size, flip
 from .vertex_pairs import ForbiddenEdges, is_pair
 
-#: A triangle is split if its centroid, times this, is farther from each corner than the edges there are long [liepa2003].
+#: A triangle is split if the distance of each corner from the centroid, times this, exceeds the edge length there [liepa2003].
 DENSITY = np.sqrt(2.0)
 # Edges between two vertices of the rim are not split at triangles whose height is below this share of the edge length there:
 # between the sides of a crack a new vertex has no room to move.
@@ -22,13 +22,13 @@ _MOST_ROUNDS = 60
 _MOST_POINTS = 300_000
 # After this many rounds half of the work counts as done: their number is unpredictable.
 _HALF = 8
-# An edge is flipped if its opposite angles sum to pi and this, and the sum falls by at least this. Without, an edge between two
-# equal choices could flip back and forth for ever, and rounding would decide.
+# An edge is flipped if its opposite angles sum to more than pi plus this, and the sum falls by more than this. Else rounding
+# could flip an edge between two equal choices back and forth for ever.
 _GAIN = 1e-7
 # No flip makes a triangle with a doubled area below this share of the sum of two squared sides.
 _THINNEST = 1e-7
 _MOST_SWEEPS = 200
-#: A hole gets triangles as small as those at its rim all over if these are about so many vertices at most.
+#: A hole is filled with triangles as small as those at its rim if these have at most about so many vertices.
 MOST_VERTICES = 60_000
 #: Otherwise edges are as short as there within some distance of the rim, and beyond it grow by this share of the distance.
 SLOPE = 0.4

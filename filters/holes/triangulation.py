@@ -27,7 +27,7 @@ _SAME = 1e-9
 _SAME_AREA = 1e-12
 # The number of triangles tried between two calls of `progress`, about.
 _BATCH = 20_000_000
-#: How many triangles around a chord are replaced together.
+#: The number of triangles around a chord that are replaced together.
 WINDOW = 120
 # The most triangulations of a polygon that are tried.
 _MOST_TRIES = 20
@@ -88,7 +88,7 @@ def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, p
         doubled = _doubled_diagonals(corners, triangles)
         if len(doubled) == 0:
             return np.asarray(corners[triangles])
-        # Two corners at one vertex have got diagonals to the same vertex: forbid the second.
+        # Two corners at one vertex have diagonals to the same vertex: forbid the second.
         forbidden = forbidden.with_pairs(doubled[:, 0], doubled[:, 1])
     return None
 
@@ -233,7 +233,7 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, pr
     By dynamic programming: the best triangulation of the part of the polygon from i to j is, for the best vertex m between, the
     triangle (i, m, j) and the best ones from i to m and from m to j. Dihedral angles are those between the normals of the two
     triangles at the new edges and at the sides, 0 if both lie in one plane. So the angle of a part depends on its last triangle,
-    and the minimum is taken over the parts that were kept, as in the paper. Time O(k^3).
+    and the minimum is taken over the best parts, as in the paper. Time O(k^3).
 
     Args:
         points: (k, 3) the corners of the polygon, with coordinates of ordinary size.

@@ -13,9 +13,9 @@ from ..execution import threads_for
 from .arrays import Bools, Floats, Ints, Longs, check_movable
 from .ordering import faces_by_place, order_by_place
 
-#: Points whose furthest move is found together.
+#: Points in a block.
 _BLOCK = 4096
-#: diagonals of a mesh that a vertex may be moved by; nothing that smooths, fairs or denoises has a reason to go as far
+#: The most diagonals of the mesh by which a filter may move a vertex. Further moves are errors of the numbers.
 FURTHEST = 2.0
 
 

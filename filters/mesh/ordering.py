@@ -13,7 +13,7 @@ from .arrays import Floats, Ints
 # A vertex and its neighbours up to this distance on both sides take a third of a second-level cache of 1 MB.
 _NEAR = 8192
 _SAMPLE = 20_000
-# Measured: reordering takes the time that so many sweeps lose to a bad order.
+# Reordering takes as much time as this many sweeps lose to a bad order, as measured.
 _SWEEPS_A_REORDERING_COSTS = 8
 # Slabs are so many typical edges thick, and so many at most in a direction.
 _THICK, _MOST_SLABS = 2.0, 4096
@@ -21,9 +21,9 @@ _THICK, _MOST_SLABS = 2.0, 4096
 _STRAY = 0.01
 #: Of fewer vertices a sweep finds most in the processor's caches, in any order.
 FITS_IN_CACHE = 200_000
-# Triangles are sorted by runs of so many of their lowest vertices.
+# Triangles are sorted by their lowest vertex over this, rounded down.
 _RUN = 64
-# A sort by counting is cut into so many parts, for threads.
+# Parts of a sort by counting, for threads.
 _PARTS = 4
 
 
@@ -49,7 +49,7 @@ def order_by_place(points: Floats, faces: Ints, middle: Floats | None = None, sc
     """(n,) a permutation: the points by slabs across the longest direction, within a slab by the next direction, then the last.
 
     A sweep over a surface in this order reads a few rows of neighbours at a time, each from its start to its end. Breadth first
-    would be better by a quarter, but is found one vertex after another, in an order that memory cannot foresee.
+    would be better by a quarter, but takes longer to find: it visits one vertex after another, far apart in memory.
 
     Args:
         points: (n, 3) finite coordinates.

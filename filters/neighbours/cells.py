@@ -20,7 +20,7 @@ from .kd_tree import STACK
 class CellTree(NamedTuple):
     """The boxes of all cells of a cloud."""
 
-    # (2 w, 2, 3) the lowest and the highest coordinates of each node's points, infinite the wrong way round of none
+    # (2 w, 2, 3) the lowest and the highest coordinates of each node's points; infinity and -infinity for a node without points
     boxes: Floats
     counts: Longs  # (2 w,) the points in each node
 
@@ -83,7 +83,7 @@ def cells_within(
         first: cell of the tile.
         last: the cell after its last.
         k: neighbours.
-        most: how many cells may be listed in all; those of the first points that fit are, at least those of one point.
+        most: the most cells in the list, which then ends with the last point whose cells fit; it has at least one point.
 
     Returns:
         (a + 1,) offsets into the (c,) cells, of the a points whose cells are listed.

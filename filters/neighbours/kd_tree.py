@@ -22,15 +22,15 @@ LEAF = 16
 _SUBTREE = 4096
 #: Deep enough for any walk down a tree of 2^31 points.
 STACK = 64
-#: The column of the index, which is exact in a float64 and so moves with the coordinates.
+#: The column of the index, which a float64 holds exactly.
 _INDEX = 3
 #: Beyond any squared distance of a tree's coordinates, and below the infinite distance of a point to itself.
 FAR = 1e300
-#: Above every index: no candidate at the bound itself counts any more.
+#: Above every index.
 ANY_INDEX = 2**62
-#: Guesses at a threshold before the exact selection takes over: with ties no guess succeeds.
+#: Guesses at a threshold before an exact selection: with ties no guess succeeds.
 _GUESSES = 6
-#: Of k candidates that have to stay, up to k / 8 more may.
+#: Up to k / 8 more candidates than k may stay.
 _MORE = 8
 
 
@@ -38,7 +38,7 @@ class KdTree(NamedTuple):
     """The points in the order of the tree; a "position" counts in that order, an "index" in the caller's."""
 
     size: int  # the number of points n
-    # the power of two that the caller's coordinates are divided by, so that no squared distance overflows or vanishes
+    # the power of two by which the caller's coordinates are divided, so that no squared distance overflows or vanishes
     scale: float
     coordinates: Floats  # (leaves, 3, LEAF), NaN after the last point
     indices: Ints  # (leaves * LEAF,) the index of the point at each position

@@ -18,21 +18,21 @@ from .problem import spectral_problem
 from .responses import Response, cutoff_frequency, low_pass
 from .spectrum import spectrum
 
-#: Thickness is measured up to that at which the bound takes 2 % of the displacement: 1 - tanh(x) / x for x = 1/4.
+#: The largest thickness that is measured, in displacements: the bound takes 2 % there, 1 - tanh(x) / x for x = 1/4.
 _FREE = 4.0
-# And at least as if the displacement were this share of the largest, so that no bound is 0.
+# Displacements count as at least this share of the largest one, so that no bound is 0.
 _NONE = 1e-3
-# Of the low passes: differences of what they leave are taken.
+# Of the low passes, whose results are subtracted from each other.
 _TOLERANCE = 1e-12
 #: The longest wave of the relief in shortest ones: two octaves.
 OCTAVES = 4.0
 #: Waves shorter than this many mean edges are never relief: triangles do not show them.
 SHORTEST = 5.0
-#: A band whose energy is this many times that of noise is signal: three parts of four of it.
+#: A band whose energy is this many times that of noise is signal: three quarters of it are.
 SIGNAL = 4.0
-# Noise shows where waves are this many mean edges long; shorter ones belong to no regular triangles.
+# The lengths of waves from which the noise is measured, in mean edges; regular triangles have no shorter ones.
 _NOISE_FROM, _NOISE_TO = 2.5, 4.0
-# Enough for bands down to ten edges; the long waves of the shape are not resolved, and not needed.
+# Enough for bands of up to ten edges; the longer waves of the shape are not needed.
 _STEPS = 300
 
 

@@ -36,7 +36,7 @@ _ROUNDING = 8.0 * float(np.finfo(float).eps)
 class Filtered(NamedTuple):
     """The result of `filter_without_eigenvectors`."""
 
-    values: Floats  # of the shape of what was filtered
+    values: Floats  # of the shape of the input
     # of the error's root mean square over the surface, sqrt(|e|_M^2 / area), over all columns, in the unit of the values: a bound
     # for the polynomial; for the rational function a bound plus an estimate of the error of the solves
     error: float
@@ -140,7 +140,7 @@ def _about_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Flo
     return columns - means, means
 
 
-#: The poles that are tried go from the lowest squared cutoff times the first factor to the highest times the second.
+#: Poles are tried from the lowest squared cutoff times the first factor to the highest times the second, this many.
 _LOWEST_POLE, _HIGHEST_POLE, _POLES = 0.2, 30.0, 40
 _LARGEST_DEGREE = 400
 #: Systems of at most this many rows are factorised, which takes up to a second.
@@ -198,7 +198,7 @@ def rational_filter(
     error = 0.0
     for k in range(degree):
         allowed = _SHARE_OF_SOLVES * tolerance * size / (degree * max(float(amplification[k]), 1e-300))
-        # R T_k = 4 R R T_{k-1} - 2 R T_{k-1} - R T_{k-2}, and R changes little in what it was applied to before.
+        # R T_k = 4 R R T_{k-1} - 2 R T_{k-1} - R T_{k-2}, and R changes little in values that it was applied to before.
         guess = now if k == 0 else 2.0 * image - image_before
         image_before = image
         image, missed = system.solve(now, guess, allowed, part_of(progress, k / degree, (k + 1) / degree))

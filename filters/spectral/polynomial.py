@@ -90,7 +90,7 @@ FITS_IN_CACHE = 200_000
 _SCATTERED = 0.2
 #: ... farther than this many columns, ...
 _NEAR = 8192
-#: ... and if this many products with one column are to come: finding the order takes about as long as they lose without it.
+#: ... and if this many products with one column are to come: they lose about as much time without the order as finding it takes.
 _PRODUCTS_AN_ORDER_COSTS = 300
 
 
@@ -250,7 +250,7 @@ def nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:
 
     Args:
         matrix: (n, n) with a symmetric pattern.
-        products: how many are to come, with one column each.
+        products: the number of products to come, of one column each.
     """
     n = matrix.shape[0]
     if n < FITS_IN_CACHE or products < _PRODUCTS_AN_ORDER_COSTS:

@@ -79,7 +79,7 @@ def spectrum(
         faces: (m, 3) triangles, at least one.
         modes: how many modes are computed [vallet2008], without those that are constant on a component. More give single modes
             up to a higher frequency, and take longer.
-        steps: of the Lanczos process; None for as many as resolve the bands above the last mode, at most 600. More separate
+        steps: of the Lanczos process; None for enough to resolve the bands above the last mode, at most 600. More separate
             neighbouring bands more sharply, above all at low frequencies, and take longer.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         progress: called with the share that is done; may raise to stop.
@@ -154,9 +154,9 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
-    # The bound at which the k stiffest vertices take all that may be added: sum over them of (S_ii / bound - M_i) = added.
+    # The bound at which the k stiffest vertices take all the mass that may be added: sum over them of (S_ii / bound - M_i).
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
-    # It rises with k as long as the next vertex is above it: the highest is that of all vertices above.
+    # It rises with k as long as the next vertex is above it: the highest bound is the one for all vertices above it.
     bound = float(bounds.max(initial=0.0))
     if not bound > 0.0:
         return problem

@@ -16,16 +16,16 @@ from ..libraries import blas, linalg, sparse
 from ..linear_solvers import CompressedRows, Fronts, ShiftedFactors
 from ..mesh import Floats
 
-#: Modes of a band: with more, keeping the basis orthogonal costs more; with fewer, more factorisations are needed.
+#: Modes of a band, and in large matrices: more make it costlier to keep the basis orthogonal, fewer take more factorisations.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
-#: Modes beyond the last one wanted, in whose widest gap the last shift is put.
+#: The last shift is put into the widest gap between this many modes beyond the last one.
 _GUARD = 6
 _ROUNDS = 10_000
 _POLISHES = 3
 #: Columns that the factors solve for at once. Eigenvalues of a higher multiplicity take a second search.
 BLOCK = 8
-#: Convergence is tested from a basis of the first factor times the number of wanted modes on, and then at every growth by the
-#: second, up to the limit.
+#: Sizes of the basis, in numbers of modes: convergence is tested from the first on and at every growth by the second, up to the
+#: limit.
 _FIRST_LOOK, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
 #: Vectors added to these sizes, for small numbers of modes.
 _SMALL = 40
@@ -42,7 +42,7 @@ def lowest_modes(
 
     A shift is put where about half a band of new eigenvalues is expected below it. The signs of its factors' pivots count the
     eigenvalues below [grimes1994]; `modes_near` searches for all that are missing and about as many above. The last shift lies
-    above the last mode and only counts; if a mode is missing, it is searched for.
+    above the last mode and only counts. If a mode is missing, it is searched for.
 
     Args:
         operator: A, (n, n) symmetric, positive semidefinite, scaled such that there are about kappa eigenvalues below kappa.
