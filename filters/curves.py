@@ -16,7 +16,6 @@ from .diffusion.stencil import curve_stencil
 from .diffusion.steps import Rings
 from .diffusion.taubin import checked_mu
 from .execution import Progress, ignore_progress, part_of, threads_for
-from .libraries import sparse
 from .linear_solvers import CompressedRows
 from .mesh import Bools, Floats, Ints, Longs, check_edges, check_points, mask_of, normalised_mesh, worth_reordering
 from .operators import Laplacian, OperatorName, curve_laplacian
@@ -178,7 +177,7 @@ def implicit_curve_steps(
 ) -> Floats:
     """(n, 3) the vertices after `count` steps of length `time`, in the unit of one over the operator."""
     laplacian = curve_laplacian(start, pairs, operator)
-    labels: Ints = sparse.csgraph.connected_components(laplacian.stiffness, directed=False)[1]
+    labels = laplacian.components()
     branched = _in_branched_component(rings, moves, labels)
     chains = ChainStep(laplacian, trace_chains(rings, moves & ~branched), time)
     free = moves & branched

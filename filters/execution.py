@@ -24,11 +24,11 @@ SERIAL_BELOW = 20_000
 _PARTS = 8
 #: No part is smaller than this share of `SERIAL_BELOW`: a loop is often one of many that several threads call already.
 _LEAST_PART = 0.625
-#: Seconds after which the progress is reported again while a long task runs, so that the caller can stop the work.
-_PATIENCE = 0.2
 T = TypeVar("T")
-#: Seconds between two reports of the progress.
+#: Seconds between two reports of the progress while a long task runs, so that the caller can stop the work.
 _POLL = 0.1
+#: Rows of a block.
+_BLOCK = 1 << 16
 
 
 def ignore_progress(done: float) -> None:
@@ -50,6 +50,12 @@ def rising(progress: Progress, start: float = 0.0, stop: float = 1.0) -> Progres
         progress(start + (stop - start) * furthest)
 
     return report
+
+
+def blocks(count: int) -> Iterator[slice]:
+    """The rows from 0 to `count` in blocks of 65,536, where the arrays of all would not fit into the cache or into memory."""
+    for start in range(0, count, _BLOCK):
+        yield slice(start, min(start + _BLOCK, count))
 
 
 @contextmanager
@@ -78,7 +84,7 @@ def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], pro
         futures = [pool.submit(work, *task) for task in tasks]
         try:
             for done, future in enumerate(futures):
-                while not wait([future], timeout=_PATIENCE).done:
+                while not wait([future], timeout=_POLL).done:
                     progress(done / len(futures))
                 future.result()
                 progress((done + 1) / len(futures))
@@ -164,6 +170,7 @@ def abandonable(work: Callable[[], T], progress: Progress, done: float) -> T:
 __all__ = [
     "Progress",
     "abandonable",
+    "blocks",
     "ignore_progress",
     "in_parallel",
     "over_range",

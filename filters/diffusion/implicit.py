@@ -190,14 +190,14 @@ class _Flow:
         systems = []
         if self._along:
             self._curve = self._updated(self._curve, lambda: curve_laplacian(points, self._border_edges, self._operator))
-            systems.append(self._system(self._curve, self._fixed_on_curve, _connected(self._curve)))
+            systems.append(self._system(self._curve, self._fixed_on_curve, self._curve.components()))
         if self._flow == "conformalized" and self._surface is not None and self._operator == "laplace_beltrami":
             # The same as `_updated`, without building a stiffness that is not used.
             self._surface = Laplacian(self._surface.stiffness, mixed_voronoi_areas(points, self._faces))
         else:
             self._surface = self._updated(self._surface, lambda: build_laplacian(points, self._faces, self._operator))
         is_cloud = len(self._faces) == 0
-        systems.append(self._system(self._surface, self._fixed, _connected(self._surface) if is_cloud else self.components))
+        systems.append(self._system(self._surface, self._fixed, self._surface.components() if is_cloud else self.components))
         return systems
 
     def _updated(self, previous: Laplacian | None, build: Callable[[], Laplacian]) -> Laplacian:
@@ -208,11 +208,6 @@ class _Flow:
 
     def _system(self, laplacian: Laplacian, fixed: Bools, components: Ints) -> BackwardEulerStep:
         return BackwardEulerStep(laplacian, self._time_step, fixed=fixed, components=components, solves=self._solves)
-
-
-def _connected(laplacian: Laplacian) -> Ints:
-    labels: Ints = sparse.csgraph.connected_components(laplacian.stiffness, directed=False)[1]
-    return labels
 
 
 class BackwardEulerStep:

@@ -5,15 +5,13 @@ import math
 import numpy as np
 
 from ..compilation import compiled
-from ..execution import over_range
+from ..execution import blocks, over_range
 from ..mesh import Bools, Floats, Ints
 from ..topology import face_adjacency
 from .measures import cross_product
 
 #: The columns of the table of `measure_faces`: the unit normal, the area, the centre; the eighth is unused.
 NORMAL, AREA, CENTRE = slice(0, 3), 3, slice(4, 7)
-#: Faces in a block.
-_BLOCK = 1 << 16
 
 
 def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) -> Floats:
@@ -43,8 +41,7 @@ def face_areas(vertices: Floats, faces: Ints) -> Floats:
 
 def _measured(vertices: Floats, faces: Ints, columns: slice | int, values: Floats) -> Floats:
     """Columns of `measure_faces`, block by block: the table of all faces would not fit into the cache."""
-    for start in range(0, len(faces), _BLOCK):
-        part = slice(start, start + _BLOCK)
+    for part in blocks(len(faces)):
         values[part] = measure_faces(vertices, faces[part])[:, columns]
     return values
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError
 from ..compilation import compiled
-from ..execution import over_range
+from ..execution import blocks, over_range
 from ..geometry import closest_weights, face_normals
 from ..libraries import spatial
 from ..mesh import Floats, Ints, Longs, NormalisedMesh, check_mesh, normalised_mesh
@@ -175,10 +175,6 @@ def _bound(
             bounds[c] = min(bounds[c], math.sqrt(furthest))
 
 
-#: Points in a block.
-_BLOCK = 1 << 16
-
-
 class NearestPlaces(NamedTuple):
     """The places of a surface nearest to q points.
 
@@ -233,9 +229,7 @@ class Surface:
         """
         count = len(queries)
         places = NearestPlaces(np.empty(count), np.empty(count, np.int32), np.empty((count * vectors, 3)))
-        # By blocks, as the intermediate arrays take five times the memory of the result.
-        for start in range(0, count, _BLOCK):
-            part = slice(start, start + _BLOCK)
+        for part in blocks(count):  # the intermediate arrays take five times the memory of the result
             places.signed[part], places.elements[part], offsets = self._nearest(queries[part])
             if vectors:
                 places.vectors[part] = offsets / self.mesh.scale

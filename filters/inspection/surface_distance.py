@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..execution import blocks
 from ..geometry import vector_lengths
 from ..mesh import Floats, Ints, check_mesh
 from .face_samples import face_samples, sample_places
@@ -17,8 +18,6 @@ SAMPLES = 100_000
 PERCENTILES = (50, 90, 95, 99)
 #: The search for the largest distance ends when no other can be larger by more than this factor.
 _PROVEN = 1.01
-#: Faces and samples in a block: the arrays of all would take too much memory.
-_BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -131,10 +130,9 @@ def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int =
     sampled = at_vertices
     if len(triangles):
         sampled = NearestPlaces(np.empty(len(weights)), np.empty(len(weights), np.int32), np.empty((0, 3)))
-        for start in range(0, len(weights), _BLOCK):
-            rows = np.arange(start, min(start + _BLOCK, len(weights)))
-            nearest = to.nearest(sample_places(points, triangles, samples.faces, rows))
-            sampled.signed[rows], sampled.elements[rows] = nearest.signed, nearest.elements
+        for part in blocks(len(weights)):
+            nearest = to.nearest(sample_places(points, triangles, samples.faces, np.arange(part.start, part.stop)))
+            sampled.signed[part], sampled.elements[part] = nearest.signed, nearest.elements
     largest, furthest, at_most = _largest(points, triangles, at_vertices.signed, samples.faces, sampled, to)
     return SurfaceDistance(
         samples.faces, weights, sampled.signed, sampled.elements, at_vertices.signed, largest, furthest, at_most
@@ -169,8 +167,7 @@ def _largest(
         return largest, furthest, float((at_points[faces].max(axis=1) + sides).max()) / scale
     first = np.searchsorted(samples, np.arange(len(faces), dtype=np.int32))  # the samples of a face stand together
     bounds = np.empty(len(faces))
-    for start in range(0, len(faces), _BLOCK):
-        part = slice(start, start + _BLOCK)
+    for part in blocks(len(faces)):
         beside = to.cells_of(sampled.elements[first[part]])[:, None]
         bounds[part] = to.largest_distances(local[faces[part]], at_points[faces[part]], beside)
     high = bounds > largest * scale * _PROVEN
@@ -181,8 +178,8 @@ def _largest(
     while len(parts.bounds) and 3 * len(parts.bounds) <= left:
         left -= 3 * len(parts.bounds)
         smaller = []
-        for start in range(0, len(parts.bounds), _BLOCK):
-            middles, distances, quarters = _quartered(_Parts(*(values[start : start + _BLOCK] for values in parts)), to)
+        for block in blocks(len(parts.bounds)):
+            middles, distances, quarters = _quartered(_Parts(*(values[block] for values in parts)), to)
             if distances.max() > largest * scale:
                 worst = int(distances.argmax())
                 largest, furthest = float(distances[worst]) / scale, middles[worst] / scale + to.mesh.middle

@@ -10,14 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..execution import blocks
 from ..geometry import edge_lengths, looking_away
 from ..mesh import Floats, Ints, check_edges, check_mesh, normalised_mesh
 from ..neighbours import nearest_neighbours
 from .connectivity import Connectivity, connectivity
 from .face_measures import dihedral_angles, face_measures
-
-#: faces per block, whose coordinates and normals fit into the cache
-_BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -167,7 +165,6 @@ def box_diagonal(points: Floats) -> float:
 def _volume(points: Floats, faces: Ints, normals: Floats) -> float:
     """Sum of det(a, b, c) / 6 = a . ((b - a) x (c - a)) / 6."""
     products = np.empty(len(faces))
-    for start in range(0, len(faces), _BLOCK):
-        part = slice(start, start + _BLOCK)
+    for part in blocks(len(faces)):
         np.einsum("ij,ij->i", points[faces[part, 0]], normals[part], out=products[part])
     return float(products.sum()) / 6

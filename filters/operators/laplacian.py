@@ -51,6 +51,11 @@ class Laplacian:
         sums = np.asarray(abs(self.stiffness).sum(axis=1)).ravel()
         return float((sums * self.inverse_mass).max(initial=0.0))
 
+    def components(self) -> Ints:
+        """(n,) a label from 0 for every vertex, the same for vertices that entries of C connect."""
+        labels: Ints = sparse.csgraph.connected_components(self.stiffness, directed=False)[1]
+        return labels
+
 
 def assemble_stiffness(rings: OneRings, weights: Floats) -> sparse.csr_matrix:
     """C, (n, n), with ``C[i, neighbours[k]] = weights[k]`` for the entries k of i's one-ring and rows that sum to 0."""
