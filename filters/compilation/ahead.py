@@ -29,11 +29,7 @@ def listed_signatures() -> Signatures:
 
 
 def signatures_of(kernels: Iterable[tuple[str, str, Any]]) -> Signatures:
-    """The types of arguments for which kernels were loaded or compiled.
-
-    Args:
-        kernels: as `pymeshfair.filters.compilation.loaded_kernels` gives them.
-    """
+    """The types of arguments for which kernels, such as those of `loaded_kernels`, were loaded or compiled."""
     signatures: Signatures = {}
     for module, name, kernel in kernels:
         if types := sorted(kernel.signatures, key=repr):

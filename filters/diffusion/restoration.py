@@ -36,13 +36,8 @@ class Volumes(NamedTuple):
 def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Bools | None) -> Volumes:
     """The volumes of the components without boundary all of whose vertices may move.
 
-    A component has no boundary if every edge is run through as often one way as the other; non-manifold edges may be.
-
-    Args:
-        points: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        components: (n,) labels from 0, -1 for unreferenced vertices.
-        movable: (n,) None for all.
+    A component has no boundary if its faces run through every edge as often one way as the other; edges may be non-manifold. Of
+    the (n,) `components`, unreferenced vertices have -1.
     """
     proper = faces[proper_faces(faces)]
     n, count = len(points), int(components.max(initial=-1)) + 1
@@ -61,11 +56,7 @@ def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Boo
 
 
 def restore_volumes(points: Floats, original: Volumes) -> Floats:
-    """The points with every enclosing component scaled about the centroid of its surface so that it has its volume again.
-
-    Args:
-        points: (n, 3) coordinates.
-        original: the volumes to restore. Components of volume 0 stay as they are.
+    """The points, every enclosing component scaled about the centroid of its surface to its original volume, unless that is 0.
 
     Raises:
         FilterInputError: hardly anything of a component is left to be scaled.

@@ -125,13 +125,7 @@ def meshlab_taubin_smooth(
 
 
 def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigenvalue: float) -> float:
-    """The mu of a pair of steps that is stable: the given one, or that of the pass band.
-
-    Args:
-        step: lambda.
-        mu: the step back.
-        pass_band: k_PB; if given, `mu` is not used.
-        largest_eigenvalue: no eigenvalue of -L is larger.
+    """The mu of a stable pair of steps: that of the pass band, or `mu` without one. No eigenvalue of -L is above the largest.
 
     Raises:
         FilterInputError: a parameter out of range.

@@ -75,13 +75,7 @@ def seen_from_one_side(vertices: Floats, faces: Ints) -> float:
 
 @compiled(nogil=True)
 def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
-    """The number of faces whose normals have turned by more than a right angle.
-
-    Args:
-        before: (n, 3) coordinates of ordinary size.
-        after: (n, 3) the new coordinates of the same vertices.
-        faces: (m, 3) triangles.
-    """
+    """The number of faces whose normals turn by more than a right angle, from (n, 3) coordinates of ordinary size to new ones."""
     count = 0
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -108,12 +102,7 @@ def _measure(vertices: Floats, faces: Ints, table: Floats, first: int, last: int
 
 
 def vertex_normals_by_area(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit normals of the vertices: area-weighted means of the face normals; 0 for vertices without a face.
-
-    Args:
-        points: (n, 3) coordinates of ordinary size.
-        faces: (m, 3) triangles.
-    """
+    """(n, 3) unit normals of points of ordinary size: area-weighted means of the face normals; 0 for points without a face."""
     return mean_normals_at_vertices(cross_products(points, faces), faces, len(points))
 
 
@@ -174,10 +163,7 @@ def _add_by_angle(vertices: Floats, faces: Ints, normals: Floats) -> None:
 def looking_away(normals: Floats, faces: Ints, count: int) -> Bools:
     """(m,) which faces look away from the mean of the normals of the faces at their vertices, weighted by area.
 
-    Args:
-        normals: (m, 3) of the faces, as long as their areas times any number.
-        faces: (m, 3) triangles.
-        count: the number of vertices.
+    The (m, 3) normals are as long as the areas of the faces times any number; `count` is the number of vertices.
     """
     away = np.empty(len(faces), dtype=np.bool_)
     _mark_looking_away(normals, faces, np.zeros((count, 3)), away)

@@ -302,15 +302,7 @@ def fair_patches(
     All patches of one energy are solved for together, the highest energy first. If their equations cannot be solved, the set is
     halved until each patch that causes it stands alone. Such a patch gets the next lower energy, in this round and all later
     ones, and so does one that leaves the box of its rim by more than `FURTHEST`. The last energy, "none", leaves vertices among
-    those around.
-
-    Args:
-        patches: the patches, refined once.
-        points: (n, 3) the vertices of the mesh.
-        faces: (m, 3) its triangles.
-        energy: the energy to begin with.
-        rounds: how often to fair.
-        progress: called with the share that is done, which falls where patches are solved for again.
+    those around. The progress falls where patches are solved for again.
     """
     placements = [Placement(energy, False)] * patches.count
     for done in range(rounds):

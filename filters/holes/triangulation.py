@@ -70,14 +70,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> P
 
 
 def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
-    """(b, 3) the vertices of triangles that close the polygon; None if none of them is a manifold.
-
-    Args:
-        outline: the polygon.
-        points: (n, 3) the vertices of the mesh.
-        joined: which of its corners are joined by an edge already.
-        progress: as for `triangulate_rim`.
-    """
+    """(b, 3) the vertices of triangles that close the polygon, without `joined` diagonals; None if no such surface is manifold."""
     corners = outline.vertices
     opposite = np.where(outline.opposite[:, None] < 0, np.nan, points[outline.opposite])
     forbidden = joined.with_pairs(*_corners_at_one_vertex(corners))

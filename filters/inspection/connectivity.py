@@ -69,13 +69,7 @@ class Connectivity:
 
 
 def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
-    """The connectivity of vertices by faces and edges.
-
-    Args:
-        n_vertices: n.
-        faces: (m, 3) int32.
-        segments: (e, 2) int32.
-    """
+    """The connectivity of vertices by (m, 3) faces and (e, 2) edges, both int32."""
     all_proper = proper_faces(faces)
     proper = faces if all_proper.all() else faces[all_proper]
     by_edge = faces_by_edge(proper)

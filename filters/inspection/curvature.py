@@ -31,11 +31,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
     """(n, 3) the unit normals of the vertices: those of the faces, weighted with their angles there; 0 where no face has an area.
 
-    The weights make the normal independent of how the surroundings are cut into triangles.
-
-    Args:
-        points: (n, 3) coordinates of ordinary size.
-        faces: (m, 3) triangles.
+    The weights make the normal independent of how the surroundings are cut into triangles. The points are of ordinary size.
     """
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)

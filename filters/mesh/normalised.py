@@ -120,11 +120,7 @@ class NormalisedMesh:
         return replace(self.in_order(places), has_sorted_cells=True)
 
     def in_order(self, places: Ints | None) -> "NormalisedMesh":
-        """The same mesh, its point k the point ``places[k]`` of this one; None changes nothing.
-
-        Args:
-            places: (k,) a permutation.
-        """
+        """The same mesh, its point k the point ``places[k]`` of this one, for a (k,) permutation; None changes nothing."""
         if places is None:
             return self
         return replace(self, order=places if self.order is None else self.order[places])
@@ -243,9 +239,6 @@ def scaled_to_unit(vertices: Floats) -> tuple[Floats, float]:
     """The vertices times a power of two that brings the longest side of their box to between 1/4 and 1, and that power.
 
     A power of two changes no digit of a coordinate. A mesh without extent keeps its size.
-
-    Args:
-        vertices: (n, 3) finite coordinates.
     """
     scale = unit_scale(*bounding_box(vertices)) if len(vertices) else 1.0
     return (vertices, 1.0) if scale == 1.0 else (vertices * scale, scale)

@@ -187,12 +187,7 @@ def shortest_relief(vertices: Floats, faces: Ints, mean_edge: float) -> float:
     Noise that is independent at each vertex has the same energy in every mode, so that its energy in a band of a third of an
     octave grows with the square of the frequency. Its level is taken from waves of 2.5 to 4 mean edges, which show little else.
     The relief begins a third of an octave above the shortest band that has `SIGNAL` times as much energy as such noise would, at
-    `SHORTEST` edges at least.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles, at least one with an area.
-        mean_edge: of the mesh, above 0.
+    `SHORTEST` edges at least. At least one triangle must have an area.
     """
     # In mean edges, since the edges of bands are the same numbers for all meshes.
     measured = spectrum(vertices / mean_edge, faces, modes=0, steps=_STEPS)
