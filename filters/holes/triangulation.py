@@ -70,7 +70,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> P
 
 
 def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
-    """(b, 3) the vertices of triangles that close the polygon, without `joined` diagonals; None if no such surface is manifold."""
+    """(b, 3) the vertices of triangles that close the polygon, without `joined` diagonals; None if no such surface exists."""
     corners = outline.vertices
     opposite = np.where(outline.opposite[:, None] < 0, np.nan, points[outline.opposite])
     forbidden = joined.with_pairs(*_corners_at_one_vertex(corners))

@@ -19,7 +19,7 @@ def face_measures(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
 
 
 def faces_agree(faces: Ints, neighbours: Ints, shared: Ints) -> Bools:
-    """(q,) whether the faces of each of (q, 2) pairs run in opposite directions along the edge that they share, (q, 2) vertices."""
+    """(q,) whether the two faces of each of (q, 2) pairs run in opposite directions along their (q, 2) shared edge."""
     agree = np.empty(len(neighbours), dtype=np.bool_)
     over_range(_compare_directions, len(neighbours), faces, neighbours, shared, agree)
     return agree
