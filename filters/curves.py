@@ -141,7 +141,7 @@ def _time_and_operator(
         raise FilterInputError("the method 'implicit' takes either a time_step or a detail_size")
     if detail_size is not None:
         if weights != "inverse_length":
-            raise FilterInputError("uniform weights know no lengths: give a time_step, or weights='inverse_length' a detail_size")
+            raise FilterInputError("uniform weights do not depend on lengths: give a time_step, or take 'inverse_length'")
         check_positive("detail_size", detail_size)
         # Scaled before it is squared, which neither overflows nor vanishes then.
         size = min(max(detail_size * scale, _SMALLEST_SIZE), _LARGEST_SIZE)

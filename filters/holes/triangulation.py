@@ -364,14 +364,8 @@ def retriangulated(
 
     The `WINDOW` triangles nearest to a chord, by the number of edges crossed, form a polygon, since a triangulated polygon is a
     tree of triangles. `minimal_triangulation` triangulates it anew, with the triangles around as neighbours, and its triangles
-    are taken if their (largest dihedral angle, area) is less.
-
-    Args:
-        triangles: (k - 2, 3) corners from 0 to k - 1, in the orientation of the polygon.
-        chords: the two corners of each.
-        points: (k, 3) the corners, with coordinates of ordinary size.
-        opposite: (k, 3) the third vertex of the face of the mesh at the side from i to i + 1; NaN if there is none.
-        forbidden: which diagonals must not be used.
+    are taken if their (largest dihedral angle, area) is less. The arguments are those of `triangulate_rim`, its result, and the
+    two corners of each chord.
     """
     if not chords:
         return triangles

@@ -194,7 +194,7 @@ def _spread(positive: Any, masses: Any, scale: float, spread: "sparse.csr_array"
     stiffness.sort_indices()
     if not np.isfinite(stiffness.data).all():
         raise FilterInputError(
-            "edges of the mesh differ in length by so many orders of magnitude that no numbers are left for its operator: remove "
-            "spikes, or the smallest triangles, first"
+            "edges of the mesh differ in length by so many orders of magnitude that its operator is out of the range of numbers: "
+            "remove spikes, or the smallest triangles, first"
         )
     return Laplacian(stiffness, np.asarray(spread.T @ masses.diagonal()) / scale / scale)

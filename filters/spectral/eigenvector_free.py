@@ -116,7 +116,7 @@ def _planned(
             return series, None
         if route == "polynomial":
             raise FilterInputError(
-                f"a polynomial of degree {LARGEST_DEGREE} has an error of {series.error:.3g} still: the mesh has too "
+                f"a polynomial of degree {LARGEST_DEGREE} still has an error of {series.error:.3g}: the mesh has too "
                 "thin triangles for the wavelength; take the rational route or the robust operator"
             )
     rational, pole = rational_series(response, tolerance=tolerance)

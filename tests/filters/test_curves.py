@@ -386,7 +386,7 @@ def test_progress_ends_at_one_and_can_stop() -> None:
         ({"method": "implicit", "time_step": 1.0, "detail_size": 1.0}, "either a time_step or a detail_size"),
         ({"method": "implicit", "time_step": -1.0}, "time_step -1.0"),
         ({"method": "implicit", "time_step": float("inf")}, "time_step inf"),
-        ({"method": "implicit", "detail_size": 1.0}, "uniform weights know no lengths"),
+        ({"method": "implicit", "detail_size": 1.0}, "uniform weights do not depend on lengths"),
         ({"method": "implicit", "weights": "inverse_length", "detail_size": 0.0}, "detail_size 0.0"),
         ({"time_step": 1.0}, "are for the method 'implicit'"),
         ({"movable": [True]}, "movable must be"),
