@@ -9,7 +9,7 @@ from ..checks import ConvergenceError, FilterInputError, check_choice, check_who
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..fairing.region import ENERGIES, Energy, fair_region
 from ..geometry import angles_between, cross_products
-from ..mesh import Floats, Ints, check_mesh, check_vertex_mask, mask_of
+from ..mesh import Floats, Ints, check_mesh, check_vertex_mask, mask_of, scaled_to_unit
 from ..topology import BoundaryLoop, OneRings, boundary_loops, face_adjacency, one_rings
 from .filling import HOLE_ENERGIES, ISLAND_IN_IT, HoleEnergy, HoleFilling, broken_left_open, left_open_as
 from .refinement import MOST_VERTICES, Patch, refined_patch, uniform_width
@@ -92,7 +92,7 @@ def close_holes(
     check_whole_number("max_edges", max_edges, least=3)
     check_whole_number("rounds", rounds, least=1)
     selection = None if selected is None else check_vertex_mask("selected", selected, len(original))
-    points, exponent = _ordinary(original, triangles)
+    points, scale = scaled_to_unit(np.where(mask_of(triangles, len(original))[:, None], original, 0.0))
     forwards = rising(progress)  # work that is repeated in another way counts again
     rims, broken = boundary_loops(points, triangles)
     holes, inside, others = sorted_rims(rims, points, triangles, max_edges, selection, islands)
@@ -117,7 +117,7 @@ def close_holes(
     left_open.sort(key=lambda rim: int(rim.vertices.min()))
     progress(1.0)
     return HoleFilling(
-        np.ldexp(new_vertices, exponent),
+        new_vertices / scale,
         new_faces,
         hole_of_face,
         hole_of_vertex,
@@ -127,16 +127,6 @@ def close_holes(
         tuple(p.energy for p in placements),
         tuple(p.thrown_out for p in placements),
     )
-
-
-def _ordinary(vertices: Floats, triangles: Ints) -> tuple[Floats, int]:
-    """The vertices divided by a power of two, and its exponent: exact, and areas and their squares stay in range in any unit.
-
-    Vertices without a face do not count, and become 0.
-    """
-    points = np.where(mask_of(triangles, len(vertices))[:, None], vertices, 0.0)
-    exponent = int(np.frexp(np.abs(points).max(initial=0.0))[1])
-    return np.ldexp(points, -exponent), exponent
 
 
 class _PlacedPatch(NamedTuple):
