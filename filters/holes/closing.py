@@ -21,7 +21,7 @@ from .vertex_pairs import ForbiddenEdges, vertex_pairs
 _TRIANGULATION = 0.4
 #: A hole at whose rim the surface bends by more than this many times as much as around it is refined further.
 SHARP = 1.2
-#: Its edges become down to this share as long.
+#: The least share to which its edges are shortened.
 FINEST = 0.25
 # The share of the progress of a refined patch that triangulation takes.
 _PATCH_TRIANGULATION = 0.3

@@ -386,7 +386,8 @@ def retriangulated(
         if better is None:
             continue
         before = np.searchsorted(corners, rows[chosen]).astype(np.int32)
-        if _is_less(_energy(points[corners], across, better), _energy(points[corners], across, before)):
+        (angle, area), (old_angle, old_area) = (_energy(points[corners], across, each) for each in (better, before))
+        if angle < old_angle - _SAME or (angle <= old_angle + _SAME and area < old_area):
             for t in chosen:
                 for k in range(3):
                     del holder[int(rows[t, k]), int(rows[t, (k + 1) % 3])]
@@ -431,7 +432,3 @@ def _energy(points: Floats, across: Floats, triangles: Ints) -> tuple[float, flo
         elif lengths[u] > 0.0:
             worst = max(worst, 1.0 - float(normals[t] @ beyond[u]) / float(lengths[u]))
     return worst, float(areas.sum())
-
-
-def _is_less(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    return one[0] < other[0] - _SAME or (one[0] <= other[0] + _SAME and one[1] < other[1])

@@ -15,7 +15,8 @@ from .ordering import faces_by_place, order_by_place
 
 #: Points in a block.
 _BLOCK = 4096
-#: The most diagonals of the mesh by which a filter may move a vertex. Further moves are errors of the numbers.
+#: The most diagonals of the mesh by which a filter may move a vertex: further it is a spike, the result of equations that were
+#: too ill-conditioned.
 FURTHEST = 2.0
 
 

@@ -26,7 +26,7 @@ STACK = 64
 _INDEX = 3
 #: Beyond any squared distance of a tree's coordinates, and below the infinite distance of a point to itself.
 FAR = 1e300
-#: Above every index.
+#: Above every index, so that every tie counts.
 ANY_INDEX = 2**62
 #: Guesses at a threshold before an exact selection: with ties no guess succeeds.
 _GUESSES = 6

@@ -54,8 +54,8 @@ class StrayRule:
 
     def too_small(self, sizes: Longs, sums: Longs) -> Bools:
         """(p,) which parts are stray, by their `part_sums`."""
-        least = np.where(mean_thicknesses(sizes, sums) > _FULL, _MORE, 1) * self.smallest_part
-        return np.asarray(sizes < least)
+        thickness = sums * _GRAIN / np.maximum(sizes, 1)
+        return np.asarray(sizes < np.where(thickness > _FULL, _MORE, 1) * self.smallest_part)
 
 
 def stray_points(
@@ -170,15 +170,10 @@ def linked_parts(links: Ints, chosen: Bools) -> Longs:
 
 
 def part_sums(parts: Longs, thickness: Floats, count: int) -> tuple[Longs, Longs]:
-    """(count,) the points of each part, and the sum of their thicknesses in a unit of its own, see `mean_thicknesses`."""
+    """(count,) the points of each part, and the sum of their thicknesses, in 2^-20."""
     grains = np.rint(thickness / _GRAIN)
     sizes = np.bincount(parts, minlength=count).astype(np.int64)
     return sizes, np.bincount(parts, grains, minlength=count).astype(np.int64)
-
-
-def mean_thicknesses(sizes: Longs, sums: Longs) -> Floats:
-    """(p,) the mean thickness of the points of each part, 0 of an empty one."""
-    return np.asarray(sums * _GRAIN / np.maximum(sizes, 1))
 
 
 @compiled(nogil=True)

@@ -191,7 +191,9 @@ def rational_filter(
         dirichlet, mass, values = sparse.csr_matrix(dirichlet[order][:, order]), mass[order], values[order]
     c, degree = series.coefficients, series.degree
     system = _System(dirichlet, mass, pole, degree, progress)
-    amplification = _amplification(np.abs(c))
+    # 4 sum_{j > k} |c_j| (j - k): R enters T_{k+1} four times, and the rest grows as the polynomials U do.
+    beyond = np.cumsum(np.abs(c)[::-1])[::-1]
+    amplification = 4.0 * np.cumsum(beyond[::-1])[::-1][1:]
     size = m_norm(mass, values)
     now, before, total = values.copy(), np.zeros_like(values), c[0] * values
     image, image_before = np.zeros_like(values), np.zeros_like(values)
@@ -264,9 +266,3 @@ def _series(response: Response, pole: float, tolerance: float) -> ChebyshevSerie
     root = math.sqrt(pole)
     width = 2.0 * min(math.atan(response.cutoffs[0] / root), math.atan(root / response.cutoffs[-1]))
     return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=_LARGEST_DEGREE)
-
-
-def _amplification(sizes: Floats) -> Floats:
-    """(degree,) 4 sum_{j > k} |c_j| (j - k): R enters T_{k+1} four times, and the rest grows as the polynomials U do."""
-    beyond = np.cumsum(sizes[::-1])[::-1]
-    return 4.0 * np.cumsum(beyond[::-1])[::-1][1:]

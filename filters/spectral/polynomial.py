@@ -131,7 +131,9 @@ def polynomial_filter(
     """
     n, columns = values.shape
     root = np.sqrt(mass)
-    doubled = _doubled_shifted(symmetric, bound)
+    # 2 A for A = I - 2 D / b, with a diagonal entry in every row.
+    doubled = sparse.csr_matrix((symmetric.data * (-4.0 / bound), symmetric.indices, symmetric.indptr), shape=symmetric.shape)
+    doubled.setdiag(doubled.diagonal() + 2.0)
     order = nearby_order(doubled, columns * series.degree)
     if order is not None:
         doubled = sparse.csr_matrix(doubled[order][:, order])
@@ -165,13 +167,6 @@ def _sum_series(doubled: sparse.csr_matrix, start: Floats, coefficients: Floats,
                 return None
             progress(k / degree)
     return total
-
-
-def _doubled_shifted(symmetric: sparse.csr_matrix, bound: float) -> sparse.csr_matrix:
-    """The matrix 2 A for A = I - 2 D / b, with a diagonal entry in every row."""
-    scaled = sparse.csr_matrix((symmetric.data * (-4.0 / bound), symmetric.indices, symmetric.indptr), shape=symmetric.shape)
-    scaled.setdiag(scaled.diagonal() + 2.0)
-    return scaled
 
 
 # Unsigned indices spare the test whether each counts from the end, which takes half of the time. Fusing products and sums halves
