@@ -27,8 +27,8 @@ def measured_traits(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        wanted: which traits.
-        mean_edge: of the mesh, if the caller has it; that saves time.
+        wanted: the names of the traits.
+        mean_edge: of the mesh; None to measure it, which takes longer.
 
     Returns:
         The traits by name, the same for the mesh moved, turned or scaled.

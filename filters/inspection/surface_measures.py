@@ -101,11 +101,7 @@ def measures_and_connectivity(
 ) -> tuple[SurfaceMeasures, Connectivity]:
     """The measures of `surface_measures`, and the connectivity, which takes half of the time.
 
-    Args:
-        vertices: as there, like `faces` and `edges`.
-        faces: see there.
-        edges: see there.
-        former: the connectivity of another mesh, such as this one before its vertices moved; reused if faces and edges are equal.
+    `former` is the connectivity of another mesh, such as this one before its vertices moved: reused if faces and edges are equal.
     """
     points, triangles = check_mesh(vertices, faces)
     n_vertices, n_faces = len(points), len(triangles)
