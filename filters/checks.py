@@ -6,9 +6,8 @@ a note, if any.
 """
 
 import math
-from collections.abc import Sequence
 from numbers import Integral, Real
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -107,19 +106,20 @@ def check_positive(name: str, value: object, *, most: float | None = None, note:
     raise FilterInputError(f"{name} {_shown(value)} is not {allowed}{note}")
 
 
-def check_choice(name: str, value: object, allowed: Sequence[str]) -> None:
+def check_choice(name: str, value: object, allowed: Any) -> None:
     """Refuses a value that is not one of the allowed names.
 
     Args:
         name: the parameter's name, as in "border 'open' is not one of 'fixed', 'along', 'free'".
         value: the value.
-        allowed: all names, in the order in which the message lists them.
+        allowed: a `Literal` type, or a sequence of names, in the order in which the message lists them.
 
     Raises:
         FilterInputError: another name, or no string.
     """
-    if not (isinstance(value, str) and value in allowed):
-        raise FilterInputError(f"{name} {_shown(value)} is not one of {', '.join(map(repr, allowed))}")
+    names = get_args(allowed) or allowed
+    if not (isinstance(value, str) and value in names):
+        raise FilterInputError(f"{name} {_shown(value)} is not one of {', '.join(map(repr, names))}")
 
 
 def _real(value: object) -> float:

@@ -4,27 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .checks import FilterInputError, check_choice, check_finite, check_positive, check_whole_number
 from .compilation import compiled
-from .diffusion.implicit import BackwardEulerStep, time_step_of_detail_size
+from .diffusion.implicit import LONGEST_STEP, BackwardEulerStep, time_step_of_detail_size
 from .diffusion.stencil import curve_stencil
 from .diffusion.steps import Rings
 from .diffusion.taubin import checked_mu
 from .execution import Progress, ignore_progress, part_of, threads_for
-from .libraries import sparse
+from .linear_solvers import CompressedRows
 from .mesh import Bools, Floats, Ints, Longs, check_edges, check_points, mask_of, normalised_mesh, worth_reordering
 from .operators import Laplacian, OperatorName, curve_laplacian
 from .topology import OneRings, one_rings
 
 __all__ = [
-    "CURVE_BORDERS",
-    "CURVE_METHODS",
-    "CURVE_WEIGHTS",
     "CurveBorder",
     "CurveMethod",
     "CurveWeights",
@@ -33,13 +30,10 @@ __all__ = [
 
 
 CurveMethod: TypeAlias = Literal["explicit", "implicit", "taubin"]
-CURVE_METHODS: tuple[CurveMethod, ...] = get_args(CurveMethod)
 #: "uniform": w_ij = 1. "inverse_length": w_ij = 1 / |p_j - p_i|.
 CurveWeights: TypeAlias = Literal["uniform", "inverse_length"]
-CURVE_WEIGHTS: tuple[CurveWeights, ...] = get_args(CurveWeights)
 #: "fixed": the ends of open curves stay. "free": they move towards their only neighbour, and open curves get shorter.
 CurveBorder: TypeAlias = Literal["fixed", "free"]
-CURVE_BORDERS: tuple[CurveBorder, ...] = get_args(CurveBorder)
 # Smaller detail sizes, in a box of size 1, smooth nothing, and larger ones everything; the squares of these are finite.
 _SMALLEST_SIZE, _LARGEST_SIZE = 1e-100, 1e50
 
@@ -101,9 +95,9 @@ def curve_smoothing(
         ConvergenceError: the equations of branching curves cannot be solved.
     """
     points = check_points(vertices)
-    check_choice("method", method, CURVE_METHODS)
-    check_choice("weights", weights, CURVE_WEIGHTS)
-    check_choice("border", border, CURVE_BORDERS)
+    check_choice("method", method, CurveMethod)
+    check_choice("weights", weights, CurveWeights)
+    check_choice("border", border, CurveBorder)
     count = check_whole_number("iterations", iterations, least=0)
     mesh = normalised_mesh(points, check_edges(edges, len(points)), movable)
     rings = one_rings(mesh.cells, len(mesh))
@@ -147,7 +141,7 @@ def _time_and_operator(
         raise FilterInputError("the method 'implicit' takes either a time_step or a detail_size")
     if detail_size is not None:
         if weights != "inverse_length":
-            raise FilterInputError("uniform weights know no lengths: give a time_step, or weights='inverse_length' a detail_size")
+            raise FilterInputError("uniform weights do not depend on lengths: give a time_step, or take 'inverse_length'")
         check_positive("detail_size", detail_size)
         # Scaled before it is squared, which neither overflows nor vanishes then.
         size = min(max(detail_size * scale, _SMALLEST_SIZE), _LARGEST_SIZE)
@@ -183,7 +177,7 @@ def implicit_curve_steps(
 ) -> Floats:
     """(n, 3) the vertices after `count` steps of length `time`, in the unit of one over the operator."""
     laplacian = curve_laplacian(start, pairs, operator)
-    labels: Ints = sparse.csgraph.connected_components(laplacian.stiffness, directed=False)[1]
+    labels = laplacian.components()
     branched = _in_branched_component(rings, moves, labels)
     chains = ChainStep(laplacian, trace_chains(rings, moves & ~branched), time)
     free = moves & branched
@@ -207,10 +201,6 @@ def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools
     return np.asarray(mask_of(labels[branching], int(labels.max(initial=-1)) + 1)[labels])
 
 
-# Times the squared lengths of a mesh of ordinary size this does not overflow, and longer steps give the same result to rounding.
-_LONGEST_STEP = 1e100
-
-
 class ChainStep:
     """The backward Euler step (M - t C) d = t C p on unbranched curves, for the displacement d of the free vertices; others stay.
 
@@ -228,12 +218,10 @@ class ChainStep:
             chains: the free vertices.
             time_step: t, at least 0, in the unit of 1 / L.
         """
-        t = min(time_step, _LONGEST_STEP)
+        t = min(time_step, LONGEST_STEP)
         stiffness = laplacian.stiffness
         # Divided by 1 + t all conductances stay finite. A stiffness is negative on its diagonal alone.
-        self._network = _Network(
-            stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32), stiffness.data * (t / (1.0 + t))
-        )
+        self._network = CompressedRows(stiffness.indptr, stiffness.indices, stiffness.data * (t / (1.0 + t)))
         size = len(chains.order)
         self._chains, self._shares = chains, _Shares(np.empty(size), np.zeros(size), np.empty(size), np.empty(size))
         _eliminate(self._network, laplacian.mass / (1.0 + t), chains, self._shares)
@@ -246,7 +234,7 @@ class ChainStep:
 
 
 @compiled
-def _eliminate(network: _Network, mass: Floats, chains: Chains, shares: _Shares) -> None:
+def _eliminate(network: CompressedRows, mass: Floats, chains: Chains, shares: _Shares) -> None:
     """Fills `shares`. The first vertex of a ring is eliminated last; of a chain with ends, the last."""
     order, starts, closed, _ = chains
     to_next, to_first, to_ground, resistance = shares
@@ -276,7 +264,7 @@ def _eliminate(network: _Network, mass: Floats, chains: Chains, shares: _Shares)
 
 
 @compiled
-def _ground(network: _Network, mass: Floats, order: Ints, start: int, stop: int, k: int, ring: bool) -> float:
+def _ground(network: CompressedRows, mass: Floats, order: Ints, start: int, stop: int, k: int, ring: bool) -> float:
     """The conductance from a vertex to the ground and to fixed vertices, which are alike to it."""
     offsets, columns, weights = network
     i = order[k]
@@ -291,7 +279,7 @@ def _ground(network: _Network, mass: Floats, order: Ints, start: int, stop: int,
 
 
 @compiled
-def _weight(network: _Network, i: int, j: int) -> float:
+def _weight(network: CompressedRows, i: int, j: int) -> float:
     offsets, columns, weights = network
     for e in range(offsets[i], offsets[i + 1]):
         if columns[e] == j:
@@ -301,7 +289,7 @@ def _weight(network: _Network, i: int, j: int) -> float:
 
 
 @compiled
-def _substitute(points: Floats, network: _Network, chains: Chains, shares: _Shares, moved: Floats) -> None:
+def _substitute(points: Floats, network: CompressedRows, chains: Chains, shares: _Shares, moved: Floats) -> None:
     """The currents forwards, then the potentials backwards; `moved` holds first the ones and then the others."""
     offsets, columns, weights = network
     order, starts, closed, floating = chains
@@ -337,14 +325,6 @@ def _substitute(points: Floats, network: _Network, chains: Chains, shares: _Shar
                 if k + 1 < stop:
                     potential += to_next[k] * moved[order[k + 1], d]
                 moved[i, d] = potential
-
-
-class _Network(NamedTuple):
-    """The conductances between neighbours: those of vertex i in columns[offsets[i]:offsets[i + 1]], the diagonal with them."""
-
-    offsets: Longs
-    columns: Ints
-    weights: Floats
 
 
 class _Shares(NamedTuple):

@@ -20,15 +20,15 @@ Progress = Callable[[float], None]
 #: Kernels on fewer vertices run on one thread: waking others costs more than it saves. Above, two threads take 0.6 of the time of
 #: one on a quiet machine, and on one that two other programs keep busy 1.3 times as long.
 SERIAL_BELOW = 20_000
-#: Into so many parts for each thread a loop over a large mesh is cut: enough that no thread waits long for another.
+#: The parts for each thread of a loop over a large mesh, enough that no thread waits long for another.
 _PARTS = 8
 #: No part is smaller than this share of `SERIAL_BELOW`: a loop is often one of many that several threads call already.
 _LEAST_PART = 0.625
-#: Seconds after which the progress is reported again while a long task runs, so that the caller can stop the work.
-_PATIENCE = 0.2
 T = TypeVar("T")
-#: Seconds between two reports of the progress.
+#: Seconds between two reports of the progress while a long task runs, so that the caller can stop the work.
 _POLL = 0.1
+#: Rows of a block.
+_BLOCK = 1 << 16
 
 
 def ignore_progress(done: float) -> None:
@@ -44,12 +44,18 @@ def rising(progress: Progress, start: float = 0.0, stop: float = 1.0) -> Progres
     """As `part_of`, and never less than before, for work that may restart."""
     furthest = 0.0
 
-    def tell(share: float) -> None:
+    def report(share: float) -> None:
         nonlocal furthest
         furthest = max(furthest, share)
         progress(start + (stop - start) * furthest)
 
-    return tell
+    return report
+
+
+def blocks(count: int) -> Iterator[slice]:
+    """The rows from 0 to `count` in blocks of 65,536, where the arrays of all would not fit into the cache or into memory."""
+    for start in range(0, count, _BLOCK):
+        yield slice(start, min(start + _BLOCK, count))
 
 
 @contextmanager
@@ -78,7 +84,7 @@ def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], pro
         futures = [pool.submit(work, *task) for task in tasks]
         try:
             for done, future in enumerate(futures):
-                while not wait([future], timeout=_PATIENCE).done:
+                while not wait([future], timeout=_POLL).done:
                     progress(done / len(futures))
                 future.result()
                 progress((done + 1) / len(futures))
@@ -164,6 +170,7 @@ def abandonable(work: Callable[[], T], progress: Progress, done: float) -> T:
 __all__ = [
     "Progress",
     "abandonable",
+    "blocks",
     "ignore_progress",
     "in_parallel",
     "over_range",

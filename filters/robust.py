@@ -18,7 +18,6 @@ __all__ = [
     "KernelName",
     "Line",
     "exponential",
-    "kernel_code",
     "kernel_weight",
     "psi",
     "rho",
@@ -44,11 +43,11 @@ A1, A2, A3 = HAMPEL_KNOTS
 # ln 2 as a sum: the first has so few digits that its multiples by whole numbers up to 2^20 are exact.
 _LN2_HIGH, _LN2_LOW = 0.69314718036912381649, 1.90821492927058770002e-10
 _PER_LN2 = 1.4426950408889634
-# Numbers of about this size are 1 apart: what is added is rounded to a whole number, which the last bits of the sum are.
+# Numbers of about this size are 1 apart, so that adding it rounds to a whole number, which stands in the last bits of the sum.
 _WHOLE = 1.5 * 2.0**52
-# The exponent of 2^0 in the bits of a number, and how many bits stand below it.
+# The exponent of 1 in the bits of a number, and the number of bits below the exponent.
 _BIAS, _BELOW = 1023, 52
-# Its exponential is the smallest number that has all of its digits.
+# Exponentials of smaller numbers have fewer digits.
 _LEAST = -708.0
 
 
@@ -56,7 +55,7 @@ def rho(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
     """The cost of deviations; even, 0 at 0, never falling with |x|.
 
     Args:
-        name: the kernel; see the table above.
+        name: the kernel; docs/robust.md has their formulas.
         x: deviations, any shape and sign, in the unit of sigma.
         sigma: the scale, above 0. Larger tolerates larger deviations; of "l2" and "l1" it changes nothing.
 
@@ -77,16 +76,6 @@ def psi(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
 def weight(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
     """The weight psi(x) / x of samples that deviate by x; even, at least 0, never rising with |x|. Arguments as `rho`."""
     return _evaluated(name, x, sigma, cost=False)
-
-
-def kernel_code(name: KernelName) -> int:
-    """The number of a kernel for compiled code.
-
-    Raises:
-        FilterInputError: no such kernel.
-    """
-    check_choice("kernel", name, KERNEL_NAMES)
-    return KERNEL_CODES[name]
 
 
 @compiled
@@ -127,10 +116,11 @@ def _evaluate(code: int, x: Floats, sigma: float, cost: bool, result: Floats) ->
 
 def _evaluated(name: KernelName, x: ArrayLike, sigma: float, *, cost: bool) -> Floats:
     """The costs or the weights of deviations of any shape."""
-    code, scale = kernel_code(name), check_positive("sigma", sigma)
+    check_choice("kernel", name, KERNEL_NAMES)
+    scale = check_positive("sigma", sigma)
     deviations = np.asarray(x, dtype=np.float64)
     result = np.empty(deviations.shape)
-    _evaluate(code, deviations.ravel(), scale, cost, result.reshape(-1))
+    _evaluate(KERNEL_CODES[name], deviations.ravel(), scale, cost, result.reshape(-1))
     return result
 
 
@@ -158,8 +148,8 @@ def kernel_weight(code: int, x: float, sigma: float) -> float:
     return result
 
 
-# Each of a size |x|. Both sides of a condition are computed and one is taken, a division by 0 is infinite and no error, and
-# `max`, which looks for what is no number, is avoided: a loop without branches is done for several samples at once.
+# Weights of a size |x|, written for loops that are vectorised: both sides of a condition are computed and one is taken, a
+# division by 0 is infinite and no error, and `max`, which tests for NaN, is avoided.
 @compiled(error_model="numpy")
 def _l2(_size: float, _sigma: float) -> float:
     return 2.0
@@ -212,7 +202,7 @@ def _hampel(size: float, sigma: float) -> float:
     return 1.0 if u <= A1 else farther
 
 
-# Compiled for each kernel by itself: of many loops in one function none would be done for several samples at once.
+# One loop for each kernel: several loops in one function would not be vectorised.
 def _loop(kernel: Callable[[float, float], float]) -> Callable[[Floats, float, Floats, float, Floats, float, int], None]:
     @compiled(nogil=True, error_model="numpy")
     def loop(
@@ -277,8 +267,8 @@ def weigh(
 def exponential(x: float) -> float:
     """exp(x) with a relative error below 2^-51, for x from -708 to 709; 0 for x below.
 
-    With the whole number k nearest to x / ln 2 it is 2^k exp(x - k ln 2), whose series needs 14 terms. It has no branches and
-    calls nothing: a loop of it is done for several x at once, and has the same bits on all processors.
+    With the whole number k nearest to x / ln 2 it is 2^k exp(x - k ln 2), whose series needs 14 terms. Without branches and calls
+    its loops are vectorised, and it has the same bits on all processors.
     """
     rounded = x * _PER_LN2 + _WHOLE
     k = rounded - _WHOLE

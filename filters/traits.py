@@ -13,22 +13,22 @@ from .geometry import angles_between, edge_lengths, seen_from_one_side
 from .mesh import check_mesh, normalised_mesh
 from .topology import edges, face_adjacency
 
-#: "noise": of `shared_noise`, or else `Scan.surface_noise`, in mean edges. "sharpness" and "facing": of the functions. "camera
-#: noise": 1 if neighbours share their noise, else 0. "longest edge": in mean edges.
+#: "noise": of `shared_noise`, or else `Scan.surface_noise`, in mean edges. "sharpness": of the function. "facing": of
+#: `seen_from_one_side`, 1/2 of half a sphere and at least 0.4 of a range map. "camera noise": 1 if neighbours share their noise,
+#: else 0. "longest edge": in mean edges.
 Trait: TypeAlias = Literal["noise", "sharpness", "facing", "camera noise", "longest edge"]
-TRAITS: tuple[Trait, ...] = get_args(Trait)
 
 
 def measured_traits(
-    vertices: ArrayLike, faces: ArrayLike, wanted: Collection[str] = TRAITS, *, mean_edge: float | None = None
+    vertices: ArrayLike, faces: ArrayLike, wanted: Collection[str] = get_args(Trait), *, mean_edge: float | None = None
 ) -> dict[str, float]:
-    """Measure what is asked for, on patches of a large mesh, so that it takes a fraction of a second on any.
+    """Measures traits, on patches of a large mesh, so that it takes a fraction of a second on any.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        wanted: which traits.
-        mean_edge: of the mesh, if the caller has it; that saves time.
+        wanted: the names of the traits.
+        mean_edge: of the mesh; None to measure it, which takes longer.
 
     Returns:
         The traits by name, the same for the mesh moved, turned or scaled.
@@ -38,33 +38,23 @@ def measured_traits(
     """
     names = set(wanted)
     for name in sorted(names):
-        check_choice("wanted", name, TRAITS)
+        check_choice("wanted", name, Trait)
     points, triangles = check_mesh(vertices, faces)
-    found: dict[str, float] = {}
+    mesh = normalised_mesh(points, triangles)
+    traits: dict[str, float] = {}
     if "facing" in names:
-        found["facing"] = facing(points, triangles)
+        traits["facing"] = seen_from_one_side(mesh.points, mesh.cells)
     if "longest edge" in names:
         lengths = edge_lengths(points, edges(triangles))
-        found["longest edge"] = float(1.0 / (lengths / lengths.max()).mean()) if len(lengths) and lengths.max() > 0.0 else 1.0
+        traits["longest edge"] = float(1.0 / (lengths / lengths.max()).mean()) if len(lengths) and lengths.max() > 0.0 else 1.0
     if not names & {"noise", "sharpness", "camera noise"}:
-        return found
-    mesh = normalised_mesh(points, triangles)
+        return traits
     scan, _ = Scan.sampled(mesh.points, mesh.cells, edge=None if mean_edge is None else mean_edge * mesh.scale)
     shared = shared_noise(scan.points, scan.faces, scan.noise)
     noise = shared or scan.surface_noise
     sharp = sharpness(scan, noise) if "sharpness" in names else 0.0
     measured = {"camera noise": float(shared > 0.0), "noise": noise, "sharpness": sharp}
-    return found | {name: value for name, value in measured.items() if name in names}
-
-
-def facing(vertices: ArrayLike, faces: ArrayLike) -> float:
-    """The share of a surface that is seen from one side: |sum A n| / sum A over the faces of area A and normal n.
-
-    It is 1 of a plane, 1/2 of half a sphere, 0 of any closed surface and of one without area; a single range map of a scanner has
-    0.4 and more. `FilterInputError` if it is not a mesh of (n, 3) vertices and (m, 3) triangles.
-    """
-    mesh = normalised_mesh(*check_mesh(vertices, faces))
-    return seen_from_one_side(mesh.points, mesh.cells)
+    return traits | {name: value for name, value in measured.items() if name in names}
 
 
 def sharpness(scan: Scan, noise: float) -> float:
@@ -92,4 +82,4 @@ def sharpness(scan: Scan, noise: float) -> float:
     return float(bending[angles >= np.radians(30.0)].sum()) / total if total > 1e-6 * len(bending) else 0.0
 
 
-__all__ = ["TRAITS", "Trait", "facing", "measured_traits", "sharpness"]
+__all__ = ["Trait", "measured_traits", "sharpness"]

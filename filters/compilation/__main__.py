@@ -1,4 +1,4 @@
-"""``python -m pymeshfair.filters.compilation``: compiles all that is listed into the store; for the installation."""
+"""``python -m pymeshfair.filters.compilation``: compiles the listed kernels into the store, at installation."""
 
 import sys
 

@@ -1,7 +1,7 @@
 """Compiles ahead of the first use, in several processes side by side: at installation, and by ``pymeshfair doctor --warm``.
 
-Which kernels, and for which types of arguments, says the list in ``signatures.json``: those that the shipped recipes and all
-filters with their defaults use. ``tools/generate.py kernels`` writes it from what they did use.
+``signatures.json`` lists the kernels and the types of their arguments: those that the shipped recipes and all filters with their
+defaults use. ``tools/generate.py kernels`` writes it from runs of these.
 """
 
 import importlib
@@ -29,11 +29,7 @@ def listed_signatures() -> Signatures:
 
 
 def signatures_of(kernels: Iterable[tuple[str, str, Any]]) -> Signatures:
-    """The types of arguments for which kernels were loaded or compiled.
-
-    Args:
-        kernels: as `pymeshfair.filters.compilation.loaded_kernels` gives them.
-    """
+    """The types of arguments for which kernels, such as those of `loaded_kernels`, were loaded or compiled."""
     signatures: Signatures = {}
     for module, name, kernel in kernels:
         if types := sorted(kernel.signatures, key=repr):
@@ -47,18 +43,18 @@ def compile_ahead(
     processes: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> list[str]:
-    """Compile what is not stored yet; the texts of what went wrong.
+    """Compiles all kernels that are not stored yet; returns the messages of failures.
 
     Args:
         signatures: the kernels to compile.
-        processes: how many at a time; None is one a processor.
+        processes: the number of processes; None for one a processor.
         progress: called with the share that is done.
     """
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
     count = processes or (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()) or 1
     compilers: SimpleQueue[Compiler] = SimpleQueue()
-    made = [Compiler() for _ in range(count)]
-    for compiler in made:
+    all_compilers = [Compiler() for _ in range(count)]
+    for compiler in all_compilers:
         compilers.put(compiler)
     failures = []
     with ThreadPoolExecutor(count) as pool:
@@ -66,19 +62,19 @@ def compile_ahead(
         for done, future in enumerate(as_completed(futures), 1):
             failures += future.result()
             progress(done / len(tasks))
-    for compiler in made:
+    for compiler in all_compilers:
         compiler.close()
     return failures
 
 
 def _compile(compilers: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
-    """Compile one kernel; what went wrong."""
+    """Compiles one kernel; returns the message of a failure."""
     compiler = compilers.get()
     try:
         stored = getattr(importlib.import_module(module), name).stored_name(signature)
         if store.read(stored) is None:
             store.write(stored, compiler.compile(module, name, signature))
-    except (CompilationError, ImportError, AttributeError, TypeError) as error:  # a list that is not current costs time later
+    except (CompilationError, ImportError, AttributeError, TypeError) as error:  # an outdated list costs time later, no more
         return [f"{module}.{name}: {type(error).__name__}: {error}"]
     finally:
         compilers.put(compiler)

@@ -1,8 +1,8 @@
 """The process in which numba compiles.
 
 Numba is imported there alone, so that a process that computes starts fast, and numba's settings for the processor concern no
-other code of a program. The process is started when the first kernel is missing in the store, compiles one kernel
-after the other, and ends with the process that asked.
+other code of a program. The process starts when the first kernel is missing in the store, compiles one kernel after the other,
+and ends with the process that started it.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from .machine_code import MachineCode, processor
 if TYPE_CHECKING:
     from .kernel import ArgumentType, Signature
 
-#: environment variables of the process, on which the code depends; those of the user's numba must not change it. With SLP the
-#: three coordinates of a point go through the processor's vectors together: a step of 10,000 vertices takes 0.7 of the time.
+#: Environment variables of the process, on which the code depends; the user's settings of numba have no effect on it. With SLP
+#: the three coordinates of a point go through the processor's vectors together: a step of 10,000 vertices takes 0.7 of the time.
 SETTINGS = {
     "NUMBA_DISABLE_INTEL_SVML": "1",
     "NUMBA_CPU_FEATURES": "",
@@ -38,7 +38,7 @@ class CompilationError(PymeshfairError, ImportError):
 
 
 class Compiler:
-    """Starts the process when it is first asked; it serves one thread at a time."""
+    """Starts the process with the first kernel; one thread at a time uses it."""
 
     def __init__(self) -> None:
         """See the class."""
@@ -122,11 +122,11 @@ def machine_code(kernel: Any, signature: Signature) -> MachineCode:
 
 
 def main() -> None:
-    """Compile what stdin asks for, until it is closed."""
+    """Compiles the kernels that are requested on stdin, until it is closed."""
     orders, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDWR)
     os.dup2(nothing, 0)
-    os.dup2(2, 1)  # what is printed belongs to stderr
+    os.dup2(2, 1)  # stdout carries the answers: prints go to stderr
     sys.path[:] = pickle.load(orders)
     while True:
         try:
@@ -147,5 +147,5 @@ def _answer(answers: IO[bytes], module: str, name: str, signature: Signature) ->
     answers.flush()
 
 
-#: the process of this process
+#: The compiler of this process.
 COMPILER = Compiler()

@@ -272,10 +272,10 @@ class Compilation:
     """The compilations of this process so far.
 
     Attributes:
-        kernels: how many, one of which may be in work; those that they call are not counted.
-        seconds: how long that has taken.
-        is_going_on: whether one is in work.
-        lasts: whether later processes find it compiled.
+        kernels: their number, with the one that is being compiled; kernels that they call are not counted.
+        seconds: the time that they took.
+        is_going_on: whether a kernel is being compiled.
+        lasts: whether the code is stored for later processes.
     """
 
     kernels: int = 0
@@ -288,24 +288,24 @@ _listeners: list[Callable[[Compilation], None]] = []
 _so_far = [Compilation()]
 
 
-def on_compilation(tell: Callable[[Compilation], None]) -> None:
-    """Calls `tell` whenever this process begins to compile a kernel, and when it has done so."""
-    _listeners.append(tell)
+def on_compilation(listener: Callable[[Compilation], None]) -> None:
+    """Calls the listener when this process begins to compile a kernel, and when it ends."""
+    _listeners.append(listener)
 
 
 @contextmanager
 def compiling() -> Iterator[None]:
     """A context in which a kernel is compiled."""
     before = replace(_so_far[0], lasts=lasts())
-    _tell(replace(before, kernels=before.kernels + 1, is_going_on=True))
+    _notify(replace(before, kernels=before.kernels + 1, is_going_on=True))
     started = time.perf_counter()
     try:
         yield
     finally:
-        _tell(replace(_so_far[0], seconds=before.seconds + time.perf_counter() - started, is_going_on=False))
+        _notify(replace(_so_far[0], seconds=before.seconds + time.perf_counter() - started, is_going_on=False))
 
 
-def _tell(so_far: Compilation) -> None:
+def _notify(so_far: Compilation) -> None:
     _so_far[0] = so_far
-    for tell in _listeners:
-        tell(so_far)
+    for listener in _listeners:
+        listener(so_far)

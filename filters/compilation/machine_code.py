@@ -19,7 +19,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-#: the levels of x86-64, the best first, and a few features that tell each
+#: The levels of x86-64, the best first, and a few features of each.
 _X86_LEVELS = (
     ("x86-64-v3", ("avx2", "bmi2", "f16c", "fma", "lzcnt", "movbe")),
     ("x86-64-v2", ("cx16", "popcnt", "sse4.2", "ssse3")),
@@ -57,13 +57,13 @@ def processor() -> str:
 
 @cache
 def made_here() -> str:
-    """The name of what Python, numba, the system and the processor are together, on which code depends."""
+    """A name of the versions of Python, numba and llvmlite, the system and the processor, on which code depends."""
     numba, llvmlite = (importlib.metadata.version(name) for name in ("numba", "llvmlite"))
     return f"{sys.implementation.cache_tag}-numba{numba}-llvmlite{llvmlite}-{sys.platform}-{platform.machine()}-{processor()}"
 
 
 def load(code: MachineCode, name: str) -> Callable[..., Any]:
-    """The function of compiled code, which keeps what it needs; `name` is for messages."""
+    """The function of compiled code, which holds a reference to the code; `name` is for messages."""
     import llvmlite.binding as llvm
 
     with _LOCK:
@@ -82,7 +82,7 @@ def load(code: MachineCode, name: str) -> Callable[..., Any]:
 
 
 def load_linker() -> None:
-    """Load what `load` needs now, rather than with the first function."""
+    """Loads the libraries of `load` now, not with the first function."""
     made_here()
     _engine()
 

@@ -1,7 +1,7 @@
 """The store of machine code: code compiled by the installation beside this module, other code in a folder of the user.
 
-A file is named after everything that its content follows from, so that none is ever stale: another version of a function, of
-numba or of Python, and another level of processor look for other files.
+The name of a file contains everything that its content depends on, so that no file is outdated: the function, the versions of
+numba and Python, the level of the processor.
 """
 
 import os
@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 from .machine_code import MachineCode, made_here
 
-#: the kernels that come with the package; only the installation writes there
+#: The kernels that come with the package; only the installation writes there.
 INSTALLED = Path(__file__).parent / "kernels"
 
 
 def lasts() -> bool:
-    """Whether later processes find there what this one compiles: not where the folder cannot be made or written."""
+    """Whether later processes find the code that this one compiles: whether the user's folder can be written."""
     folder = users_folder()
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
@@ -28,9 +28,9 @@ def lasts() -> bool:
 
 
 def users_folder() -> Path:
-    """The folder of the user's for what is compiled: in NUMBA_CACHE_DIR, or where the system keeps caches."""
-    if given := os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(given) / "pymeshfair"
+    """The user's folder for compiled code: in NUMBA_CACHE_DIR, or where the system keeps caches."""
+    if folder := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(folder) / "pymeshfair"
     home = Path("~").expanduser()
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or home / "AppData/Local") / "pymeshfair" / "kernels"
@@ -43,10 +43,10 @@ class Stored(NamedTuple):
     """The compiled functions for this Python, this numba and this processor.
 
     Attributes:
-        installed: how many kernels came compiled with the package.
-        kept: how many have been compiled since.
-        folder: their place.
-        lasts: whether that folder can be written to; else every process compiles anew what is not there.
+        installed: the number of kernels that came compiled with the package.
+        kept: the number of kernels compiled since.
+        folder: the folder of the latter.
+        lasts: whether that folder can be written; if not, every process compiles missing kernels anew.
     """
 
     installed: int

@@ -10,7 +10,7 @@ from typing import Any
 
 from .machine_code import extension
 
-#: the functions that parallel code calls besides ``numba_parallel_for``
+#: The functions that parallel code calls besides ``numba_parallel_for``.
 _FUNCTIONS = (
     *("do_scheduling_signed", "do_scheduling_unsigned", "allocate_sched", "deallocate_sched", "get_sched_size"),
     *("get_num_threads", "set_num_threads", "get_thread_id", "set_parallel_chunksize", "get_parallel_chunksize"),
@@ -21,8 +21,8 @@ _OF_THREAD = threading.local()
 @cache
 def most_threads() -> int:
     """The number of threads: one a processor that this process may use, or NUMBA_NUM_THREADS."""
-    if given := os.environ.get("NUMBA_NUM_THREADS"):
-        return max(1, int(given))
+    if count := os.environ.get("NUMBA_NUM_THREADS"):
+        return max(1, int(count))
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -66,7 +66,7 @@ def start_threads() -> tuple[Any, Any]:
     """Start the threads, whose functions parallel code is linked with.
 
     Returns:
-        The function that says how many of them this thread uses, and the lock where one at a time may.
+        The function that sets the number of threads for this thread, and the lock, if only one thread may call at a time.
     """
     import llvmlite.binding as llvm
 

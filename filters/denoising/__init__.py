@@ -1,7 +1,7 @@
 """Denoising that keeps features: robust statistics of normals and of neighbours, one technique a module."""
 
 from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
-from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
+from .bilateral import JonesBorder, bilateral_fleishman, bilateral_jones
 from .candidates import FIXED, REPERTOIRE, AutomaticParameters, Repertoire, Setting, SettingsTried
 from .clouds import (
     CloudKernels,
@@ -13,34 +13,26 @@ from .clouds import (
     unit_normals,
 )
 from .correlated_noise import shared_noise
-from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
-from .impulses import OUTLIERS, Outliers, replace_outlying
+from .face_neighbourhoods import Neighborhood
+from .impulses import Outliers, replace_outlying
 from .noise_level import NoiseEstimate, estimate_noise, noise_floor
-from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMethod
+from .normal_filter import NormalFilter, NormalFilterMethod
 from .normal_filtering import filter_face_normals, normal_filtering
-from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
+from .normal_filters import SPACE_KERNELS, RangeMeasure, SpaceKernel
 from .parts import distances_of_part, needs_distance, rings_of_round, round_of_part
 from .preparation import denoised
-from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, RelaxedPart, direction_for, rings_of_relaxation, share_along
-from .rounding import ROUNDING_POLICIES, RoundingPolicy
+from .relaxation import RelaxationDirection, RelaxedPart, direction_for, rings_of_relaxation, share_along
+from .rounding import RoundingPolicy
 from .scan import Scan
 from .unfolding import HALF_WAY, RINGS_OF_UNFOLDING, going_back, unfolded
-from .vertex_update import VERTEX_UPDATES, VertexUpdate
+from .vertex_update import VertexUpdate
 
 __all__ = [
     "FIXED",
     "HALF_WAY",
-    "JONES_BORDERS",
-    "NEIGHBORHOODS",
-    "NORMAL_FILTER_METHODS",
-    "OUTLIERS",
-    "RANGE_MEASURES",
-    "RELAXATION_DIRECTIONS",
     "REPERTOIRE",
     "RINGS_OF_UNFOLDING",
-    "ROUNDING_POLICIES",
     "SPACE_KERNELS",
-    "VERTEX_UPDATES",
     "AutomaticChoice",
     "AutomaticParameters",
     "CloudKernels",

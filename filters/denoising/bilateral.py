@@ -5,7 +5,7 @@ a range kernel by how far the predicted place is from the vertex: predictions fr
 Any M-estimator serves as either kernel. The papers' exp(-x^2 / (2 s^2)) is the kernel "gaussian" with sigma = sqrt(2) s.
 """
 
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +22,6 @@ from .vertex_heights import HeightNeighbours, bilateral_step, heights_of_rings
 
 #: What `bilateral_jones` can do on borders: the planes of triangles predict no curve, so that there is no "along".
 JonesBorder: TypeAlias = Literal["fixed", "free"]
-JONES_BORDERS: tuple[JonesBorder, ...] = get_args(JonesBorder)
 
 # Shares of the sigma of 95 % efficiency, the best of a few over noisy models with known truth. The heights of one-rings have the
 # noise of both ends and of the normal; those of a triangle's own corners are less than of the other vertices within reach.
@@ -128,7 +127,7 @@ def bilateral_jones(
         FilterInputError: not a mesh, no such kernel or policy, or a scale out of range.
     """
     points, triangles = check_mesh(vertices, faces)
-    check_choice("border", border, JONES_BORDERS)
+    check_choice("border", border, JonesBorder)
     mesh = normalised_mesh(points, triangles, movable)
     start, triangles = mesh.points, mesh.cells
     with threads_for(len(mesh)):

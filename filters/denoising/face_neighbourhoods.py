@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Any, Literal, NamedTuple, TypeAlias, get_args
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from ..topology import VertexFaces
 #: steps between faces that share a vertex. "radius": those whose centres lie within a distance, reached by steps between such
 #: faces alone. "geodesic": those within a distance along the surface, see `_visit_within`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
-NEIGHBORHOODS: tuple[Neighborhood, ...] = get_args(Neighborhood)
 
 #: how many steps between faces that share a vertex the neighbourhoods are, those that have no radius
 RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
@@ -46,7 +45,7 @@ def face_neighbourhoods(
     Raises:
         FilterInputError: no such neighbourhood, or no radius.
     """
-    check_choice("neighborhood", kind, NEIGHBORHOODS)
+    check_choice("neighborhood", kind, Neighborhood)
     if kind in ("edge", "vertex"):
         return _listed(len(faces), _visit_touching, faces, at_vertices, kind == "edge")
     if kind in RINGS_OF_NEIGHBORHOOD:

@@ -6,7 +6,7 @@ normals of a smoothed copy, and what is true or false of vertices is an (n,) arr
 
 import math
 from collections.abc import Callable
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from .noise_level import smooth_normals
 #: "keep": vertices that stand out are filtered like the others. "replace": they are put where the others say, and all filtered.
 #: "only": the same, and nothing but they moves.
 Outliers: TypeAlias = Literal["keep", "replace", "only"]
-OUTLIERS: tuple[Outliers, ...] = get_args(Outliers)
 
 # Outliers are looked for again up to so many times, or until at most this share of them changes.
 _LOOKS, _HARDLY_ANY = 4, 0.02
@@ -52,7 +51,7 @@ def without_outliers(
     With `outliers` "keep" `smooth` filters once, and that is all. The `certain` (n,) vertices are outliers whatever they look
     like; with them the mesh is a trial, and the others are looked for but once.
     """
-    check_choice("outliers", outliers, OUTLIERS)
+    check_choice("outliers", outliers, Outliers)
     if outliers == "keep":
         return smooth(vertices, movable)
     calmed, outlying = replace_outlying(vertices, faces, movable)

@@ -3,19 +3,18 @@
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias, TypedDict, TypeVar, get_args
+from typing import Any, Literal, TypeAlias, TypedDict, TypeVar
 
 from ..checks import check_choice, check_finite, check_positive, check_whole_number
 from ..robust import KernelName
-from .face_neighbourhoods import NEIGHBORHOODS, RINGS_OF_NEIGHBORHOOD, Neighborhood
-from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
+from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, Neighborhood
+from .normal_filters import SPACE_KERNELS, RangeMeasure, SpaceKernel
 
 #: "mean": weights are areas alone [belyaev2001]. "unilateral": areas and a kernel of the deviation of normals [yadav2021].
 #: "bilateral": and a kernel of the distance [zheng2011]. "averaged": bilateral, the deviation measured on normals averaged over
 #: the faces at the vertices of a face. "guided": bilateral, the deviation measured on guide normals [zhang2015].
 #: "vertex_normals": bilateral, on the normals of vertices; a face gets the mean of its corners'. It is there to compare with.
 NormalFilterMethod: TypeAlias = Literal["mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"]
-NORMAL_FILTER_METHODS: tuple[NormalFilterMethod, ...] = get_args(NormalFilterMethod)
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -61,11 +60,11 @@ class NormalFilter:
     normal_iterations: int = 20
 
     def __post_init__(self) -> None:
-        check_choice("method", self.method, NORMAL_FILTER_METHODS)
+        check_choice("method", self.method, NormalFilterMethod)
         check_choice("range_kernel", self.range_kernel, SPACE_KERNELS[1:])
         check_choice("space_kernel", self.space_kernel, SPACE_KERNELS)
-        check_choice("range_measure", self.range_measure, RANGE_MEASURES)
-        check_choice("neighborhood", self.neighborhood, NEIGHBORHOODS)
+        check_choice("range_measure", self.range_measure, RangeMeasure)
+        check_choice("neighborhood", self.neighborhood, Neighborhood)
         check_positive("range_sigma", self.range_sigma)
         check_finite("range_floor", self.range_floor, least=0.0)
         check_positive("space_sigma", self.space_sigma)

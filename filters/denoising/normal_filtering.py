@@ -15,7 +15,7 @@ from .adjacency import Adjacency
 from .normal_filter import NormalFilter, NormalFilterKeywords, lists_settings
 from .normal_passes import NormalPasses
 from .rounds import rounds
-from .vertex_update import VERTEX_UPDATES, VertexUpdate
+from .vertex_update import VertexUpdate
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -63,7 +63,7 @@ def normal_filtering(
     points, triangles = check_mesh(vertices, faces)
     check_whole_number("vertex_iterations", vertex_iterations)
     outer = check_whole_number("outer_iterations", outer_iterations)
-    check_choice("vertex_update", vertex_update, VERTEX_UPDATES)
+    check_choice("vertex_update", vertex_update, VertexUpdate)
     check_choice("border", border, BORDER_POLICIES)
     settings = NormalFilter(**normal_filter)
     mesh = normalised_mesh(points, triangles, movable)

@@ -21,10 +21,9 @@ SPACE_KERNELS: tuple[str, ...] = ("constant", *KERNEL_NAMES)
 
 #: The deviation x of a normal from another: "euclidean" |n - m| (0 to 2), "angle" (0 to pi), "squared" |n - m|^2 (0 to 4).
 RangeMeasure: TypeAlias = Literal["euclidean", "angle", "squared"]
-RANGE_MEASURES: tuple[RangeMeasure, ...] = get_args(RangeMeasure)
 
 _CONSTANT = -1
-_MEASURE_CODES: dict[str, int] = {name: code for code, name in enumerate(RANGE_MEASURES)}
+_MEASURE_CODES: dict[str, int] = {name: code for code, name in enumerate(get_args(RangeMeasure))}
 
 
 def weighted_normals(
@@ -69,7 +68,7 @@ def weighted_normals(
     """
     check_choice("range_kernel", range_kernel, SPACE_KERNELS)
     check_choice("space_kernel", space_kernel, SPACE_KERNELS)
-    check_choice("range_measure", range_measure, RANGE_MEASURES)
+    check_choice("range_measure", range_measure, RangeMeasure)
     for name, number in (("range_sigma", range_sigma), ("space_sigma", space_sigma), ("range_floor", range_floor)):
         check_finite(name, number, least=0.0)
     result = np.empty_like(normals)

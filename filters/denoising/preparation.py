@@ -10,7 +10,7 @@ from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices
 from .impulses import Outliers, without_outliers
 from .normal_filtering import normal_filtering
 from .relaxation import RelaxationDirection, relaxed
-from .rounding import ROUNDING_POLICIES, RoundingPolicy, without_rounding
+from .rounding import RoundingPolicy, without_rounding
 from .unfolding import unfolded
 
 
@@ -48,7 +48,7 @@ def denoised(
     """
     check_whole_number("relaxation", relaxation)
     check_choice("border", border, BORDER_POLICIES)
-    check_choice("rounding", rounding, ROUNDING_POLICIES)
+    check_choice("rounding", rounding, RoundingPolicy)
     share = 1.0 if filtering is None else 0.2 if relaxation else 0.0
     # Where outliers are taken away all steps are done twice.
     tell = rising(progress)

@@ -1,7 +1,7 @@
 """Taubin's steps before normal filtering: they calm noise that would turn faces over."""
 
 import math
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from .noise_level import RINGS_OF_SMOOTH_NORMALS, NoiseEstimate, smooth_normals
 #: "all": vertices go wherever the steps take them, which evens out noise in all directions, and triangles. "normal": they keep
 #: their place along the surface, so that noise along the normals alone does not make them slide.
 RelaxationDirection: TypeAlias = Literal["all", "normal"]
-RELAXATION_DIRECTIONS: tuple[RelaxationDirection, ...] = get_args(RelaxationDirection)
 
 # Noise in all directions scatters the vertices as much along the surface as along its normals; an uneven mesh only adds to that.
 _ALL_DIRECTIONS = 0.85
@@ -53,7 +52,7 @@ def relaxed(
     Raises:
         FilterInputError: a parameter out of range.
     """
-    check_choice("relaxation_direction", direction, RELAXATION_DIRECTIONS)
+    check_choice("relaxation_direction", direction, RelaxationDirection)
     if iterations == 0:
         return vertices.copy()
     fair = taubin_fairing(vertices, faces, iterations=iterations, border=border, movable=movable, progress=progress)

@@ -4,7 +4,7 @@ Everywhere here `points` are (n, 3) coordinates, `faces` (m, 3) triangles, and `
 None for all.
 """
 
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from .noise_level import FourthOrder, ring_means
 
 #: "keep": rounded coordinates are filtered as they are. "undo": terraces are smoothed first, see `Rounding.undone`.
 RoundingPolicy: TypeAlias = Literal["keep", "undo"]
-ROUNDING_POLICIES: tuple[RoundingPolicy, ...] = get_args(RoundingPolicy)
 
 # Faces of one level are parallel up to this angle in radians, and its vertices as many mean edges apart.
 _FLAT = 1e-3

@@ -1,7 +1,7 @@
 """Vertices moved until their faces have the normals that are wanted, also by descent on the energy of faces that deviate."""
 
 import math
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -106,7 +106,6 @@ def _gradients(now: Floats, around: VertexFaces, normals: Floats, moves: Bools, 
 #: "sun": the mean of the projections onto the planes of the faces around a vertex [sun2007]; "ohtake": their mean by area
 #: [ohtake2001]; "conjugate_gradient": descent on the energy sum A |n - m|^2.
 VertexUpdate: TypeAlias = Literal["sun", "ohtake", "conjugate_gradient"]
-VERTEX_UPDATES: tuple[VertexUpdate, ...] = get_args(VertexUpdate)
 
 # A step that would flip a face is halved this often, then left out.
 _HALVINGS = 3
@@ -148,7 +147,7 @@ def fit_vertices(
             from it.
         overwrite: (m, 8) a table of `measure_faces` that is not needed any more: a new one is large.
     """
-    check_choice("vertex_update", update, VERTEX_UPDATES)
+    check_choice("vertex_update", update, VertexUpdate)
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
     if update == "conjugate_gradient":
         return descend(vertices, at_vertices, normals, iterations, moves, bound, faces)

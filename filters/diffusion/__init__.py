@@ -2,17 +2,14 @@
 
 from .anisotropic import EDGE_STOPS, EdgeStop, longest_step, perona_malik
 from .explicit import explicit_smoothing
-from .implicit import FLOWS, IMPLICIT_OPERATORS, Flow, ImplicitOperator, implicit_fairing, time_step_of_detail_size
+from .implicit import Flow, ImplicitOperator, implicit_fairing, time_step_of_detail_size
 from .relief import ReliefLoss, relief_lost
 from .spikes import remove_spikes
 from .stencil import UPDATE_RULES, UpdateRule
-from .taubin import TAUBIN_OPERATORS, TaubinOperator, meshlab_taubin_smooth, mu_of_pass_band, taubin_fairing, transfer_function
+from .taubin import TaubinOperator, meshlab_taubin_smooth, mu_of_pass_band, taubin_fairing, transfer_function
 
 __all__ = [
     "EDGE_STOPS",
-    "FLOWS",
-    "IMPLICIT_OPERATORS",
-    "TAUBIN_OPERATORS",
     "UPDATE_RULES",
     "EdgeStop",
     "Flow",

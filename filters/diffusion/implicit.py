@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import ConvergenceError, FilterInputError, check_choice, check_whole_number
+from ..checks import ConvergenceError, FilterInputError, check_choice, check_finite, check_positive, check_whole_number
 from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..libraries import sparse
 from ..linear_solvers import SpdSolver
@@ -23,16 +23,14 @@ from .restoration import SOLVES, dimensions_restored, enclosed_volumes, restore_
 
 #: "cotangent" is Laplace-Beltrami here: C the cotangent stiffness, M the mixed Voronoi areas.
 ImplicitOperator: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "robust"]
-IMPLICIT_OPERATORS: tuple[ImplicitOperator, ...] = get_args(ImplicitOperator)
 _WITHOUT_UNIT = ("uniform", "inverse_length")
 #: "linear": C and M of the input for all steps. "mean_curvature": both are built anew for every step. "conformalized": C of the
 #: input, M anew.
 Flow: TypeAlias = Literal["linear", "mean_curvature", "conformalized"]
-FLOWS: tuple[Flow, ...] = get_args(Flow)
 #: The root mean square error of the coordinates that the solver leaves, as a share of the bounding-box diagonal.
 TOLERANCE = 1e-10
 # Times the squared lengths of a mesh of ordinary size this does not overflow, and longer steps give the same result to rounding.
-_LONGEST_STEP = 1e100
+LONGEST_STEP = 1e100
 _ROUNDING = 2.0**-47
 
 
@@ -51,10 +49,9 @@ def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_di
     Returns:
         t, in squared mesh units.
     """
-    if not (math.isfinite(detail_size) and detail_size > 0.0):
-        raise FilterInputError(f"detail_size {detail_size} is not finite and above 0")
+    check_positive("detail_size", detail_size)
     if not 1e-150 < detail_size < 1e150:
-        raise FilterInputError(f"detail_size {detail_size:g} has no square among the numbers; scale the mesh first")
+        raise FilterInputError(f"detail_size {detail_size:g} has a square out of the range of numbers: scale the mesh first")
     check_whole_number("iterations", iterations, least=1, note=", if a detail size is to be halved by them")
     excess = math.expm1(math.log(2.0) / iterations)
     if keep_dimensions:
@@ -117,11 +114,10 @@ def implicit_fairing(
         ConvergenceError: the equations cannot be solved.
     """
     points, triangles = check_mesh(vertices, faces)
-    check_choice("operator", operator, IMPLICIT_OPERATORS)
-    check_choice("flow", flow, FLOWS)
+    check_choice("operator", operator, ImplicitOperator)
+    check_choice("flow", flow, Flow)
     check_choice("border", border, BORDER_POLICIES)
-    if not (math.isfinite(time_step) and time_step >= 0.0):
-        raise FilterInputError(f"time_step {time_step} is not finite and at least 0")
+    check_finite("time_step", time_step, least=0.0)
     steps = check_whole_number("iterations", iterations, least=0)
     if keep_dimensions and len(points) and not len(triangles):
         raise FilterInputError("keep_dimensions needs triangles, whose normals it moves vertices along: a point cloud has none")
@@ -148,7 +144,7 @@ def implicit_fairing(
 
 
 class _Flow:
-    """Steps of one length on one mesh: builds C and M as `Flow` tells, and solves.
+    """Steps of one length on one mesh: builds C and M as the `Flow` requires, and solves.
 
     Under the border policy "along" a step is two: one of the border curves alone, whose vertices have no other neighbours, and
     one of the rest with the new borders prescribed. Together they are the backward Euler step of that coupled system.
@@ -194,14 +190,14 @@ class _Flow:
         systems = []
         if self._along:
             self._curve = self._updated(self._curve, lambda: curve_laplacian(points, self._border_edges, self._operator))
-            systems.append(self._system(self._curve, self._fixed_on_curve, _connected(self._curve)))
+            systems.append(self._system(self._curve, self._fixed_on_curve, self._curve.components()))
         if self._flow == "conformalized" and self._surface is not None and self._operator == "laplace_beltrami":
             # The same as `_updated`, without building a stiffness that is not used.
             self._surface = Laplacian(self._surface.stiffness, mixed_voronoi_areas(points, self._faces))
         else:
             self._surface = self._updated(self._surface, lambda: build_laplacian(points, self._faces, self._operator))
         is_cloud = len(self._faces) == 0
-        systems.append(self._system(self._surface, self._fixed, _connected(self._surface) if is_cloud else self.components))
+        systems.append(self._system(self._surface, self._fixed, self._surface.components() if is_cloud else self.components))
         return systems
 
     def _updated(self, previous: Laplacian | None, build: Callable[[], Laplacian]) -> Laplacian:
@@ -212,11 +208,6 @@ class _Flow:
 
     def _system(self, laplacian: Laplacian, fixed: Bools, components: Ints) -> BackwardEulerStep:
         return BackwardEulerStep(laplacian, self._time_step, fixed=fixed, components=components, solves=self._solves)
-
-
-def _connected(laplacian: Laplacian) -> Ints:
-    labels: Ints = sparse.csgraph.connected_components(laplacian.stiffness, directed=False)[1]
-    return labels
 
 
 class BackwardEulerStep:
@@ -241,7 +232,7 @@ class BackwardEulerStep:
             components: (n,) a label from 0 for every vertex, at least one each component of C; -1 for vertices without any.
             solves: how many solves with this system are to come.
         """
-        t = min(time_step, _LONGEST_STEP)
+        t = min(time_step, LONGEST_STEP)
         self._stiffness, self._stiffness_share = laplacian.stiffness, t / (1.0 + t)
         coupled = (components >= 0) & (laplacian.stiffness.diagonal() < 0.0)
         labels = np.where(coupled, components, 0)
@@ -268,15 +259,15 @@ class BackwardEulerStep:
             ConvergenceError: the solver stalls.
         """
         start = points if prescribed is None else points + prescribed
-        extent = largest_side(start) if self._solver else 0.0
+        extent = float(np.ptp(start, axis=0).max()) if self._solver else 0.0
         if self._solver is None or extent <= TOLERANCE * diagonal:
             # Nothing may move, or the surface is a point already, to rounding.
             return np.zeros_like(points) if prescribed is None else prescribed
         try:
             return self._solve(self._solver, start, prescribed, extent, diagonal, progress)
         except ConvergenceError:
-            # The weights of slivers, large and of both signs, are no longer semidefinite once rounded. Those that are left are,
-            # since no row has an entry that outweighs its diagonal.
+            # Rounding makes weights of slivers, large and of both signs, indefinite. Without the negative ones no entry outweighs
+            # the diagonal of its row, so that the matrix is semidefinite.
             positive = without_negative_weights(self._stiffness)
             if positive is self._stiffness:
                 raise
@@ -311,12 +302,6 @@ class BackwardEulerStep:
         everywhere = np.zeros_like(start) if prescribed is None else prescribed.copy()
         everywhere[self._free] = moved
         return everywhere
-
-
-def largest_side(points: Floats) -> float:
-    """The longest side of the bounding box of (n, d) points."""
-    low, high = bounding_box(points) if points.shape[1] == 3 else (points.min(axis=0), points.max(axis=0))
-    return float((high - low).max())
 
 
 def without_negative_weights(stiffness: sparse.csr_matrix) -> sparse.csr_matrix:

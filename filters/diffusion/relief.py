@@ -10,8 +10,8 @@ from ..geometry import mean_edge_length, vertex_normals_by_angle
 from ..mesh import Floats, Ints, check_mesh
 from .implicit import implicit_fairing, time_step_of_detail_size
 
-#: Waves of the second length in mean edges have half their height in the relief, shorter ones nearly all of it, down to waves of
-#: the first. Noise is short: where relief does not stand out from it, longer relief may.
+#: The bands of relief in mean edges: waves of the second length are in it with half their height, shorter ones with nearly all of
+#: it, down to the first length. Noise is short, so that the second band has less of it.
 BANDS = ((0.0, 8.0), (6.0, 16.0))
 # Relief that is less than this share of all heights is not measurable beside noise.
 _MEASURABLE = 0.7

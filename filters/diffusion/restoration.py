@@ -16,11 +16,11 @@ from ..topology import proper_faces
 _LEAST_VOLUME = 1e-9
 # Coordinates exact to 1e-10 of the diagonal are no longer so after growing back by more than this.
 _LARGEST_GROWTH = 1e3
-# How often a step gives back. Each time brings long waves nearer to what they were.
+# How often a step gives back. Each time brings long waves nearer to their former amplitude.
 _TIMES = 2
-# How often the loss is smoothed each time, so that hardly any noise is in it.
+# How often the loss is smoothed each time, to remove noise from it.
 _PASSES = 2
-#: how often that is in all
+#: How often the loss is smoothed in all.
 SOLVES = _TIMES * _PASSES
 
 
@@ -36,13 +36,8 @@ class Volumes(NamedTuple):
 def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Bools | None) -> Volumes:
     """The volumes of the components without boundary all of whose vertices may move.
 
-    A component has no boundary if every edge is run through as often one way as the other; non-manifold edges may be.
-
-    Args:
-        points: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        components: (n,) labels from 0, -1 for unreferenced vertices.
-        movable: (n,) None for all.
+    A component has no boundary if its faces run through every edge as often one way as the other; edges may be non-manifold. Of
+    the (n,) `components`, unreferenced vertices have -1.
     """
     proper = faces[proper_faces(faces)]
     n, count = len(points), int(components.max(initial=-1)) + 1
@@ -61,22 +56,18 @@ def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Boo
 
 
 def restore_volumes(points: Floats, original: Volumes) -> Floats:
-    """The points with every enclosing component scaled about the centroid of its surface so that it has its volume again.
-
-    Args:
-        points: (n, 3) coordinates.
-        original: the volumes to restore. Components of volume 0 stay as they are.
+    """The points, every enclosing component scaled about the centroid of its surface to its original volume, unless that is 0.
 
     Raises:
         FilterInputError: hardly anything of a component is left to be scaled.
     """
     volumes, centroids = _measure(points, original)
-    wanted = original.volumes
+    former = original.volumes
     with np.errstate(divide="ignore", invalid="ignore"):
-        growth = np.where(wanted == 0.0, 1.0, np.cbrt(wanted / volumes))
+        growth = np.where(former == 0.0, 1.0, np.cbrt(former / volumes))
     lost = np.flatnonzero(~((growth > 0.0) & (growth <= _LARGEST_GROWTH)))
     if len(lost):
-        left = volumes[lost[0]] / wanted[lost[0]]
+        left = volumes[lost[0]] / former[lost[0]]
         raise FilterInputError(
             f"preserve_volume: of the volume of a closed component {left:.3g} is left after a step, too little a share to scale "
             f"it back ({len(lost)} such components): take a shorter time step, or more of them with flow='conformalized'"
@@ -113,7 +104,7 @@ def dimensions_restored(
     """The points after a step of smoothing, moved along their normals by what their surroundings have lost in common.
 
     A step draws convex parts in and hollow ones out. There the loss h = (p - p') . n along the normals n of p' varies slowly,
-    while on noise it changes sign from vertex to vertex. So the same smoothing S tells the two apart: p'' = p' + S(S(h)) n, and
+    while on noise it changes sign from vertex to vertex. So the same smoothing S separates the two: p'' = p' + S(S(h)) n, and
     once more. It is twicing [tukey1977] of the shape along its normals. A sphere, whose h is constant, gets its radius back;
     a wave of a plane of which S leaves the share s comes out with 1 - (1 - s) (1 - s^2)^2.
 
@@ -136,11 +127,6 @@ def dimensions_restored(
     return after
 
 
-def amplitude_with_dimensions(s: float) -> float:
-    """The share of a wave that a step with kept dimensions leaves, if the step alone leaves `s`."""
-    return float(1.0 - (1.0 - s) * (1.0 - s**_PASSES) ** _TIMES)
-
-
 def share_with_dimensions(amplitude: float) -> float:
-    """The inverse of `amplitude_with_dimensions`, to rounding: the share of a step alone that leaves a wave that amplitude."""
-    return float(optimize.brentq(lambda s: amplitude_with_dimensions(s) - amplitude, 0.0, 1.0, xtol=1e-15))
+    """The share s of a wave that a step alone leaves, if with kept dimensions it leaves 1 - (1 - s) (1 - s^2)^2 = amplitude."""
+    return float(optimize.brentq(lambda s: 1.0 - (1.0 - s) * (1.0 - s**_PASSES) ** _TIMES - amplitude, 0.0, 1.0, xtol=1e-15))

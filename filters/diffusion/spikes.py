@@ -9,7 +9,7 @@ from ..libraries import sparse
 from ..mesh import Bools, Floats, check_mesh, mask_of, normalised_mesh
 from ..topology import border_vertices, edges
 
-# A spike hides those next to it, which are found once it is gone: as many passes, or until none is left.
+# The most passes. A spike hides those next to it, which the next pass removes.
 _PASSES = 10
 
 

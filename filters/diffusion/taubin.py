@@ -1,7 +1,7 @@
 """Taubin's lambda|mu smoothing: a step that smooths, then a slightly longer one back, so that large shapes keep their size."""
 
 import math
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,9 +12,8 @@ from ..mesh import Floats, Whole, check_mesh
 from ..topology import BorderPolicy, border_edges, edge_face_counts
 from .explicit import explicit_surface
 
-#: the operators whose spectrum lies in [-2, 0], for which lambda, mu and the pass band have a meaning
+#: The operators whose spectrum lies in [-2, 0]: lambda, mu and the pass band are defined for these.
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
-TAUBIN_OPERATORS: tuple[TaubinOperator, ...] = get_args(TaubinOperator)
 
 
 def taubin_fairing(
@@ -61,7 +60,7 @@ def taubin_fairing(
         UnstableStepError: (1 - step k)(1 - mu k) is below -1 for the largest eigenvalue that such a mesh can have, so that
             the finest detail would grow. The error names the largest stable step for the same mu / step.
     """
-    check_choice("operator", operator, TAUBIN_OPERATORS)
+    check_choice("operator", operator, TaubinOperator)
     try:
         mu = checked_mu(step, mu, pass_band, largest_eigenvalue=2.0)
     except UnstableStepError:
@@ -126,13 +125,7 @@ def meshlab_taubin_smooth(
 
 
 def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigenvalue: float) -> float:
-    """The mu of a pair of steps that is stable: the given one, or that of the pass band.
-
-    Args:
-        step: lambda.
-        mu: the step back.
-        pass_band: k_PB; if given, `mu` is not used.
-        largest_eigenvalue: no eigenvalue of -L is larger.
+    """The mu of a stable pair of steps: that of the pass band, or `mu` without one. No eigenvalue of -L is above the largest.
 
     Raises:
         FilterInputError: a parameter out of range.

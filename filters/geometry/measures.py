@@ -9,7 +9,7 @@ from ..execution import over_range
 from ..mesh import Floats, Ints
 from ..topology import edges
 
-#: between these lengths their squares are ordinary numbers
+#: Squares of lengths between these are ordinary numbers.
 _SQUARED = 1e-140, 1e140
 
 

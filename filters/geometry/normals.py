@@ -5,15 +5,13 @@ import math
 import numpy as np
 
 from ..compilation import compiled
-from ..execution import over_range
+from ..execution import blocks, over_range
 from ..mesh import Bools, Floats, Ints
 from ..topology import face_adjacency
 from .measures import cross_product
 
 #: The columns of the table of `measure_faces`: the unit normal, the area, the centre; the eighth is unused.
 NORMAL, AREA, CENTRE = slice(0, 3), 3, slice(4, 7)
-#: faces per block
-_BLOCK = 1 << 16
 
 
 def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) -> Floats:
@@ -43,8 +41,7 @@ def face_areas(vertices: Floats, faces: Ints) -> Floats:
 
 def _measured(vertices: Floats, faces: Ints, columns: slice | int, values: Floats) -> Floats:
     """Columns of `measure_faces`, block by block: the table of all faces would not fit into the cache."""
-    for start in range(0, len(faces), _BLOCK):
-        part = slice(start, start + _BLOCK)
+    for part in blocks(len(faces)):
         values[part] = measure_faces(vertices, faces[part])[:, columns]
     return values
 
@@ -78,13 +75,7 @@ def seen_from_one_side(vertices: Floats, faces: Ints) -> float:
 
 @compiled(nogil=True)
 def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
-    """The number of faces whose normals have turned by more than a right angle.
-
-    Args:
-        before: (n, 3) coordinates of ordinary size.
-        after: (n, 3) the new coordinates of the same vertices.
-        faces: (m, 3) triangles.
-    """
+    """The number of faces whose normals turn by more than a right angle, from (n, 3) coordinates of ordinary size to new ones."""
     count = 0
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -111,12 +102,7 @@ def _measure(vertices: Floats, faces: Ints, table: Floats, first: int, last: int
 
 
 def vertex_normals_by_area(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit normals of the vertices: area-weighted means of the face normals; 0 for vertices without a face.
-
-    Args:
-        points: (n, 3) coordinates of ordinary size.
-        faces: (m, 3) triangles.
-    """
+    """(n, 3) unit normals of points of ordinary size: area-weighted means of the face normals; 0 for points without a face."""
     return mean_normals_at_vertices(cross_products(points, faces), faces, len(points))
 
 
@@ -177,18 +163,15 @@ def _add_by_angle(vertices: Floats, faces: Ints, normals: Floats) -> None:
 def looking_away(normals: Floats, faces: Ints, count: int) -> Bools:
     """(m,) which faces look away from the mean of the normals of the faces at their vertices, weighted by area.
 
-    Args:
-        normals: (m, 3) of the faces, as long as their areas times any number.
-        faces: (m, 3) triangles.
-        count: the number of vertices.
+    The (m, 3) normals are as long as the areas of the faces times any number; `count` is the number of vertices.
     """
-    found = np.empty(len(faces), dtype=np.bool_)
-    _mark_looking_away(normals, faces, np.zeros((count, 3)), found)
-    return found
+    away = np.empty(len(faces), dtype=np.bool_)
+    _mark_looking_away(normals, faces, np.zeros((count, 3)), away)
+    return away
 
 
 @compiled(nogil=True)
-def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, found: Bools) -> None:
+def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, away: Bools) -> None:
     for f in range(len(faces)):
         for k in range(3):
             for c in range(3):
@@ -198,4 +181,4 @@ def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, found: Bools)
         product = 0.0
         for d in range(3):
             product += normals[f, d] * (sums[a, d] + sums[b, d] + sums[c, d])
-        found[f] = product < 0.0
+        away[f] = product < 0.0

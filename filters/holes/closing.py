@@ -9,7 +9,7 @@ from ..checks import ConvergenceError, FilterInputError, check_choice, check_who
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..fairing.region import ENERGIES, Energy, fair_region
 from ..geometry import angles_between, cross_products
-from ..mesh import Floats, Ints, check_mesh, check_vertex_mask, mask_of
+from ..mesh import Floats, Ints, check_mesh, check_vertex_mask, mask_of, scaled_to_unit
 from ..topology import BoundaryLoop, OneRings, boundary_loops, face_adjacency, one_rings
 from .filling import HOLE_ENERGIES, ISLAND_IN_IT, HoleEnergy, HoleFilling, broken_left_open, left_open_as
 from .refinement import MOST_VERTICES, Patch, refined_patch, uniform_width
@@ -21,14 +21,14 @@ from .vertex_pairs import ForbiddenEdges, vertex_pairs
 _TRIANGULATION = 0.4
 #: A hole at whose rim the surface bends by more than this many times as much as around it is refined further.
 SHARP = 1.2
-#: Its edges become as short as this share of what they would be.
+#: The least share to which its edges are shortened.
 FINEST = 0.25
 # The share of the progress of a refined patch that triangulation takes.
 _PATCH_TRIANGULATION = 0.3
-#: Patches with more new vertices than this together are not solved for at once.
+#: The most new vertices of patches that are solved for together.
 MOST_AT_ONCE = 100_000
-#: The new vertices of a patch lie at most so many diagonals of the box of its rim outside of that box. Fillings of smooth
-#: surfaces reach 0.2 of them; one that goes further was thrown out, and refining it would take triangles for all that area.
+#: The largest distance of new vertices from the box of their rim, in diagonals of that box. Fillings of smooth surfaces reach
+#: 0.2. One that goes further is not the lost surface, and refining it would take triangles for all that area.
 FURTHEST = 1.0
 
 
@@ -91,12 +91,12 @@ def close_holes(
     check_choice("islands", islands, ("join", "leave"))
     check_whole_number("max_edges", max_edges, least=3)
     check_whole_number("rounds", rounds, least=1)
-    wanted = None if selected is None else check_vertex_mask("selected", selected, len(original))
-    points, exponent = _ordinary(original, triangles)
+    selection = None if selected is None else check_vertex_mask("selected", selected, len(original))
+    points, scale = scaled_to_unit(np.where(mask_of(triangles, len(original))[:, None], original, 0.0))
     forwards = rising(progress)  # work that is repeated in another way counts again
     rims, broken = boundary_loops(points, triangles)
-    holes, inside, unwanted = sorted_rims(rims, points, triangles, max_edges, wanted, islands)
-    left_open = [*map(broken_left_open, broken), *unwanted]
+    holes, inside, others = sorted_rims(rims, points, triangles, max_edges, selection, islands)
+    left_open = [*map(broken_left_open, broken), *others]
     patches = Patches(points, triangles, rims)
     closed, with_islands = [], []
     for k, (hole, group) in enumerate(zip(holes, inside, strict=True)):
@@ -117,7 +117,7 @@ def close_holes(
     left_open.sort(key=lambda rim: int(rim.vertices.min()))
     progress(1.0)
     return HoleFilling(
-        np.ldexp(new_vertices, exponent),
+        new_vertices / scale,
         new_faces,
         hole_of_face,
         hole_of_vertex,
@@ -129,24 +129,14 @@ def close_holes(
     )
 
 
-def _ordinary(vertices: Floats, triangles: Ints) -> tuple[Floats, int]:
-    """The vertices divided by a power of two, and its exponent: exact, and areas and their squares stay in range in any unit.
-
-    Vertices without a face do not count, and become 0.
-    """
-    points = np.where(mask_of(triangles, len(vertices))[:, None], vertices, 0.0)
-    exponent = int(np.frexp(np.abs(points).max(initial=0.0))[1])
-    return np.ldexp(points, -exponent), exponent
-
-
 class _PlacedPatch(NamedTuple):
     """A patch with its place in the mesh."""
 
     own: Ints  # (k,) the vertices of the mesh on its rim, ascending
     patch: Patch  # the patch; its first k points are these vertices
     forbidden: ForbiddenEdges  # which of them it must not join
-    uniform: float  # how wide its part at the rim is where triangles are as small as there, in edges
-    # (s, 3) the edges of the rim in the numbers of the patch, as `bend_at_rim` takes them, but of the third vertex the index in
+    uniform: float  # the width of the band at the rim with triangles as small as there, in edges
+    # (s, 3) the edges of the rim as for `bend_at_rim`: two numbers of points of the patch, and the index of the third vertex in
     # `around`
     sides: Ints
     around: Floats  # (s, 3) coordinates of the third vertices of the faces of the mesh at the rim
@@ -193,7 +183,7 @@ class Patches:
             distinct, visits = np.unique(loop.vertices, return_counts=True)
             alone[np.searchsorted(own, distinct[visits > 1])] = True
         forbidden = ForbiddenEdges(joined.restricted(first.astype(np.int32)), np.zeros(len(own), dtype=np.bool_), alone)
-        uniform = uniform_width(patch.points, patch.sizes, patch.triangles, patch.n_rim)
+        uniform = uniform_width(patch)
         if refine:
             patch = refined_patch(
                 patch, forbidden=forbidden, uniform=uniform, progress=part_of(progress, _PATCH_TRIANGULATION, 1.0)
@@ -223,7 +213,7 @@ class Patches:
             finer = max(finer, min(1.0, float(np.sqrt(len(patch.points) / MOST_VERTICES))))
             patch = patch._replace(sizes=patch.sizes * finer)
             # A filling that bulges has a larger area than the one whose width was chosen.
-            uniform = min(placed.uniform, uniform_width(patch.points, patch.sizes, patch.triangles, patch.n_rim))
+            uniform = min(placed.uniform, uniform_width(patch))
             patch = refined_patch(patch, forbidden=placed.forbidden, uniform=uniform, progress=part_of(progress, 0.0, 0.0))
             self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))
 
@@ -290,7 +280,7 @@ class Patches:
 class Placement(NamedTuple):
     """The placement of the new vertices of a patch."""
 
-    energy: HoleEnergy  # by which energy
+    energy: HoleEnergy  # the energy that placed them
     thrown_out: bool  # whether a higher one would have put them further than `FURTHEST` outside of the box of the rim
 
 
@@ -302,15 +292,7 @@ def fair_patches(
     All patches of one energy are solved for together, the highest energy first. If their equations cannot be solved, the set is
     halved until each patch that causes it stands alone. Such a patch gets the next lower energy, in this round and all later
     ones, and so does one that leaves the box of its rim by more than `FURTHEST`. The last energy, "none", leaves vertices among
-    those around.
-
-    Args:
-        patches: the patches, refined once.
-        points: (n, 3) the vertices of the mesh.
-        faces: (m, 3) its triangles.
-        energy: the energy to begin with.
-        rounds: how often to fair.
-        progress: called with the share that is done, which falls where patches are solved for again.
+    those around. The progress falls where patches are solved for again.
     """
     placements = [Placement(energy, False)] * patches.count
     for done in range(rounds):
@@ -374,16 +356,16 @@ def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Floats]
     Args:
         points: (n, 3) the vertices of the mesh.
         faces: (m, 3) its triangles.
-        at: (k,) the vertices where the sums are wanted; others may get less than their sum.
+        at: (k,) vertices; the sums of all others may be incomplete.
 
     Returns:
         (n,) the sums in radians, and (n,) how many angles each sums up.
     """
     n = len(points)
-    asked = mask_of(at, n)
-    near = faces[asked[faces].any(axis=1)]
+    marked = mask_of(at, n)
+    near = faces[marked[faces].any(axis=1)]
     pairs, shared = face_adjacency(near)
-    pairs, shared = pairs[asked[shared].any(axis=1)], shared[asked[shared].any(axis=1)]
+    pairs, shared = pairs[marked[shared].any(axis=1)], shared[marked[shared].any(axis=1)]
     normals = cross_products(points, near)
     angles = angles_between(normals[pairs[:, 0]], normals[pairs[:, 1]])
     total = np.asarray(np.bincount(shared.T.ravel(), np.tile(angles, 2), n), dtype=np.float64)

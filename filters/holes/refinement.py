@@ -9,10 +9,10 @@ from ..execution import Progress, ignore_progress
 from ..geometry import angle_at, cross_product, cross_products, squared_length
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
-from ..topology import diamond, faces_across, fan_size, flip, relink
+from ..topology import diamond, faces_across, fan_size, flip
 from .vertex_pairs import ForbiddenEdges, is_pair
 
-#: A triangle is split if its centroid, times this, is farther from each corner than the edges there are long [liepa2003].
+#: A triangle is split if the distance of each corner from the centroid, times this, exceeds the edge length there [liepa2003].
 DENSITY = np.sqrt(2.0)
 # Edges between two vertices of the rim are not split at triangles whose height is below this share of the edge length there:
 # between the sides of a crack a new vertex has no room to move.
@@ -20,17 +20,17 @@ _CRACK = 0.25
 _MOST_ROUNDS = 60
 # The most vertices of a patch. Widths by `uniform_width` keep far below.
 _MOST_POINTS = 300_000
-# After so many rounds half of the work counts as done: their number is unpredictable.
+# After this many rounds half of the work counts as done: their number is unpredictable.
 _HALF = 8
-# An edge is flipped if its opposite angles sum to pi and this, and the sum falls by at least this. Without, an edge between two
-# equal choices could flip back and forth for ever, and rounding would decide.
+# An edge is flipped if its opposite angles sum to more than pi plus this, and the sum falls by more than this. Else rounding
+# could flip an edge between two equal choices back and forth for ever.
 _GAIN = 1e-7
 # No flip makes a triangle with a doubled area below this share of the sum of two squared sides.
 _THINNEST = 1e-7
 _MOST_SWEEPS = 200
-#: A hole gets triangles as small as those at its rim all over if these are about so many vertices at most.
+#: A hole is filled with triangles as small as those at its rim if these have at most about so many vertices.
 MOST_VERTICES = 60_000
-#: Otherwise edges are as short as there within some distance of the rim, and beyond it grow by this much of what is further away.
+#: Otherwise edges are as short as there within some distance of the rim, and beyond it grow by this share of the distance.
 SLOPE = 0.4
 #: That distance is at least so many edges.
 _LEAST_WIDTH = 1.0
@@ -73,8 +73,7 @@ def refined_patch(
     growth = Growth(points[:n_rim], uniform)
     targets = sizes * growth.at(points, sizes)
     triangles = np.ascontiguousarray(patch.triangles, dtype=np.int32).copy()
-    across = faces_across(triangles)
-    flip_towards_delaunay(points, triangles, across, forbidden)
+    flip_towards_delaunay(points, triangles, faces_across(triangles), forbidden)
     for done in range(_MOST_ROUNDS):
         progress(done / (done + _HALF))
         split = np.flatnonzero(_too_large(points, targets, triangles)).astype(np.int32)
@@ -83,9 +82,9 @@ def refined_patch(
         centres = points[triangles[split]].mean(axis=1)
         sizes = np.concatenate([sizes, means := sizes[triangles[split]].mean(axis=1)])
         targets = np.concatenate([targets, means * growth.at(centres, means)])
-        triangles, across = _split(len(points), triangles, across, split)
+        triangles = _split(len(points), triangles, split)
         points = np.concatenate([points, centres])
-        flip_towards_delaunay(points, triangles, across, forbidden)
+        flip_towards_delaunay(points, triangles, faces_across(triangles), forbidden)
     points, sizes, triangles = _split_diagonals(points, sizes, triangles, n_rim, forbidden)
     forbidden = forbidden._replace(apart=np.ones(n_rim, dtype=np.bool_))
     flip_towards_delaunay(points, triangles, faces_across(triangles), forbidden)
@@ -142,30 +141,13 @@ def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
     return large
 
 
-def _split(count: int, triangles: Ints, across: Ints, chosen: Ints) -> tuple[Ints, Ints]:
+def _split(count: int, triangles: Ints, chosen: Ints) -> Ints:
     """Replaces each chosen triangle by three round a new point, from `count` on: the first in its row, the others at the end."""
-    new = count + np.arange(len(chosen), dtype=np.int32)
-    second = (len(triangles) + 2 * np.arange(len(chosen))).astype(np.int32)
-    more = np.full((2 * len(chosen), 3), -1, dtype=np.int32)
-    grown, beyond = np.concatenate([triangles, more]), np.concatenate([across, more])
-    _write_split(grown, beyond, chosen, new, second)
-    return grown, beyond
-
-
-@compiled
-def _write_split(triangles: Ints, across: Ints, chosen: Ints, new: Ints, second: Ints) -> None:
-    for k in range(chosen.shape[0]):
-        t, s = chosen[k], second[k]
-        a, b, c, v = triangles[t, 0], triangles[t, 1], triangles[t, 2], new[k]
-        beyond_bc, beyond_ca = across[t, 1], across[t, 2]
-        triangles[t, 2] = v
-        across[t, 1], across[t, 2] = s, s + 1
-        triangles[s, 0], triangles[s, 1], triangles[s, 2] = b, c, v
-        across[s, 0], across[s, 1], across[s, 2] = beyond_bc, s + 1, t
-        triangles[s + 1, 0], triangles[s + 1, 1], triangles[s + 1, 2] = c, a, v
-        across[s + 1, 0], across[s + 1, 1], across[s + 1, 2] = beyond_ca, t, s
-        relink(triangles, across, beyond_bc, b, c, s)
-        relink(triangles, across, beyond_ca, c, a, s + 1)
+    a, b, c = triangles[chosen].T
+    v = count + np.arange(len(chosen), dtype=np.int32)
+    split = np.concatenate([triangles, np.column_stack([b, c, v, c, a, v]).reshape(-1, 3)])
+    split[chosen, 2] = v
+    return split
 
 
 @compiled
@@ -233,25 +215,19 @@ def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> f
     return float(x * p + y * q + z * r)
 
 
-def uniform_width(points: Floats, sizes: Floats, triangles: Ints, n_rim: int) -> float:
+def uniform_width(patch: Patch) -> float:
     """The width of the band at the rim of a patch that is as dense as the rim, in edges; infinite for the whole patch.
 
     A surface of equilateral triangles with sides h has one vertex for every h^2 sqrt(3) / 2. A band of k edges and the width of
     u edges has k u 2 / sqrt(3) vertices, and what is inside it, where edges grow by g of the distance, k / g 2 / sqrt(3) at most.
     So u is the width for which both together are `MOST_VERTICES`, but `_LEAST_WIDTH` at least.
-
-    Args:
-        points: (k, 3) the rim.
-        sizes: (k,) the lengths of the edges there.
-        triangles: (k - 2, 3) a triangulation of the rim, for its area.
-        n_rim: k.
     """
     each = np.sqrt(3.0) / 2.0
-    areas = np.linalg.norm(cross_products(points, triangles), axis=1) / 2.0
-    wanted = float((areas / (each * sizes[triangles].mean(axis=1) ** 2)).sum())
-    if wanted <= MOST_VERTICES:
+    areas = np.linalg.norm(cross_products(patch.points, patch.triangles), axis=1) / 2.0
+    count = float((areas / (each * patch.sizes[patch.triangles].mean(axis=1) ** 2)).sum())
+    if count <= MOST_VERTICES:
         return np.inf
-    return max(_LEAST_WIDTH, float(MOST_VERTICES * each / n_rim - 1.0 / SLOPE))
+    return max(_LEAST_WIDTH, float(MOST_VERTICES * each / patch.n_rim - 1.0 / SLOPE))
 
 
 class Growth:

@@ -56,8 +56,8 @@ def remesh_region(
         raise FilterInputError(
             "nothing can be remade: all of the region lies at an open border, whose triangles stay, or has no triangle"
         )
-    kept = np.bincount(labels[used & ~chosen], minlength=count) > 0
-    if not kept[labels[used & chosen]].all():
+    remains = np.bincount(labels[used & ~chosen], minlength=count) > 0
+    if not remains[labels[used & chosen]].all():
         raise FilterInputError("a whole component is selected, so that its place is undetermined: select less")
     gone = chosen[triangles].any(axis=1)
     rim = mask_of(triangles[gone], len(points)) & ~chosen & ~border

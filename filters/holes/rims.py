@@ -20,7 +20,7 @@ OUTER_SHARE = 1 / 3
 #: But a rim whose total geodesic curvature is below this is a hole: the inner border of a narrow frame. A sheet that covers more
 #: than three quarters of a ball has such a border, too.
 FRAME_TURN = -np.pi
-#: And a rim with a squared length below this share of the area of its sheet is a hole, however it turns, as one in a fold may.
+#: And a rim with a squared length below this share of the area of its sheet is a hole, whatever its curvature.
 #: The share is 4 pi for the border of a flat disc, the least of flat sheets, and 4.2 for the cap of a ball of 109 degrees.
 SHORT_RIM = 1.0
 #: Whether a rim goes round the outside of a sheet.
@@ -154,7 +154,7 @@ def _inside(points: Floats, loop: Floats) -> Bools:
     """Whether a ray from each point crosses the loop an odd number of times."""
     a, b = loop, np.roll(loop, -1, axis=0)
     if len(points) > _AT_ONCE // len(loop) + 1:
-        # In parts, since the arrays below have an entry for every point and side.
+        # In parts: the arrays below have an entry for every point and side.
         step = _AT_ONCE // len(loop) + 1
         return np.concatenate([_inside(points[i : i + step], loop) for i in range(0, len(points), step)])
     over = (a[:, 1] > points[:, None, 1]) != (b[:, 1] > points[:, None, 1])

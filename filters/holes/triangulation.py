@@ -27,7 +27,7 @@ _SAME = 1e-9
 _SAME_AREA = 1e-12
 # The number of triangles tried between two calls of `progress`, about.
 _BATCH = 20_000_000
-#: How many triangles around a chord are replaced together.
+#: The number of triangles around a chord that are replaced together.
 WINDOW = 120
 # The most triangulations of a polygon that are tried.
 _MOST_TRIES = 20
@@ -70,14 +70,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> P
 
 
 def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
-    """(b, 3) the vertices of triangles that close the polygon; None if none of them is a manifold.
-
-    Args:
-        outline: the polygon.
-        points: (n, 3) the vertices of the mesh.
-        joined: which of its corners are joined by an edge already.
-        progress: as for `triangulate_rim`.
-    """
+    """(b, 3) the vertices of triangles that close the polygon, without `joined` diagonals; None if no such surface exists."""
     corners = outline.vertices
     opposite = np.where(outline.opposite[:, None] < 0, np.nan, points[outline.opposite])
     forbidden = joined.with_pairs(*_corners_at_one_vertex(corners))
@@ -88,7 +81,7 @@ def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, p
         doubled = _doubled_diagonals(corners, triangles)
         if len(doubled) == 0:
             return np.asarray(corners[triangles])
-        # Two corners at one vertex have got diagonals to the same vertex: forbid the second.
+        # Two corners at one vertex have diagonals to the same vertex: forbid the second.
         forbidden = forbidden.with_pairs(doubled[:, 0], doubled[:, 1])
     return None
 
@@ -233,7 +226,7 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, pr
     By dynamic programming: the best triangulation of the part of the polygon from i to j is, for the best vertex m between, the
     triangle (i, m, j) and the best ones from i to m and from m to j. Dihedral angles are those between the normals of the two
     triangles at the new edges and at the sides, 0 if both lie in one plane. So the angle of a part depends on its last triangle,
-    and the minimum is taken over the parts that were kept, as in the paper. Time O(k^3).
+    and the minimum is taken over the best parts, as in the paper. Time O(k^3).
 
     Args:
         points: (k, 3) the corners of the polygon, with coordinates of ordinary size.
@@ -371,14 +364,8 @@ def retriangulated(
 
     The `WINDOW` triangles nearest to a chord, by the number of edges crossed, form a polygon, since a triangulated polygon is a
     tree of triangles. `minimal_triangulation` triangulates it anew, with the triangles around as neighbours, and its triangles
-    are taken if their (largest dihedral angle, area) is less.
-
-    Args:
-        triangles: (k - 2, 3) corners from 0 to k - 1, in the orientation of the polygon.
-        chords: the two corners of each.
-        points: (k, 3) the corners, with coordinates of ordinary size.
-        opposite: (k, 3) the third vertex of the face of the mesh at the side from i to i + 1; NaN if there is none.
-        forbidden: which diagonals must not be used.
+    are taken if their (largest dihedral angle, area) is less. The arguments are those of `triangulate_rim`, its result, and the
+    two corners of each chord.
     """
     if not chords:
         return triangles
@@ -399,7 +386,8 @@ def retriangulated(
         if better is None:
             continue
         before = np.searchsorted(corners, rows[chosen]).astype(np.int32)
-        if _is_less(_energy(points[corners], across, better), _energy(points[corners], across, before)):
+        (angle, area), (old_angle, old_area) = (_energy(points[corners], across, each) for each in (better, before))
+        if angle < old_angle - _SAME or (angle <= old_angle + _SAME and area < old_area):
             for t in chosen:
                 for k in range(3):
                     del holder[int(rows[t, k]), int(rows[t, (k + 1) % 3])]
@@ -444,7 +432,3 @@ def _energy(points: Floats, across: Floats, triangles: Ints) -> tuple[float, flo
         elif lengths[u] > 0.0:
             worst = max(worst, 1.0 - float(normals[t] @ beyond[u]) / float(lengths[u]))
     return worst, float(areas.sum())
-
-
-def _is_less(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    return one[0] < other[0] - _SAME or (one[0] <= other[0] + _SAME and one[1] < other[1])

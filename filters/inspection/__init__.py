@@ -3,15 +3,13 @@
 from .alignment import Alignment, align
 from .color_maps import Limits, diverging_colors, robust_limits, sequential_colors, symmetric_limits
 from .curvature import (
-    CURVATURE_OPERATORS,
-    GAUSSIAN_MEASURES,
     CurvatureOperator,
     GaussianMeasure,
     gaussian_curvature,
     mean_curvature,
     mesh_normals,
 )
-from .displacement import CORRESPONDENCES, Correspondence, Displacement, displacement
+from .displacement import Correspondence, Displacement, displacement
 from .face_samples import sample_places
 from .folded_faces import folded_faces, side_changes, triangle_shapes
 from .reflection_lines import reflection_stripes
@@ -22,9 +20,6 @@ from .surface_measures import SurfaceMeasures, surface_measures
 from .thickness import Thickness, wall_thickness
 
 __all__ = [
-    "CORRESPONDENCES",
-    "CURVATURE_OPERATORS",
-    "GAUSSIAN_MEASURES",
     "SAMPLES",
     "SHARP",
     "Alignment",

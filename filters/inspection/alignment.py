@@ -10,11 +10,11 @@ from ..mesh import Floats, Ints
 from .face_samples import face_samples, sample_places
 from .surface import Surface
 
-#: samples of the surface that is moved
+#: Samples of the surface that is moved.
 _SAMPLES = 20_000
-#: the share of the samples, the nearest ones, that tells how to move: what only one of the scans has shall not
+#: The share of the samples, the nearest ones, that determines the motion. The others may be places that only one scan has.
 _TRUSTED = 0.8
-#: iterations at most; and the step, as a share of the size of the surface, below which there is nothing to do any more
+#: The most iterations, and the step at which they end, as a share of the size of the surface.
 _ITERATIONS, _SMALLEST = 200, 3e-6
 
 
@@ -28,7 +28,7 @@ class Alignment:
         shift: by which its middle was moved, in mesh units.
         residual: the root mean square of the distances of the 80 % of its samples that lie nearest.
         iterations: how many it took.
-        converged: whether more would change nothing.
+        converged: whether the last step was below 3e-6 of the size.
     """
 
     vertices: Floats
@@ -40,7 +40,7 @@ class Alignment:
 
 
 def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
-    """Turn and move a mesh or a cloud so that it lies on a surface; it begins where it is, some degrees off at most.
+    """Turn and move a mesh or a cloud so that it lies on a surface. At the start it must be some degrees off at most.
 
     Args:
         vertices: (n, 3) coordinates, n at least 1.
@@ -58,16 +58,16 @@ def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
         iterations += 1
         places = samples @ turn.T + shift
         nearest = to.nearest(places + middle, vectors=True)
-        kept = np.argsort(nearest.distances, kind="stable")[: max(6, int(_TRUSTED * len(places)))]
-        residual = math.sqrt(float((nearest.distances[kept] ** 2).mean()))
-        normals, p = to.normals_of(nearest.elements[kept]), places[kept] / size
+        trusted = np.argsort(nearest.distances, kind="stable")[: max(6, int(_TRUSTED * len(places)))]
+        residual = math.sqrt(float((nearest.distances[trusted] ** 2).mean()))
+        normals, p = to.normals_of(nearest.elements[trusted]), places[trusted] / size
         # Least squares of n (p + w x p + t - q): the turn w and the shift t, both small.
         rows = np.column_stack([np.cross(p, normals), normals])
-        heights = np.einsum("ij,ij->i", nearest.vectors[kept], normals) / size
-        found = np.linalg.lstsq(rows.T @ rows, -rows.T @ heights, rcond=1e-12)[0]
-        more = spatial.transform.Rotation.from_rotvec(found[:3]).as_matrix()
-        turn, shift = more @ turn, more @ shift + size * found[3:]
-        step = float(np.linalg.norm(found))
+        heights = np.einsum("ij,ij->i", nearest.vectors[trusted], normals) / size
+        motion = np.linalg.lstsq(rows.T @ rows, -rows.T @ heights, rcond=1e-12)[0]
+        more = spatial.transform.Rotation.from_rotvec(motion[:3]).as_matrix()
+        turn, shift = more @ turn, more @ shift + size * motion[3:]
+        step = float(np.linalg.norm(motion))
     angle = math.degrees(float(spatial.transform.Rotation.from_matrix(turn).magnitude()))
     moved = local @ turn.T + shift + middle
     return Alignment(moved, angle, float(np.linalg.norm(shift)), residual, iterations, step <= _SMALLEST)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..mesh import Floats
 
-#: The share of all values that limits enclose: a few wild ones shall not make all others look alike.
+#: The share of all values that limits enclose: outliers would make all others look alike.
 ENCLOSED = 0.98
-#: Steps of a map: more than the 256 levels of a channel tell apart.
+#: Steps of a map, more than the 256 levels of a channel.
 _STEPS = 1024
 #: By position along the map, from 0 to 1: lightness, chroma, and hue in degrees.
 _DIVERGING = (

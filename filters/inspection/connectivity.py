@@ -69,13 +69,7 @@ class Connectivity:
 
 
 def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
-    """The connectivity of vertices by faces and edges.
-
-    Args:
-        n_vertices: n.
-        faces: (m, 3) int32.
-        segments: (e, 2) int32.
-    """
+    """The connectivity of vertices by (m, 3) faces and (e, 2) edges, both int32."""
     all_proper = proper_faces(faces)
     proper = faces if all_proper.all() else faces[all_proper]
     by_edge = faces_by_edge(proper)
@@ -88,11 +82,12 @@ def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
     components = connected_components(proper, n_vertices)[1]
     pinched = fan_counts(proper, neighbours, shared, n_vertices) > 1
     pinched[pairs[face_counts > 2]] = True
-    if len(faces) == 0:
+    if len(faces) == 0 and len(segments):
         ordered = np.sort(segments[segments[:, 0] != segments[:, 1]], axis=1)
         pairs = np.unique(ordered, axis=0)
         used[pairs] = True
-        components = _components_of_curves(pairs, used)
+        graph = sparse.csr_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n_vertices, n_vertices))
+        components = int(sparse.csgraph.connected_components(graph, directed=False)[0]) - int((~used).sum())
     count = int(used.sum())
     used[segments] = True
     return Connectivity(
@@ -110,11 +105,3 @@ def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
         pinched=int(pinched.sum()),
         components=components,
     )
-
-
-def _components_of_curves(pairs: Ints, used: Bools) -> int:
-    """The number of parts that the edges connect; vertices that are not `used` are none."""
-    if not len(pairs):
-        return 0
-    graph = sparse.csr_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(used), len(used)))
-    return int(sparse.csgraph.connected_components(graph, directed=False)[0]) - int((~used).sum())

@@ -1,14 +1,14 @@
 """Curvature and normals of triangle meshes at their vertices, from the angles and areas of the faces."""
 
 import math
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import check_choice
 from ..compilation import compiled
-from ..geometry import angle_at, corner_angles, cross_product
+from ..geometry import angle_at, corner_angles, cross_product, unit_vectors
 from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..operators import laplace_beltrami, mixed_voronoi_areas
 from ..topology import border_vertices, edges, proper_faces
@@ -29,18 +29,13 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) the unit normals of the vertices: those of the faces, weighted with their angles there; 0 where that is nothing.
+    """(n, 3) the unit normals of the vertices: those of the faces, weighted with their angles there; 0 where no face has an area.
 
-    The weights make the normal independent of how the surroundings are cut into triangles.
-
-    Args:
-        points: (n, 3) coordinates of ordinary size.
-        faces: (m, 3) triangles.
+    The weights make the normal independent of how the surroundings are cut into triangles. The points are of ordinary size.
     """
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
-    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
-    return np.asarray(np.divide(sums, lengths, out=np.zeros_like(sums), where=lengths > 0.0))
+    return unit_vectors(sums)
 
 
 @compiled(nogil=True)
@@ -62,10 +57,8 @@ def _add_normals(points: Floats, faces: Ints, sums: Floats) -> None:
 #: "cotangent": the Laplace-Beltrami operator, exact in the limit on every mesh. "uniform": the mean of the one-ring, which needs
 #: no area and stays calm at slivers, but sees where vertices are spread unevenly.
 CurvatureOperator: TypeAlias = Literal["cotangent", "uniform"]
-CURVATURE_OPERATORS: tuple[CurvatureOperator, ...] = get_args(CurvatureOperator)
 #: "deficit": the angle that is missing at the vertex, in radians. "per_area": that over its area.
 GaussianMeasure: TypeAlias = Literal["per_area", "deficit"]
-GAUSSIAN_MEASURES: tuple[GaussianMeasure, ...] = get_args(GaussianMeasure)
 
 
 def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: CurvatureOperator = "cotangent") -> Floats:
@@ -81,7 +74,7 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
     Raises:
         FilterInputError: not a mesh, or an unknown operator.
     """
-    check_choice("operator", operator, CURVATURE_OPERATORS)
+    check_choice("operator", operator, CurvatureOperator)
     mesh = _normalised(vertices, faces)
     if not len(mesh.cells):
         return np.zeros(len(mesh.vertices))
@@ -109,7 +102,7 @@ def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: Gaussi
     Raises:
         FilterInputError: not a mesh, or an unknown measure.
     """
-    check_choice("measure", measure, GAUSSIAN_MEASURES)
+    check_choice("measure", measure, GaussianMeasure)
     mesh = _normalised(vertices, faces)
     if not len(mesh.cells):
         return np.zeros(len(mesh.vertices))

@@ -1,7 +1,7 @@
 """The signed distance of a surface from another one."""
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,6 @@ from .surface import Surface
 #: "vertex": vertex i belongs to vertex i. "surface": every vertex belongs to the nearest place of the reference. "auto": the
 #: first if both have as many vertices and the same faces, at least one; else the second.
 Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
-CORRESPONDENCES: tuple[Correspondence, ...] = get_args(Correspondence)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +48,7 @@ def displacement(
 
     Args:
         vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles, none for a cloud; they only tell whether vertices correspond.
+        faces: (m, 3) triangles, none for a cloud; used for the correspondence alone.
         reference_vertices: (k, 3) coordinates.
         reference_faces: (l, 3) triangles, none for a cloud.
         correspondence: see `Correspondence`.
@@ -57,7 +56,7 @@ def displacement(
     Raises:
         FilterInputError: not a mesh, an empty reference, or vertices that cannot correspond as they differ in number.
     """
-    check_choice("correspondence", correspondence, CORRESPONDENCES)
+    check_choice("correspondence", correspondence, Correspondence)
     points, triangles = check_mesh(vertices, faces)
     targets, target_faces = check_mesh(reference_vertices, reference_faces)
     ground = Surface.of(targets, target_faces)

@@ -19,13 +19,7 @@ def face_measures(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
 
 
 def faces_agree(faces: Ints, neighbours: Ints, shared: Ints) -> Bools:
-    """Whether two faces that share an edge run along it in opposite directions.
-
-    Args:
-        faces: (m, 3) triangles.
-        neighbours: (q, 2) pairs of them.
-        shared: (q, 2) the vertices of the edges.
-    """
+    """(q,) whether the two faces of each of (q, 2) pairs run in opposite directions along their (q, 2) shared edge."""
     agree = np.empty(len(neighbours), dtype=np.bool_)
     over_range(_compare_directions, len(neighbours), faces, neighbours, shared, agree)
     return agree

@@ -15,7 +15,7 @@ _STEPS = (0.7548776662466927, 0.5698402909980532)
 
 
 class FaceSamples(NamedTuple):
-    """k samples of a surface; `sample_places` says where they are."""
+    """k samples of a surface; for their coordinates see `sample_places`."""
 
     faces: Ints  # (k,) the face of each, ascending; in a cloud the vertex
     areas: Floats  # (k,) the area for which each stands; together that of the surface
@@ -31,7 +31,7 @@ def face_samples(vertices: Floats, faces: Ints, count: int) -> FaceSamples:
     Args:
         vertices: (n, 3) coordinates, best near the origin.
         faces: (m, 3) triangles; none of a cloud, whose vertices are the samples.
-        count: how many are asked for.
+        count: how many, about.
     """
     if not len(faces):
         return FaceSamples(np.arange(len(vertices), dtype=np.int32), np.ones(len(vertices)))
@@ -49,7 +49,7 @@ def sample_places(vertices: Floats, faces: Ints, samples: Ints, rows: Longs) -> 
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles, or none.
         samples: (k,) the face of every sample.
-        rows: (r,) the samples that are asked for.
+        rows: (r,) the samples whose places are returned.
     """
     if not len(faces):
         return vertices[samples[rows]]

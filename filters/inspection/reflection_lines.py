@@ -40,8 +40,8 @@ def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike
     return np.asarray(brightness)
 
 
-def _unit(name: str, given: ArrayLike) -> Floats:
-    vector = np.asarray(given, dtype=np.float64)
+def _unit(name: str, direction: ArrayLike) -> Floats:
+    vector = np.asarray(direction, dtype=np.float64)
     length = float(np.linalg.norm(vector)) if vector.shape == (3,) else np.nan
     if not 0.0 < length < np.inf:
         raise FilterInputError(f"{name} {vector.tolist()} is no direction: it takes three finite numbers, not all of them 0")

@@ -11,7 +11,7 @@ from ..mesh import Floats, Ints, check_mesh, normalised_mesh
 from ..topology import face_adjacency
 from .face_measures import dihedral_angles, face_measures, faces_agree
 
-#: degrees between the normals of two faces from which on their edge is sharp
+#: The least angle between the normals of two faces at a sharp edge, in degrees.
 SHARP = 40.0
 
 
@@ -34,7 +34,7 @@ class SharpEdges(NamedTuple):
 def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
     """The edges with exactly two faces whose normals differ by at least `SHARP` degrees.
 
-    Noise of half an edge makes every edge sharp: on a noisy scan this says how noisy it is.
+    Noise of half an edge makes every edge sharp: on a noisy scan this measures the noise.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -69,7 +69,6 @@ def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float
         return None
     if not len(after.pairs):
         return 0.0
-
     origin = before.middles[0]
     distances, _ = spatial.cKDTree(after.middles - origin).query(before.middles - origin)
     return math.fsum(before.lengths[distances <= within]) / total

@@ -1,6 +1,6 @@
-"""The nearest place on a surface, or in a cloud, to each of many points, and on which side of it they lie.
+"""The nearest place on a surface, or in a cloud, to each of many points, and the side of the surface on which they lie.
 
-The triangles are in a balanced tree, and the place found is the exact nearest one.
+The triangles are in a balanced tree. Each place is exactly the nearest one.
 """
 
 import math
@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError
 from ..compilation import compiled
-from ..execution import over_range
+from ..execution import blocks, over_range
 from ..geometry import closest_weights, face_normals
 from ..libraries import spatial
 from ..mesh import Floats, Ints, Longs, NormalisedMesh, check_mesh, normalised_mesh
-from ..neighbours import partition
+from ..neighbours import gap_to, split_nodes
 from ..topology import faces_across, proper_faces
 from .curvature import vertex_normals
 
@@ -39,20 +39,21 @@ class TriangleTree(NamedTuple):
 
     triangles: Floats  # (m, 9) the first corner, and from there to the second and to the third
     indices: Ints  # (m,) the face of each
-    boxes: Floats  # (nodes, 6) the lowest and the highest coordinates of each node's triangles
+    boxes: Floats  # (nodes, 2, 3) the lowest and the highest coordinates of each node's triangles
     leaves: int  # how many there are
-    rounding: float  # the square of a length below which coordinates tell nothing apart
+    rounding: float  # the square of a length: smaller differences of coordinates are rounding
 
     @classmethod
     def of(cls, points: Floats, faces: Ints) -> "TriangleTree":
         """The tree of (n, 3) points, which should be near the origin, and (m, 3) triangles, m at least 1."""
         leaves = -(-len(faces) // _LEAF)
         rows = np.empty((len(faces), 4))
-        triangles = np.empty((len(faces), 9))
-        boxes = np.empty((2 << (leaves - 1).bit_length(), 6))
         _middles(points, faces, rows)
-        _build(rows, points, faces, leaves, triangles, boxes)
-        return cls(triangles, rows[:, 3].astype(np.int32), boxes, leaves, _ROUNDING * float(np.abs(boxes[1]).max()) ** 2)
+        boxes = np.empty((2 << (leaves - 1).bit_length(), 2, 3))
+        split_nodes(rows, _LEAF, boxes, np.empty(len(boxes), np.int64), 1, 0, leaves)
+        indices, triangles = rows[:, 3].astype(np.int32), np.empty((len(faces), 9))
+        _enclose(points, faces, indices, leaves, triangles, boxes)
+        return cls(triangles, indices, boxes, leaves, _ROUNDING * float(np.abs(boxes[1]).max()) ** 2)
 
     def nearest(self, queries: Floats) -> tuple[Longs, Floats, Floats]:
         """The nearest place to each of (q, 3) points; among places as near as each other that of the lowest face.
@@ -75,41 +76,27 @@ def _middles(points: Floats, faces: Ints, rows: Floats) -> None:
 
 
 @compiled(nogil=True)
-def _build(rows: Floats, points: Floats, faces: Ints, leaves: int, triangles: Floats, boxes: Floats) -> None:
-    stack = np.empty((_STACK, 3), np.int64)
-    stack[0, 0], stack[0, 1], stack[0, 2] = 1, 0, leaves
-    top = 1
-    boxes[:, :3], boxes[:, 3:] = np.inf, -np.inf
-    low, high = np.empty(4), np.empty(4)
-    while top > 0:
-        top -= 1
-        node, first, last = stack[top, 0], stack[top, 1], stack[top, 2]
-        start, stop = first * _LEAF, min(last * _LEAF, rows.shape[0])
-        if last - first > 1:
-            low[:], high[:] = rows[start], rows[start]
-            for r in range(start + 1, stop):
-                for c in range(3):
-                    low[c], high[c] = min(low[c], rows[r, c]), max(high[c], rows[r, c])
-            axis = 0
-            for c in range(1, 3):
-                axis = c if high[c] - low[c] > high[axis] - low[axis] else axis
+def _enclose(points: Floats, faces: Ints, indices: Ints, leaves: int, triangles: Floats, boxes: Floats) -> None:
+    """Writes the triangles in the order of the tree, and their boxes over those of their middles."""
+    boxes[:, 0], boxes[:, 1] = np.inf, -np.inf
+    for leaf in range(leaves):
+        node, first, last = 1, 0, leaves
+        while last - first > 1:
             middle = (first + last) // 2
-            partition(rows, start, stop, middle * _LEAF, axis if high[axis] > low[axis] else 3)
-            stack[top, 0], stack[top, 1], stack[top, 2] = 2 * node, first, middle
-            stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2] = 2 * node + 1, middle, last
-            top += 2
-            continue
-        for r in range(start, stop):
-            f = np.int64(rows[r, 3])
+            if leaf < middle:
+                node, last = 2 * node, middle
+            else:
+                node, first = 2 * node + 1, middle
+        for r in range(leaf * _LEAF, min((leaf + 1) * _LEAF, indices.shape[0])):
+            f = indices[r]
             for d in range(3):
                 a, b, c = points[faces[f, 0], d], points[faces[f, 1], d], points[faces[f, 2], d]
                 triangles[r, d], triangles[r, 3 + d], triangles[r, 6 + d] = a, b - a, c - a
-                boxes[node, d] = min(boxes[node, d], a, b, c)
-                boxes[node, 3 + d] = max(boxes[node, 3 + d], a, b, c)
+                boxes[node, 0, d], boxes[node, 1, d] = min(boxes[node, 0, d], a, b, c), max(boxes[node, 1, d], a, b, c)
     for node in range(boxes.shape[0] // 2 - 1, 0, -1):
         for d in range(3):
-            boxes[node, d] = min(boxes[node, d], boxes[2 * node, d], boxes[2 * node + 1, d])
-            boxes[node, 3 + d] = max(boxes[node, 3 + d], boxes[2 * node, 3 + d], boxes[2 * node + 1, 3 + d])
+            boxes[node, 0, d] = min(boxes[node, 0, d], boxes[2 * node, 0, d], boxes[2 * node + 1, 0, d])
+            boxes[node, 1, d] = max(boxes[node, 1, d], boxes[2 * node, 1, d], boxes[2 * node + 1, 1, d])
 
 
 @compiled(nogil=True)
@@ -132,7 +119,7 @@ def _search(tree: TriangleTree, queries: Floats, faces: Longs, weights: Floats, 
                 continue
             while b - a > 1:
                 middle = (a + b) // 2
-                left, right = _gap(boxes, 2 * node, x, y, z), _gap(boxes, 2 * node + 1, x, y, z)
+                left, right = gap_to(boxes, 2 * node, x, y, z), gap_to(boxes, 2 * node + 1, x, y, z)
                 if left <= right:
                     other, c, d, further = 2 * node + 1, middle, b, right
                     node, b, gap = 2 * node, middle, left
@@ -188,26 +175,13 @@ def _bound(
             bounds[c] = min(bounds[c], math.sqrt(furthest))
 
 
-@compiled(nogil=True)
-def _gap(boxes: Floats, node: int, x: float, y: float, z: float) -> float:
-    """The squared distance of a point from a box."""
-    dx = max(boxes[node, 0] - x, x - boxes[node, 3], 0.0)
-    dy = max(boxes[node, 1] - y, y - boxes[node, 4], 0.0)
-    dz = max(boxes[node, 2] - z, z - boxes[node, 5], 0.0)
-    return float(dx * dx + dy * dy + dz * dz)
-
-
-#: points that are looked up at a time
-_BLOCK = 1 << 16
-
-
 class NearestPlaces(NamedTuple):
     """The places of a surface nearest to q points.
 
     Attributes:
         signed: (q,) how far the points are from the places, negative on the side from which the faces look away.
         elements: (q,) the face on which each place lies; in a cloud the point that it is.
-        vectors: (q, 3) from the places to the points, in mesh units; (0, 3) if they were not asked for.
+        vectors: (q, 3) from the places to the points, in mesh units; (0, 3) without `vectors`.
     """
 
     signed: Floats
@@ -225,9 +199,9 @@ class Surface:
     """A mesh, or a cloud, to which distances are measured; exact far from the origin, too, as differences come before squares.
 
     Attributes:
-        mesh: normalised; what searches need is made of it when it is first used, and kept.
-        faces: (m,) the number of each of its triangles in the mesh that it was made of.
-        vertex_count: of that mesh.
+        mesh: normalised.
+        faces: (m,) the number of each of its triangles in the original mesh.
+        vertex_count: of the original mesh.
     """
 
     mesh: NormalisedMesh
@@ -254,14 +228,12 @@ class Surface:
         at a vertex: then it is right for every point around a closed surface [baerentzen2005].
         """
         count = len(queries)
-        found = NearestPlaces(np.empty(count), np.empty(count, np.int32), np.empty((count * vectors, 3)))
-        # By blocks, as what is computed on the way takes five times the memory of what is found.
-        for start in range(0, count, _BLOCK):
-            part = slice(start, start + _BLOCK)
-            found.signed[part], found.elements[part], offsets = self._nearest(queries[part])
+        places = NearestPlaces(np.empty(count), np.empty(count, np.int32), np.empty((count * vectors, 3)))
+        for part in blocks(count):  # the intermediate arrays take five times the memory of the result
+            places.signed[part], places.elements[part], offsets = self._nearest(queries[part])
             if vectors:
-                found.vectors[part] = offsets / self.mesh.scale
-        return found
+                places.vectors[part] = offsets / self.mesh.scale
+        return places
 
     def _nearest(self, queries: Floats) -> tuple[Floats, Longs, Floats]:
         """Signed distances and elements of `NearestPlaces`, and the local vectors."""
@@ -302,11 +274,11 @@ class Surface:
         return bounds
 
     def cells_of(self, faces: Ints) -> Longs:
-        """The triangles of `mesh` by their number in the mesh that it was made of."""
+        """The triangles of `mesh` by their number in the original mesh."""
         return faces.astype(np.int64) if self.faces[-1] == len(self.faces) - 1 else np.searchsorted(self.faces, faces)
 
     def normals_of(self, faces: Ints) -> Floats:
-        """(q, 3) the unit normals of triangles by their number in the mesh; 0 of those without area."""
+        """(q, 3) the unit normals of triangles by their number in the original mesh; 0 of those without area."""
         return np.asarray(self._normals[self.cells_of(faces)])
 
     def normals_at_vertices(self) -> Floats:

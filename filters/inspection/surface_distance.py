@@ -6,19 +6,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..execution import blocks
 from ..geometry import vector_lengths
 from ..mesh import Floats, Ints, check_mesh
 from .face_samples import face_samples, sample_places
-from .surface import Surface
+from .surface import NearestPlaces, Surface
 
-#: samples of a surface that has fewer faces
+#: Samples of a surface with fewer faces.
 SAMPLES = 100_000
-#: percentiles of the sizes of distances
+#: Percentiles of the sizes of distances.
 PERCENTILES = (50, 90, 95, 99)
-#: the largest distance is searched for until no other one can be larger by more than this factor
+#: The search for the largest distance ends when no other can be larger by more than this factor.
 _PROVEN = 1.01
-#: faces that are looked at together at first
-_BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ class SurfaceDistance:
         """Statistics of the distances of the samples.
 
         Args:
-            tolerance: a distance; `DistanceStatistics.within` says which share keeps below.
+            tolerance: a distance, for `DistanceStatistics.within`.
         """
         d, weights = self.distances, self.weights
         sizes = np.abs(d)
@@ -128,25 +127,16 @@ def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int =
     samples = face_samples(points - to.mesh.middle, triangles, count)
     area = float(samples.areas.sum())
     weights = samples.areas / area if area > 0.0 else np.full(len(samples.areas), 1.0 / len(samples.areas))
-    sampled = _Sampled(samples.faces, at_vertices.signed, at_vertices.elements)
+    sampled = at_vertices
     if len(triangles):
-        sampled = _Sampled(samples.faces, np.empty(len(weights)), np.empty(len(weights), np.int32))
-        for start in range(0, len(weights), _BLOCK):
-            rows = np.arange(start, min(start + _BLOCK, len(weights)))
-            nearest = to.nearest(sample_places(points, triangles, samples.faces, rows))
-            sampled.signed[rows], sampled.elements[rows] = nearest.signed, nearest.elements
-    largest, furthest, at_most = _largest(points, triangles, at_vertices.signed, sampled, to)
+        sampled = NearestPlaces(np.empty(len(weights)), np.empty(len(weights), np.int32), np.empty((0, 3)))
+        for part in blocks(len(weights)):
+            nearest = to.nearest(sample_places(points, triangles, samples.faces, np.arange(part.start, part.stop)))
+            sampled.signed[part], sampled.elements[part] = nearest.signed, nearest.elements
+    largest, furthest, at_most = _largest(points, triangles, at_vertices.signed, samples.faces, sampled, to)
     return SurfaceDistance(
         samples.faces, weights, sampled.signed, sampled.elements, at_vertices.signed, largest, furthest, at_most
     )
-
-
-class _Sampled(NamedTuple):
-    """Of k samples their faces, their distances, and the faces of the other surface that are nearest."""
-
-    faces: Ints
-    signed: Floats
-    elements: Ints
 
 
 class _Parts(NamedTuple):
@@ -157,15 +147,17 @@ class _Parts(NamedTuple):
     bounds: Floats
 
 
-def _largest(points: Floats, faces: Ints, at_vertices: Floats, samples: _Sampled, to: Surface) -> tuple[float, Floats, float]:
+def _largest(
+    points: Floats, faces: Ints, at_vertices: Floats, samples: Ints, sampled: NearestPlaces, to: Surface
+) -> tuple[float, Floats, float]:
     """The largest distance, its place, and a bound above all: faces that may hold a larger one are quartered until none does."""
     used = np.zeros(len(points), np.bool_)
     used[faces if len(faces) else slice(None)] = True  # other vertices are no places of the surface
-    at_points, at_samples = np.where(used, np.abs(at_vertices), 0.0), np.abs(samples.signed)
+    at_points, at_samples = np.where(used, np.abs(at_vertices), 0.0), sampled.distances
     vertex, sample = int(at_points.argmax()), int(at_samples.argmax())
     largest, furthest = float(at_points[vertex]), points[vertex]
     if at_samples[sample] > largest:
-        largest, furthest = float(at_samples[sample]), sample_places(points, faces, samples.faces, np.array([sample]))[0]
+        largest, furthest = float(at_samples[sample]), sample_places(points, faces, samples, np.array([sample]))[0]
     if not len(faces):
         return largest, furthest, largest
     scale = to.mesh.scale
@@ -173,22 +165,21 @@ def _largest(points: Floats, faces: Ints, at_vertices: Floats, samples: _Sampled
     if not len(to.faces):
         sides = np.max([vector_lengths(local[faces[:, k]] - local[faces[:, k - 1]]) for k in range(3)], axis=0)
         return largest, furthest, float((at_points[faces].max(axis=1) + sides).max()) / scale
-    first = np.searchsorted(samples.faces, np.arange(len(faces), dtype=np.int32))  # the samples of a face stand together
+    first = np.searchsorted(samples, np.arange(len(faces), dtype=np.int32))  # the samples of a face stand together
     bounds = np.empty(len(faces))
-    for start in range(0, len(faces), _BLOCK):
-        part = slice(start, start + _BLOCK)
-        beside = to.cells_of(samples.elements[first[part]])[:, None]
+    for part in blocks(len(faces)):
+        beside = to.cells_of(sampled.elements[first[part]])[:, None]
         bounds[part] = to.largest_distances(local[faces[part]], at_points[faces[part]], beside)
     high = bounds > largest * scale * _PROVEN
-    rest, left = float(bounds[~high].max(initial=0.0)), len(points) + len(samples.faces)
+    rest, left = float(bounds[~high].max(initial=0.0)), len(points) + len(samples)
     if 3 * np.count_nonzero(high) > left:
         return largest, furthest, max(float(bounds.max()) / scale, largest)
     parts = _Parts(local[faces[high]], at_points[faces[high]], bounds[high])
     while len(parts.bounds) and 3 * len(parts.bounds) <= left:
         left -= 3 * len(parts.bounds)
         smaller = []
-        for start in range(0, len(parts.bounds), _BLOCK):
-            middles, distances, quarters = _quartered(_Parts(*(values[start : start + _BLOCK] for values in parts)), to)
+        for block in blocks(len(parts.bounds)):
+            middles, distances, quarters = _quartered(_Parts(*(values[block] for values in parts)), to)
             if distances.max() > largest * scale:
                 worst = int(distances.argmax())
                 largest, furthest = float(distances[worst]) / scale, middles[worst] / scale + to.mesh.middle
@@ -205,12 +196,12 @@ def _quartered(parts: _Parts, to: Surface) -> tuple[Floats, Floats, _Parts]:
     """(3 t, 3) the middles of the sides, (3 t,) their distances from the other surface, and the 4 t parts between them."""
     corners, d, _ = parts
     middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
-    cells, found = to.search(middles.reshape(-1, 3))
-    e = found.reshape(-1, 3)
+    cells, at_middles = to.search(middles.reshape(-1, 3))
+    e = at_middles.reshape(-1, 3)
     quarters = np.concatenate([*(np.stack([corners[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)), middles])
     at_quarters = np.concatenate([*(np.stack([d[:, k], e[:, k], e[:, k - 1]], axis=1) for k in range(3)), e])
     bounds = to.largest_distances(quarters, at_quarters, np.tile(cells.reshape(-1, 3), (4, 1)))
-    return middles.reshape(-1, 3), found, _Parts(quarters, at_quarters, bounds)
+    return middles.reshape(-1, 3), at_middles, _Parts(quarters, at_quarters, bounds)
 
 
 def _above(bound: float, parts: _Parts) -> tuple[_Parts, float]:

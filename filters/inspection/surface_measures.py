@@ -10,14 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..execution import blocks
 from ..geometry import edge_lengths, looking_away
-from ..mesh import Floats, Ints, bounding_box, check_edges, check_mesh, normalised_mesh, unit_scale
+from ..mesh import Floats, Ints, check_edges, check_mesh, normalised_mesh
 from ..neighbours import nearest_neighbours
 from .connectivity import Connectivity, connectivity
 from .face_measures import dihedral_angles, face_measures
-
-#: faces per block, whose coordinates and normals fit into the cache
-_BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -103,11 +101,7 @@ def measures_and_connectivity(
 ) -> tuple[SurfaceMeasures, Connectivity]:
     """The measures of `surface_measures`, and the connectivity, which takes half of the time.
 
-    Args:
-        vertices: as there, like `faces` and `edges`.
-        faces: see there.
-        edges: see there.
-        former: the connectivity of another mesh, such as this one before its vertices moved; reused if faces and edges are equal.
+    `former` is the connectivity of another mesh, such as this one before its vertices moved: reused if faces and edges are equal.
     """
     points, triangles = check_mesh(vertices, faces)
     n_vertices, n_faces = len(points), len(triangles)
@@ -160,17 +154,13 @@ def measures_and_connectivity(
 
 def box_diagonal(points: Floats) -> float:
     """The diagonal of the box of all points, without overflow."""
-    if not len(points):
-        return 0.0
-    low, high = bounding_box(points)
-    middle, scale = low * 0.5 + high * 0.5, unit_scale(low, high)
-    return float(np.linalg.norm((high - middle) * scale - (low - middle) * scale)) / scale
+    cloud = normalised_mesh(points, np.empty((0, 3), np.int32))
+    return cloud.diagonal / cloud.scale
 
 
 def _volume(points: Floats, faces: Ints, normals: Floats) -> float:
     """Sum of det(a, b, c) / 6 = a . ((b - a) x (c - a)) / 6."""
     products = np.empty(len(faces))
-    for start in range(0, len(faces), _BLOCK):
-        part = slice(start, start + _BLOCK)
+    for part in blocks(len(faces)):
         np.einsum("ij,ij->i", points[faces[part, 0]], normals[part], out=products[part])
     return float(products.sum()) / 6

@@ -58,7 +58,7 @@ def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000
     of_faces = face_normals(points, triangles)
     normals = of_faces[samples.faces[::step]]
     radii = np.full(len(normals), float(np.linalg.norm(np.ptp(points, axis=0))))
-    found = np.full(len(normals), np.inf)
+    thickness = np.full(len(normals), np.inf)
     active = np.flatnonzero((normals != 0.0).any(axis=1))
     for _ in range(_STEPS):
         to_place = radii[active, None] * normals[active]
@@ -71,5 +71,5 @@ def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000
         if not len(active):
             break
         radii[active] = np.einsum("ij,ij->i", way, way) / (2.0 * rise)
-        found[active[opposite]] = 2.0 * radii[active[opposite]]
-    return Thickness(found, places, step * samples.areas[::step])
+        thickness[active[opposite]] = 2.0 * radii[active[opposite]]
+    return Thickness(thickness, places, step * samples.areas[::step])

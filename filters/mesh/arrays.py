@@ -92,12 +92,7 @@ def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
 
 
 def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
-    """(n,) one truth value for each vertex.
-
-    Args:
-        name: the parameter's name, for the error.
-        values: one truth value a vertex.
-        n_vertices: how many there are.
+    """(n,) one truth value for each vertex; errors name the parameter `name`.
 
     Raises:
         FilterInputError: not a truth value for every vertex.

@@ -13,9 +13,10 @@ from ..execution import threads_for
 from .arrays import Bools, Floats, Ints, Longs, check_movable
 from .ordering import faces_by_place, order_by_place
 
-#: Points whose furthest move is found together.
+#: Points in a block.
 _BLOCK = 4096
-#: diagonals of a mesh that a vertex may be moved by; nothing that smooths, fairs or denoises has a reason to go as far
+#: The most diagonals of the mesh by which a filter may move a vertex: further it is a spike, the result of equations that were
+#: too ill-conditioned.
 FURTHEST = 2.0
 
 
@@ -120,11 +121,7 @@ class NormalisedMesh:
         return replace(self.in_order(places), has_sorted_cells=True)
 
     def in_order(self, places: Ints | None) -> "NormalisedMesh":
-        """The same mesh, its point k the point ``places[k]`` of this one; None changes nothing.
-
-        Args:
-            places: (k,) a permutation.
-        """
+        """The same mesh, its point k the point ``places[k]`` of this one, for a (k,) permutation; None changes nothing."""
         if places is None:
             return self
         return replace(self, order=places if self.order is None else self.order[places])
@@ -243,9 +240,6 @@ def scaled_to_unit(vertices: Floats) -> tuple[Floats, float]:
     """The vertices times a power of two that brings the longest side of their box to between 1/4 and 1, and that power.
 
     A power of two changes no digit of a coordinate. A mesh without extent keeps its size.
-
-    Args:
-        vertices: (n, 3) finite coordinates.
     """
     scale = unit_scale(*bounding_box(vertices)) if len(vertices) else 1.0
     return (vertices, 1.0) if scale == 1.0 else (vertices * scale, scale)

@@ -13,7 +13,7 @@ from .arrays import Floats, Ints
 # A vertex and its neighbours up to this distance on both sides take a third of a second-level cache of 1 MB.
 _NEAR = 8192
 _SAMPLE = 20_000
-# Measured: reordering takes the time that so many sweeps lose to a bad order.
+# Reordering takes as much time as this many sweeps lose to a bad order, as measured.
 _SWEEPS_A_REORDERING_COSTS = 8
 # Slabs are so many typical edges thick, and so many at most in a direction.
 _THICK, _MOST_SLABS = 2.0, 4096
@@ -21,9 +21,9 @@ _THICK, _MOST_SLABS = 2.0, 4096
 _STRAY = 0.01
 #: Of fewer vertices a sweep finds most in the processor's caches, in any order.
 FITS_IN_CACHE = 200_000
-# Triangles are sorted by runs of so many of their lowest vertices.
+# Triangles are sorted by their lowest vertex over this, rounded down.
 _RUN = 64
-# A sort by counting is cut into so many parts, for threads.
+# Parts of a sort by counting, for threads.
 _PARTS = 4
 
 
@@ -49,7 +49,7 @@ def order_by_place(points: Floats, faces: Ints, middle: Floats | None = None, sc
     """(n,) a permutation: the points by slabs across the longest direction, within a slab by the next direction, then the last.
 
     A sweep over a surface in this order reads a few rows of neighbours at a time, each from its start to its end. Breadth first
-    would be better by a quarter, but is found one vertex after another, in an order that memory cannot foresee.
+    would be better by a quarter, but takes longer to find: it visits one vertex after another, far apart in memory.
 
     Args:
         points: (n, 3) finite coordinates.
@@ -62,16 +62,13 @@ def order_by_place(points: Floats, faces: Ints, middle: Floats | None = None, sc
     starts, ends = (points[sample[:, 0]] - middle) * scale, (points[sample[:, 1]] - middle) * scale
     edge = float(np.median(np.linalg.norm(starts - ends, axis=1)))
     low, high = np.quantile(starts, (_STRAY, 1.0 - _STRAY), axis=0)
-    order, other = np.arange(n, dtype=np.int32), np.empty(n, dtype=np.int32)
-    slabs = np.empty(n, dtype=np.uint16)
+    order, slabs = np.arange(n, dtype=np.int32), np.empty(n, dtype=np.uint16)
     for axis in np.argsort(high - low, kind="stable"):
         count = min(_MOST_SLABS, 1 + int((high[axis] - low[axis]) / (_THICK * edge))) if edge > 0.0 else 1
         if count > 1:
             per_length = count / (high[axis] - low[axis])
             over_range(_find_slabs, n, points, axis, middle[axis], scale, low[axis], per_length, count, slabs)
-            with threads_for(n):
-                _sort_by_slab(slabs, np.zeros((_PARTS, count), dtype=np.int32), order, other)
-            order, other = other, order
+            order = order[np.argsort(slabs[order], kind="stable")]  # numbers of 16 bits are sorted by counting
     return order
 
 
@@ -109,39 +106,21 @@ def _find_slabs(
 
 
 @compiled(parallel=True)
-def _sort_by_slab(slabs: Any, starts: Ints, order: Ints, ordered: Ints) -> None:
-    """Sort by counting, stable: each part of `order` counts its own, and writes after those of the parts before it."""
-    parts, n = starts.shape[0], order.shape[0]
-    for part in prange(parts):
-        for k in range(part * n // parts, (part + 1) * n // parts):
-            starts[part, slabs[order[k]]] += 1
-    _counts_to_starts(starts)
-    for part in prange(parts):
-        for k in range(part * n // parts, (part + 1) * n // parts):
-            i = order[k]
-            ordered[starts[part, slabs[i]]] = i
-            starts[part, slabs[i]] += 1
-
-
-@compiled
-def _counts_to_starts(counts: Ints) -> None:
-    """In place, the number before each of (parts, bins): of all lower bins, and of the parts before it in its own."""
-    total = 0
-    for k in range(counts.shape[1]):
-        for part in range(counts.shape[0]):
-            count = counts[part, k]
-            counts[part, k] = total
-            total += count
-
-
-@compiled(parallel=True)
 def _sort_faces(faces: Ints, starts: Ints, ordered: Ints) -> None:
-    """As `_sort_by_slab`, for triangles by the run of their lowest vertex."""
+    """Sort by counting, stable: each part of the triangles counts its own, and writes after those of the parts before it.
+
+    `starts` are 0, one for every part and run of lowest vertices.
+    """
     parts, m = starts.shape[0], faces.shape[0]
     for part in prange(parts):
         for f in range(part * m // parts, (part + 1) * m // parts):
             starts[part, min(faces[f, 0], faces[f, 1], faces[f, 2]) // _RUN] += 1
-    _counts_to_starts(starts)
+    total = 0
+    for run in range(starts.shape[1]):
+        for part in range(parts):
+            count = starts[part, run]
+            starts[part, run] = total
+            total += count
     for part in prange(parts):
         for f in range(part * m // parts, (part + 1) * m // parts):
             run = min(faces[f, 0], faces[f, 1], faces[f, 2]) // _RUN

@@ -1,7 +1,7 @@
 """Nearest neighbours of points, and balls that touch a surface."""
 
-from .cells import CellTree, Nearest, cells_within, offer_cells, reaching_out
-from .kd_tree import LEAF, build_tree, partition, tree_scale
+from .cells import CellTree, Nearest, cells_within, gap_to, offer_cells, reaching_out
+from .kd_tree import LEAF, build_tree, split_nodes, tree_scale
 from .nearest import check_cloud, leaf_ranges, nearest_neighbours, search_leaves
 from .touching_balls import touching_balls
 
@@ -12,12 +12,13 @@ __all__ = [
     "build_tree",
     "cells_within",
     "check_cloud",
+    "gap_to",
     "leaf_ranges",
     "nearest_neighbours",
     "offer_cells",
-    "partition",
     "reaching_out",
     "search_leaves",
+    "split_nodes",
     "touching_balls",
     "tree_scale",
 ]

@@ -20,7 +20,7 @@ from .kd_tree import STACK
 class CellTree(NamedTuple):
     """The boxes of all cells of a cloud."""
 
-    # (2 w, 2, 3) the lowest and the highest coordinates of each node's points, infinite the wrong way round of none
+    # (2 w, 2, 3) the lowest and the highest coordinates of each node's points; infinity and -infinity for a node without points
     boxes: Floats
     counts: Longs  # (2 w,) the points in each node
 
@@ -83,7 +83,7 @@ def cells_within(
         first: cell of the tile.
         last: the cell after its last.
         k: neighbours.
-        most: how many cells may be listed in all; those of the first points that fit are, at least those of one point.
+        most: the most cells in the list, which then ends with the last point whose cells fit; it has at least one point.
 
     Returns:
         (a + 1,) offsets into the (c,) cells, of the a points whose cells are listed.
@@ -102,11 +102,11 @@ def cells_within(
 
 
 @compiled(nogil=True)
-def _gap_to(box: Floats, x: float, y: float, z: float) -> float:
-    """The squared distance of a box."""
-    dx = max(max(box[0, 0] - x, x - box[1, 0]), 0.0)
-    dy = max(max(box[0, 1] - y, y - box[1, 1]), 0.0)
-    dz = max(max(box[0, 2] - z, z - box[1, 2]), 0.0)
+def gap_to(boxes: Floats, node: int, x: float, y: float, z: float) -> float:
+    """The squared distance of a point from the box of a node."""
+    dx = max(boxes[node, 0, 0] - x, x - boxes[node, 1, 0], 0.0)
+    dy = max(boxes[node, 0, 1] - y, y - boxes[node, 1, 1], 0.0)
+    dz = max(boxes[node, 0, 2] - z, z - boxes[node, 1, 2], 0.0)
     squared: float = dx * dx + dy * dy + dz * dz
     return squared
 
@@ -142,12 +142,12 @@ def shrink_bounds(points: Floats, bounds: Floats, cells: CellTree, k: int) -> No
         while top > 0:
             top -= 1
             node = stack[top]
-            if counts[node] <= k or _gap_to(boxes[node], x, y, z) > bounds[p]:
+            if counts[node] <= k or gap_to(boxes, node, x, y, z) > bounds[p]:
                 continue
             bounds[p] = min(bounds[p], _farthest_of(boxes[node], x, y, z))
             if node < width:
                 left, right = 2 * node, 2 * node + 1
-                if _gap_to(boxes[left], x, y, z) < _gap_to(boxes[right], x, y, z):
+                if gap_to(boxes, left, x, y, z) < gap_to(boxes, right, x, y, z):
                     left, right = right, left
                 stack[top], stack[top + 1] = left, right  # the nearer one is looked at first
                 top += 2
@@ -168,7 +168,7 @@ def list_cells(
         while top > 0:
             top -= 1
             node = stack[top]
-            if _gap_to(boxes[node], x, y, z) > bounds[p] or _covered(node, width, first, last):
+            if gap_to(boxes, node, x, y, z) > bounds[p] or _covered(node, width, first, last):
                 continue
             if node >= width:
                 if offsets.shape[0]:
@@ -210,7 +210,7 @@ def offer_cells(
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         for a in range(offsets[p], offsets[p + 1]):
             cell = listed[a]
-            if _gap_to(cells.boxes[width + cell], x, y, z) > squared[p, k - 1]:
+            if gap_to(cells.boxes, width + cell, x, y, z) > squared[p, k - 1]:
                 continue
             for r in range(rows[cell, 0], rows[cell, 1]):
                 dx, dy, dz = coordinates[r, 0] - x, coordinates[r, 1] - y, coordinates[r, 2] - z

@@ -7,6 +7,7 @@ tree adapts to any density. Node 1 is the root, the children of node i are 2 i a
 children the two halves of that range, and every leaf but the last is full.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -21,15 +22,15 @@ LEAF = 16
 _SUBTREE = 4096
 #: Deep enough for any walk down a tree of 2^31 points.
 STACK = 64
-#: The column of the index, which is exact in a float64 and so moves with the coordinates.
+#: The column of the index, which a float64 holds exactly.
 _INDEX = 3
 #: Beyond any squared distance of a tree's coordinates, and below the infinite distance of a point to itself.
 FAR = 1e300
-#: Above every index: no candidate at the bound itself counts any more.
+#: Above every index, so that every tie counts.
 ANY_INDEX = 2**62
-#: Guesses at a threshold before the exact selection takes over: with ties no guess succeeds.
+#: Guesses at a threshold before an exact selection: with ties no guess succeeds.
 _GUESSES = 6
-#: Of k candidates that have to stay, up to k / 8 more may.
+#: Up to k / 8 more candidates than k may stay.
 _MORE = 8
 
 
@@ -37,7 +38,7 @@ class KdTree(NamedTuple):
     """The points in the order of the tree; a "position" counts in that order, an "index" in the caller's."""
 
     size: int  # the number of points n
-    # the power of two that the caller's coordinates are divided by, so that no squared distance overflows or vanishes
+    # the power of two by which the caller's coordinates are divided, so that no squared distance overflows or vanishes
     scale: float
     coordinates: Floats  # (leaves, 3, LEAF), NaN after the last point
     indices: Ints  # (leaves * LEAF,) the index of the point at each position
@@ -70,18 +71,15 @@ def build_tree(points: Floats, progress: Progress, *, scale: float | None = None
     boxes: Floats = np.empty((nodes, 2, 3))
     lowest: Longs = np.empty(nodes, np.int64)
 
-    def split(node: int, first: int, last: int) -> None:
-        _split(rows[:count], node, first, last, boxes, lowest)
-
-    def build(node: int, first: int, last: int) -> None:
-        _build(rows[:count], node, first, last, boxes, lowest)
-
+    split = partial(_split_node, rows[:count], LEAF, boxes, lowest)
+    build = partial(split_nodes, rows[:count], LEAF, boxes, lowest)
     # The nodes of a level are independent. The upper levels are split one after the other, each subtree below them is one task.
     level = [(1, 0, leaves)]
     depth = ((leaves - 1) // _SUBTREE).bit_length()
     for above in range(depth):
         in_parallel(split, level, part_of(progress, above / (depth + 1), (above + 1) / (depth + 1)))
-        level = [child for node in level for child in _children(*node)]
+        halves = [(node, first, (first + last) // 2, last) for node, first, last in level]
+        level = [part for i, a, b, c in halves for part in ((2 * i, a, b), (2 * i + 1, b, c))]
     if depth > 0:
         in_parallel(build, level, part_of(progress, depth / (depth + 1), 1.0))
     else:
@@ -91,21 +89,26 @@ def build_tree(points: Floats, progress: Progress, *, scale: float | None = None
     return KdTree(count, scale, coordinates, rows[:, _INDEX].astype(np.int32), boxes, lowest)
 
 
-def _children(node: int, first: int, last: int) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
-    middle = (first + last) // 2
-    return (2 * node, first, middle), (2 * node + 1, middle, last)
-
-
 @compiled(nogil=True)
-def _build(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest: Longs) -> None:
-    """Splits a node that covers the leaves from `first` to before `last`, and all nodes below it."""
+def split_nodes(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int, first: int, last: int) -> None:
+    """Splits a node and all nodes below it, in place.
+
+    Args:
+        rows: (n, 4) coordinates and indices, which are put into the order of the tree.
+        leaf: the number of rows in a leaf.
+        boxes: (nodes, 2, 3) filled with the lowest and the highest coordinates of each node's rows.
+        lowest: (nodes,) filled with the smallest index of each node's rows.
+        node: the node.
+        first: the first leaf that it covers.
+        last: the leaf after its last.
+    """
     stack = np.empty((STACK, 3), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = node, first, last
     top = 1
     while top > 0:
         top -= 1
         node, first, last = stack[top, 0], stack[top, 1], stack[top, 2]
-        _split(rows, node, first, last, boxes, lowest)
+        _split_node(rows, leaf, boxes, lowest, node, first, last)
         if last - first > 1:
             middle = (first + last) // 2
             stack[top, 0], stack[top, 1], stack[top, 2] = 2 * node, first, middle
@@ -114,9 +117,9 @@ def _build(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest
 
 
 @compiled(nogil=True)
-def _split(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest: Longs) -> None:
+def _split_node(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int, first: int, last: int) -> None:
     """Computes the box of one node and moves its points so that those of its first half of leaves come first."""
-    start, stop = first * LEAF, min(last * LEAF, rows.shape[0])
+    start, stop = first * leaf, min(last * leaf, rows.shape[0])
     low = rows[start].copy()
     high = rows[start].copy()
     for r in range(start + 1, stop):
@@ -131,11 +134,11 @@ def _split(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest
     lowest[node] = np.int64(low[_INDEX])
     if last - first > 1:
         # Points that all coincide are halved by index, so that a search finds the lowest ones first and can stop there.
-        partition(rows, start, stop, (first + last) // 2 * LEAF, axis if high[axis] > low[axis] else _INDEX)
+        _partition(rows, start, stop, (first + last) // 2 * leaf, axis if high[axis] > low[axis] else _INDEX)
 
 
 @compiled(nogil=True)
-def partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> None:
+def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> None:
     """Moves the rows from `start` to before `stop` so that none before `middle` is above one after it."""
     low, high = start, stop - 1
     seed = np.uint64(start + stop)

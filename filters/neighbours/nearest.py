@@ -1,6 +1,7 @@
 """The exact nearest neighbours of every point of a cloud."""
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, check_whole_number
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
-from ..mesh import Floats, Ints
+from ..mesh import Floats, Ints, check_points
 from .kd_tree import ANY_INDEX, FAR, LEAF, STACK, KdTree, build_tree, keep_near, keep_nearest
 
 #: The share of the time that building the tree takes, roughly.
@@ -44,11 +45,7 @@ def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore
     tree = build_tree(cloud, part_of(progress, 0.0, _BUILDING))
     distances: Floats = np.empty((tree.size, k))
     indices: Ints = np.empty((tree.size, k), np.int32)
-
-    def find(first: int, last: int) -> None:
-        _find(tree, first, last, indices, distances)
-
-    in_parallel(find, leaf_ranges(tree, k), part_of(progress, _BUILDING, 1.0))
+    in_parallel(partial(_find, tree, indices, distances), leaf_ranges(tree, k), part_of(progress, _BUILDING, 1.0))
     return distances, indices
 
 
@@ -58,19 +55,10 @@ def check_cloud(points: ArrayLike, k: int, name: str = "k") -> tuple[Floats, int
     Raises:
         FilterInputError: points of another shape or not finite, or no k other points for each; `name` is that of k.
     """
-    cloud = np.ascontiguousarray(points, dtype=np.float64)
-    if cloud.ndim != 2 or cloud.shape[1] != 3:
-        raise FilterInputError(f"points must have the shape (n, 3), got {cloud.shape}")
-    k = check_whole_number(name, k, least=1)
+    cloud, k = check_points(points), check_whole_number(name, k, least=1)
     if k >= len(cloud):
         raise FilterInputError(
             f"{k} neighbours need a cloud of at least {k + 1} points, got {len(cloud)}: ask for fewer neighbours or add points"
-        )
-    if not np.isfinite(cloud).all():
-        bad = np.flatnonzero(~np.isfinite(cloud).all(axis=1))
-        raise FilterInputError(
-            f"{bad.size} of {len(cloud)} points have a coordinate that is NaN or infinite, the first is point {bad[0]} at "
-            f"{tuple(cloud[bad[0]].tolist())}: remove them first"
         )
     return cloud, k
 
@@ -83,7 +71,7 @@ def leaf_ranges(tree: KdTree, k: int) -> list[tuple[int, int]]:
 
 
 @compiled(nogil=True)
-def _find(tree: KdTree, first: int, last: int, indices: Ints, distances: Floats) -> None:
+def _find(tree: KdTree, indices: Ints, distances: Floats, first: int, last: int) -> None:
     """Fills the rows of the points in the leaves from `first` to before `last`, leaf by leaf, to keep little beside them."""
     k = indices.shape[1]
     positions, squared = np.empty((LEAF, k), np.int32), np.empty((LEAF, k))
@@ -103,7 +91,7 @@ def _sort_rows(
     indices: Ints,
     distances: Floats,
 ) -> None:
-    """Writes the rows found for the positions from `start` on to the rows of their points, by distance, then by index."""
+    """Writes the rows of the positions from `start` on to the rows of their points, ordered by distance, then by index."""
     k = positions.shape[1]
     keys, places = np.empty(k, np.float32), np.empty(k, np.int32)
     for r in range(positions.shape[0]):

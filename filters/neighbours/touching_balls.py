@@ -6,8 +6,8 @@ from ..execution import Progress, ignore_progress
 from ..libraries import spatial
 from ..mesh import Floats
 
-#: A ball counts if it touches two places that its centre sees at least this far apart, in radians: those of two sides. Places
-#: nearer to each other tell of the curvature or the noise of one side.
+#: A ball counts if it touches two places at least this far apart as seen from its centre, in radians: places on two sides. Places
+#: nearer to each other are due to the curvature or the noise of one side.
 LEAST_ANGLE = np.pi / 3.0
 _MOST_STEPS = 30
 _SAME = 1e-6
@@ -23,7 +23,7 @@ def touching_balls(points: Floats, normals: Floats, *, largest: Floats, progress
     Args:
         points: (n, 3) samples of the surface.
         normals: (n, 3) unit normals; 0 for points that get the largest ball.
-        largest: (n,) the largest radius at each point, from 0: as large as matters, since small balls are found faster.
+        largest: (n,) the largest radius at each point, from 0. Smaller is faster.
         progress: called now and then with the share that is done; may raise to stop.
 
     Returns:

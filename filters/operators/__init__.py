@@ -3,7 +3,6 @@
 from .build import (
     CURVE_OPERATOR,
     OPERATOR_NAMES,
-    SURFACE_OPERATORS,
     OperatorName,
     SurfaceOperatorName,
     build_laplacian,
@@ -18,7 +17,6 @@ __all__ = [
     "CURVE_OPERATOR",
     "OPERATOR_NAMES",
     "SHORTEST_EDGE",
-    "SURFACE_OPERATORS",
     "Laplacian",
     "OperatorName",
     "SurfaceOperatorName",

@@ -16,7 +16,6 @@ from .laplacian import Laplacian, inverse_length_laplacian, scale_dependent_lapl
 OperatorName: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "laplace_beltrami", "robust"]
 OPERATOR_NAMES: tuple[OperatorName, ...] = get_args(OperatorName)
 SurfaceOperatorName: TypeAlias = Literal["auto", "cotangent", "robust"]
-SURFACE_OPERATORS: tuple[SurfaceOperatorName, ...] = get_args(SurfaceOperatorName)
 #: A mesh needs the robust operator if the doubled area of a triangle is a smaller share than this of its squared edges: its
 #: cotangents spread the spectrum so far that the lowest eigenvalues drown in the rounding of the highest.
 _SLIVER = 1e-5
@@ -82,7 +81,7 @@ def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName
     Raises:
         FilterInputError: an unknown operator.
     """
-    check_choice("operator", operator, SURFACE_OPERATORS)
+    check_choice("operator", operator, SurfaceOperatorName)
     if operator == "robust" or (operator == "auto" and _needs_robust(points, faces)):
         return robust_mesh_laplacian(points, faces)
     return laplace_beltrami(points, faces)
@@ -195,7 +194,7 @@ def _spread(positive: Any, masses: Any, scale: float, spread: "sparse.csr_array"
     stiffness.sort_indices()
     if not np.isfinite(stiffness.data).all():
         raise FilterInputError(
-            "edges of the mesh differ in length by so many orders of magnitude that no numbers are left for its operator: remove "
-            "spikes, or the smallest triangles, first"
+            "edges of the mesh differ in length by so many orders of magnitude that its operator is out of the range of numbers: "
+            "remove spikes, or the smallest triangles, first"
         )
     return Laplacian(stiffness, np.asarray(spread.T @ masses.diagonal()) / scale / scale)

@@ -9,14 +9,14 @@ from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..libraries import sparse
 from ..mesh import Floats, Ints, Longs, scaled_to_unit
-from ..topology import SLOTS, distinct_ends, position, ring_ends, slot_of, sort_slice
+from ..topology import SLOTS, distinct_ends, position, ring_ends, slot_of
 from .laplacian import Laplacian, csr_of_rows, row_starts
 
 #: A triangle whose doubled area is below this share of the sum of its squared edges is given that area in the cotangents, which
 #: keeps them below 1e10. A triangle of three coincident vertices contributes nothing.
 SMALLEST_AREA = 1e-10
 NEVER_ZERO = 1e-300
-# Ends that are compared with each other; above so many, which takes quadratic time, they are sorted.
+# Up to this many ends are compared with each other, which takes quadratic time; more are sorted.
 _FEW = 48
 # Vertices of a block, which share a table.
 _BLOCK = 1024
@@ -41,10 +41,9 @@ def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
     the area of a closed surface, and a flat mesh still keeps its interior vertices.
     """
     stiffness = cotangent_stiffness(vertices, faces)
-    sums = np.empty(len(vertices))
-    with threads_for(len(vertices)):
-        sum_sizes(stiffness.indptr, stiffness.indices, stiffness.data, sums)
-    return Laplacian(stiffness, sums)
+    sizes = abs(stiffness)
+    sizes.setdiag(0.0)
+    return Laplacian(stiffness, sizes @ np.ones(len(vertices)))
 
 
 def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
@@ -139,38 +138,18 @@ def fill_rows(points: Floats, end_offsets: Longs, ends: Ints, starts: Any, colum
         data[diagonal] = -total
 
 
-@compiled(parallel=True)
-def sum_sizes(starts: Any, columns: Any, data: Floats, sums: Floats) -> None:
-    """For every row the sum of the sizes of its entries off the diagonal."""
-    for i in prange(sums.shape[0]):
-        total = 0.0
-        for k in range(starts[i], starts[i + 1]):
-            if columns[k] != i:
-                total += abs(data[k])
-        sums[i] = total
-
-
 @compiled
 def _write_columns(i: int, ends: Ints, start: int, stop: int, columns: Any, first: int) -> None:
     """Writes i and its neighbours from `first` on, ascending, each once."""
+    if stop - start > _FEW:
+        ring = distinct_ends(ends, start, stop)
+        before = np.searchsorted(ring, i)
+        for k in range(ring.shape[0]):
+            columns[first + k + (k >= before)] = ring[k]
+        columns[first + before] = i
+        return
     columns[first] = i
     count = 1
-    if stop - start > _FEW:
-        ring = ends[start:stop].copy()
-        sort_slice(ring, 0, stop - start)
-        at = first
-        placed = False
-        for k in range(stop - start):
-            if k == 0 or ring[k] != ring[k - 1]:
-                if ring[k] > i and not placed:
-                    columns[at] = i
-                    placed = True
-                    at += 1
-                columns[at] = ring[k]
-                at += 1
-        if not placed:
-            columns[at] = i
-        return
     for k in range(start, stop):
         j = ends[k]
         m = first + count

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from ..compilation import compiled, prange
 from ..execution import threads_for
+from ..geometry import edge_lengths
 from ..libraries import sparse
 from ..mesh import Floats, Ints, Longs
 from ..topology import OneRings, one_rings
@@ -51,6 +51,11 @@ class Laplacian:
         sums = np.asarray(abs(self.stiffness).sum(axis=1)).ravel()
         return float((sums * self.inverse_mass).max(initial=0.0))
 
+    def components(self) -> Ints:
+        """(n,) a label from 0 for every vertex, the same for vertices that entries of C connect."""
+        labels: Ints = sparse.csgraph.connected_components(self.stiffness, directed=False)[1]
+        return labels
+
 
 def assemble_stiffness(rings: OneRings, weights: Floats) -> sparse.csr_matrix:
     """C, (n, n), with ``C[i, neighbours[k]] = weights[k]`` for the entries k of i's one-ring and rows that sum to 0."""
@@ -77,20 +82,6 @@ def csr_of_rows(starts: Ints | Longs, columns: Ints | Longs, data: Floats) -> sp
     return matrix
 
 
-def ring_sums(rings: OneRings, weights: Floats) -> Floats:
-    """(n,) the sum of the weights over each one-ring."""
-    n = len(rings.offsets) - 1
-    return np.asarray(np.bincount(np.repeat(np.arange(n), np.diff(rings.offsets)), weights, n), dtype=np.float64)
-
-
-def ring_lengths(vertices: Floats, rings: OneRings) -> Floats:
-    """(2 e,) the length of the edge to each neighbour."""
-    lengths = np.empty(len(rings.neighbours))
-    with threads_for(len(vertices)):
-        _measure_rings(vertices, rings.offsets, rings.neighbours, lengths)
-    return lengths
-
-
 @compiled(parallel=True)
 def _fill_rows(offsets: Longs, neighbours: Ints, weights: Floats, columns: Ints | Longs, data: Floats) -> None:
     for i in prange(offsets.shape[0] - 1):
@@ -110,17 +101,6 @@ def _fill_rows(offsets: Longs, neighbours: Ints, weights: Floats, columns: Ints 
             diagonal = at
         columns[diagonal] = i
         data[diagonal] = -total
-
-
-@compiled(parallel=True)
-def _measure_rings(vertices: Floats, offsets: Longs, neighbours: Ints, lengths: Floats) -> None:
-    for i in prange(offsets.shape[0] - 1):
-        for k in range(offsets[i], offsets[i + 1]):
-            j = neighbours[k]
-            x = vertices[j, 0] - vertices[i, 0]
-            y = vertices[j, 1] - vertices[i, 1]
-            z = vertices[j, 2] - vertices[i, 2]
-            lengths[k] = math.sqrt(x * x + y * y + z * z)
 
 
 #: An edge shorter than this share of the mean edge has the weight of that length, which keeps weights finite. Coordinates of 32
@@ -145,13 +125,14 @@ def inverse_length_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplacia
     stable. Edges shorter than 1e-6 of the mean edge get the weight of that length.
     """
     rings = one_rings(faces_or_edges, len(vertices))
-    weights = 1.0 / floored_lengths(vertices, rings)
-    return Laplacian(assemble_stiffness(rings, weights), ring_sums(rings, weights))
+    stiffness = assemble_stiffness(rings, 1.0 / floored_lengths(vertices, rings))
+    return Laplacian(stiffness, np.abs(stiffness.diagonal()))
 
 
 def floored_lengths(vertices: Floats, rings: OneRings) -> Floats:
     """(2 e,) the length to each neighbour, at least `SHORTEST_EDGE` of their mean, and 1 if all vertices coincide."""
-    lengths = ring_lengths(vertices, rings)
+    starts = np.repeat(np.arange(len(vertices), dtype=np.int32), np.diff(rings.offsets))
+    lengths = edge_lengths(vertices, np.column_stack([starts, rings.neighbours]))
     mean = float(lengths.mean()) if len(lengths) else 0.0
     return np.maximum(lengths, SHORTEST_EDGE * mean) if mean > 0.0 else np.ones_like(lengths)
 
@@ -165,4 +146,5 @@ def scale_dependent_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplaci
     """
     rings = one_rings(faces_or_edges, len(vertices))
     lengths = floored_lengths(vertices, rings)
-    return Laplacian(assemble_stiffness(rings, 1.0 / lengths), ring_sums(rings, lengths) / 2.0)
+    sums = np.bincount(np.repeat(np.arange(len(vertices)), np.diff(rings.offsets)), lengths, len(vertices))
+    return Laplacian(assemble_stiffness(rings, 1.0 / lengths), sums / 2.0)

@@ -8,10 +8,10 @@ from ..libraries import spatial
 from ..mesh import Floats, check_mesh
 from ..neighbours import nearest_neighbours
 
-#: as many neighbours say how dense the cloud is
+#: The spacing at a point is the mean distance to this many neighbours.
 _NEIGHBOURS = 6
-#: So many points around a point say how sparse the cloud is there, of which this share counts: at borders, where neighbours lie
-#: on one side, and where points are strewn at random, spacings are up to half as large again.
+#: The spacing around a point is this share of the median over so many points: at borders, where neighbours lie on one side, and
+#: where points are strewn at random, spacings are up to half as large again.
 _AROUND, _SHARE = 20, 2.0 / 3.0
 
 

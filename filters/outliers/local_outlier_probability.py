@@ -13,13 +13,13 @@ from ..libraries import special
 from ..mesh import Floats, Ints
 from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leaves
 
-#: factors that are summed at a time for their spread
+#: Factors whose squares are summed together.
 SPREAD_BLOCK = 1 << 16
 #: The difference that rounding makes between equal distances, in the unit of a tree, where the largest coordinate is 1/2 to 1.
 _ROUNDING = 32 * np.finfo(np.float64).eps
 #: And at most this share of the distance, since a cloud may be finer than that around the origin.
 _ALIKE = 1e-6
-#: the smallest exponent of a float64
+#: The smallest exponent of a float64.
 _LOWEST = -1074
 
 
@@ -141,7 +141,7 @@ def spread_of(blocks: Callable[[], Iterable[Floats]], extent: float) -> float:
 
 
 def probabilities_of(factors: Floats, spread: float) -> Floats:
-    """LoOP of factors, in clouds of the given nPLOF."""
+    """LoOP of factors, in a cloud with this nPLOF."""
     if spread == 0.0:
         return (factors > 0.0).astype(np.float64)
     probabilities: Floats = np.maximum(0.0, special.erf(factors / (np.sqrt(2.0) * spread)))

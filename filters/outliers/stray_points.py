@@ -14,16 +14,16 @@ from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
-# Surfaces have less thickness than that where noise is less than half of the spacing; of points that fill space 3 %.
+# Surfaces are thinner than this where noise is less than half of the spacing, and so are 3 % of points that fill space.
 _FLAT = 0.06
-# With links points may be so many times sparser: foliage has 2.7 median spacings where a scan has 25 points in a square metre.
-# A part with a greater mean thickness fills space: with 16 neighbours those have 0.17 to 0.19, surfaces up to 0.09. It takes so
-# many times the points for it to be kept.
+# A part with a greater mean thickness fills space: with 16 neighbours those have 0.17 to 0.19, surfaces up to 0.09. It is kept
+# only with so many times as many points.
 _FULL, _MORE = 0.14, 3
+# With links points may be so many times sparser: foliage has 2.7 median spacings where a scan has 25 points in a square metre.
 _FOLIAGE = 2.0
-#: So often points join the surface that are linked to it: at its edges, and among stray points.
+#: The number of times that points linked to the surface join it: at its edges, and among stray points.
 JOINED = 2
-#: a neighbour that is not linked
+#: A neighbour that is not linked.
 NO_LINK = -1
 #: Thicknesses are summed as whole multiples of this, exactly, in any order: of up to 2^32 points.
 _GRAIN = 2.0**-20
@@ -54,8 +54,8 @@ class StrayRule:
 
     def too_small(self, sizes: Longs, sums: Longs) -> Bools:
         """(p,) which parts are stray, by their `part_sums`."""
-        least = np.where(mean_thicknesses(sizes, sums) > _FULL, _MORE, 1) * self.smallest_part
-        return np.asarray(sizes < least)
+        thickness = sums * _GRAIN / np.maximum(sizes, 1)
+        return np.asarray(sizes < np.where(thickness > _FULL, _MORE, 1) * self.smallest_part)
 
 
 def stray_points(
@@ -170,15 +170,10 @@ def linked_parts(links: Ints, chosen: Bools) -> Longs:
 
 
 def part_sums(parts: Longs, thickness: Floats, count: int) -> tuple[Longs, Longs]:
-    """(count,) the points of each part, and the sum of their thicknesses in a unit of its own, see `mean_thicknesses`."""
+    """(count,) the points of each part, and the sum of their thicknesses, in 2^-20."""
     grains = np.rint(thickness / _GRAIN)
     sizes = np.bincount(parts, minlength=count).astype(np.int64)
     return sizes, np.bincount(parts, grains, minlength=count).astype(np.int64)
-
-
-def mean_thicknesses(sizes: Longs, sums: Longs) -> Floats:
-    """(p,) the mean thickness of the points of each part, 0 of an empty one."""
-    return np.asarray(sums * _GRAIN / np.maximum(sizes, 1))
 
 
 @compiled(nogil=True)

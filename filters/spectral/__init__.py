@@ -4,15 +4,13 @@ from .detail_enhancement import EnhancedDetails, enhance_details
 from .eigenpairs import lowest_eigenpairs
 from .harmonics import OneHarmonic, one_harmonic
 from .problem import SpectralProblem, spectral_problem
-from .responses import DEFAULT_ORDER, ORDERS, RESPONSE_NAMES, Response, ResponseName, band_pass, enhance, low_pass
-from .spectral_filter import SPECTRAL_METHODS, SpectralMethod, SpectralResult, spectral_filter
+from .responses import DEFAULT_ORDER, ORDERS, Response, ResponseName, band_pass, enhance, low_pass
+from .spectral_filter import SpectralMethod, SpectralResult, spectral_filter
 from .spectrum import Spectrum, spectrum
 
 __all__ = [
     "DEFAULT_ORDER",
     "ORDERS",
-    "RESPONSE_NAMES",
-    "SPECTRAL_METHODS",
     "EnhancedDetails",
     "OneHarmonic",
     "Response",

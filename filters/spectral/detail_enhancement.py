@@ -18,21 +18,21 @@ from .problem import spectral_problem
 from .responses import Response, cutoff_frequency, low_pass
 from .spectrum import spectrum
 
-#: Thickness is measured up to that at which the bound takes 2 % of the displacement: 1 - tanh(x) / x for x = 1/4.
+#: The largest thickness that is measured, in displacements: the bound takes 2 % there, 1 - tanh(x) / x for x = 1/4.
 _FREE = 4.0
-# And at least as if the displacement were this share of the largest, so that no bound is 0.
+# Displacements count as at least this share of the largest one, so that no bound is 0.
 _NONE = 1e-3
-# Of the low passes: differences of what they leave are taken.
+# Of the low passes, whose results are subtracted from each other.
 _TOLERANCE = 1e-12
 #: The longest wave of the relief in shortest ones: two octaves.
 OCTAVES = 4.0
 #: Waves shorter than this many mean edges are never relief: triangles do not show them.
 SHORTEST = 5.0
-#: A band whose energy is this many times that of noise is signal: three parts of four of it.
+#: A band whose energy is this many times that of noise is signal: three quarters of it are.
 SIGNAL = 4.0
-# Noise shows where waves are this many mean edges long; shorter ones belong to no regular triangles.
+# The lengths of waves from which the noise is measured, in mean edges; regular triangles have no shorter ones.
 _NOISE_FROM, _NOISE_TO = 2.5, 4.0
-# Enough for bands down to ten edges; the long waves of the shape are not resolved, and not needed.
+# Enough for bands of up to ten edges; the longer waves of the shape are not needed.
 _STEPS = 300
 
 
@@ -117,8 +117,8 @@ def enhance_details(
     here = mesh.points[problem.vertices]
 
     def passed(values: Floats, low: Response, start: float, stop: float) -> Floats:
-        tell = part_of(progress, start, stop)
-        return filter_without_eigenvectors(problem, values, low, tolerance=_TOLERANCE, progress=tell).values
+        part = part_of(progress, start, stop)
+        return filter_without_eigenvectors(problem, values, low, tolerance=_TOLERANCE, progress=part).values
 
     fine, shape = passed(here, short, 0.0, 0.2), passed(here, long, 0.2, 0.4)
     everywhere = mesh.points.copy()
@@ -126,17 +126,17 @@ def enhance_details(
     normals = vertex_normals_by_area(everywhere, mesh.cells)[problem.vertices]
     heights = ((fine - shape) * normals).sum(axis=1)
     heights -= passed(heights, long, 0.4, 0.6)
-    wanted = factor * heights * _away_from_borders(mesh, longest)[problem.vertices]
-    reach = float(np.abs(wanted).max())
+    unbounded = factor * heights * _away_from_borders(mesh, longest)[problem.vertices]
+    reach = float(np.abs(unbounded).max())
     if mesh.movable is not None:
-        wanted[~mesh.movable[problem.vertices]] = 0.0
-    displacement = wanted
+        unbounded[~mesh.movable[problem.vertices]] = 0.0
+    displacement = unbounded
     if reach > 0.0:
-        largest = np.maximum(_FREE / (2.0 * most) * np.maximum(np.abs(wanted), _NONE * reach), 0.5 * longest)
+        largest = np.maximum(_FREE / (2.0 * most) * np.maximum(np.abs(unbounded), _NONE * reach), 0.5 * longest)
         inside = touching_balls(shape, normals, largest=largest, progress=part_of(progress, 0.6, 0.8))
         outside = touching_balls(shape, -normals, largest=largest, progress=part_of(progress, 0.8, 1.0))
         bound = most * 2.0 * np.minimum(inside, outside)
-        displacement = bound * np.tanh(_eased(2.0 * inside / longest) * wanted / bound)
+        displacement = bound * np.tanh(_eased(2.0 * inside / longest) * unbounded / bound)
     after = mesh.points.copy()
     after[problem.vertices] += displacement[:, None] * normals
     progress(1.0)
@@ -187,12 +187,7 @@ def shortest_relief(vertices: Floats, faces: Ints, mean_edge: float) -> float:
     Noise that is independent at each vertex has the same energy in every mode, so that its energy in a band of a third of an
     octave grows with the square of the frequency. Its level is taken from waves of 2.5 to 4 mean edges, which show little else.
     The relief begins a third of an octave above the shortest band that has `SIGNAL` times as much energy as such noise would, at
-    `SHORTEST` edges at least.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles, at least one with an area.
-        mean_edge: of the mesh, above 0.
+    `SHORTEST` edges at least. At least one triangle must have an area.
     """
     # In mean edges, since the edges of bands are the same numbers for all meshes.
     measured = spectrum(vertices / mean_edge, faces, modes=0, steps=_STEPS)

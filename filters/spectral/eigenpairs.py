@@ -14,10 +14,10 @@ from .spectrum_slicing import groups, lowest_modes, sparse_product
 
 #: The matrix is dense up to this many vertices, and up to the limit if more than one in `_DENSE_SHARE` modes is computed.
 _DENSE, _DENSE_SHARE, _DENSE_LIMIT = 600, 8, 4000
-#: Dense matrices of at most this many rows are solved without a thread of their own.
+#: Dense matrices of at most this many rows are solved in the calling thread.
 _AT_ONCE = 200
-#: A dense solver is exact to rounding of the highest eigenvalue. If that exceeds this, in the unit in which the first ones are of
-#: the order of 1, they drown. Slicing, whose factors are exact row by row, then finds up to one in `_SLICED_SHARE` modes.
+#: A dense solver is exact to rounding of the highest eigenvalue. If that exceeds this, in the unit in which the lowest ones are
+#: about 1, these are lost in rounding. Slicing, whose factors are exact row by row, then finds up to one mode in `_SLICED_SHARE`.
 _TOO_GRADED, _SLICED_SHARE = 1e10, 2
 #: The largest residuals that are accepted as rounding, and the largest deviation of modes from orthonormality.
 _LARGEST_FLOOR = 1e-6
@@ -56,7 +56,7 @@ def lowest_eigenpairs(
             orders of magnitude.
     """
     n = len(problem.mass)
-    count = min(check_whole_number("count", count), n if constants else n - problem.n_components)
+    count = min(check_whole_number("count", count), n if constants else problem.n_waves)
     if count == 0:
         return np.zeros(0), np.zeros((n, 0), order="F")
     # Sums in another order would change bits, and BLAS orders them by its number of threads.
@@ -76,18 +76,18 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
     rows = np.split(together, ends[:-1])
     dirichlet = problem.dirichlet if parts == 1 else sparse.csr_matrix(problem.dirichlet[together][:, together])
     area = np.bincount(problem.components, problem.mass)
-    asked = np.minimum(sizes, np.ceil(count * area / area.sum()).astype(np.int64) + (2 if parts > 1 else skipped))
+    counts = np.minimum(sizes, np.ceil(count * area / area.sum()).astype(np.int64) + (2 if parts > 1 else skipped))
     solved = [(np.zeros(0), np.zeros((size, 0))) for size in sizes]
     while True:
-        weight = asked * sizes
+        weight = counts * sizes
         shares = np.concatenate([[0.0], np.cumsum(weight)]) / weight.sum()
         for c in range(parts):
-            if len(solved[c][0]) < asked[c]:
+            if len(solved[c][0]) < counts[c]:
                 partial = part_of(progress, float(shares[c]), float(shares[c + 1]))
                 own = slice(int(ends[c] - sizes[c]), int(ends[c]))
                 block = dirichlet if parts == 1 else sparse.csr_matrix(dirichlet[own, own])
                 with threads_for(10 * int(sizes[c])):
-                    solved[c] = component_modes(block, problem.mass[rows[c]], int(asked[c]), tolerance, partial)
+                    solved[c] = component_modes(block, problem.mass[rows[c]], int(counts[c]), tolerance, partial)
         kappa = np.concatenate([pair[0][skipped:] for pair in solved])
         owner = np.repeat(np.arange(parts), [len(pair[0]) - skipped for pair in solved])
         order = np.argsort(kappa, kind="stable")[:count]
@@ -97,7 +97,7 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
         short = np.array([len(pair[0]) < enough and pair[0][-1] <= last for pair, enough in zip(solved, most, strict=True)])
         if not short.any():
             break
-        asked = np.where(short, np.minimum(most, 2 * asked + 4), asked)
+        counts = np.where(short, np.minimum(most, 2 * counts + 4), counts)
     modes = np.zeros((n, len(order)), order="F")
     first = np.concatenate([[0], np.cumsum([len(pair[0]) - skipped for pair in solved])])
     for column, place in enumerate(order):
@@ -147,7 +147,7 @@ def component_modes(
         modes = _by_slicing(operator, kernel, count, tolerance, highest, progress)
     if not modes.good(tolerance, highest):
         raise ConvergenceError(
-            f"the {count} lowest modes of a component of {n} vertices drown in rounding: mode "
+            f"the {count} lowest modes of a component of {n} vertices are lost in rounding: mode "
             f"{int(modes.residuals.argmax())} has a residual of {modes.residuals.max():.3g} of its eigenvalue, "
             f"{tolerance:.3g} is the tolerance, and the highest eigenvalue is {highest / modes.kappa[1]:.3g} times the first: "
             "triangles differ too much in size or shape; take fewer modes, filter without eigenvectors, or remesh"
@@ -217,8 +217,7 @@ def _by_slicing(
     vectors[places] = ordered
     modes = _Checked(operator, kernel, vectors, progress)
     if not modes.good(tolerance, highest):
-        # Products at tiny triangles have rounding of high frequencies only, which hardly affects the modes: measure it in the
-        # energy norm.
+        # At tiny triangles products have rounding of high frequencies, which hardly affects the modes or the energy norm.
         factors = ShiftedFactors(dissected, fronts, -modes.least, progress, 0.99)
         for group in groups(count, progress, 0.99):
             some = np.asfortranarray(modes.vectors[places, group])

@@ -2,11 +2,11 @@
 
 import math
 from contextlib import suppress
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..checks import ConvergenceError, FilterInputError, check_choice, check_positive
+from ..checks import ConvergenceError, FilterInputError
 from ..execution import Progress, ignore_progress, part_of
 from ..libraries import sparse
 from ..linear_solvers import FINEST_TOLERANCE, Cholesky, SpdSolver
@@ -27,7 +27,6 @@ from .problem import SpectralProblem
 from .responses import Response
 
 RouteName: TypeAlias = Literal["polynomial", "rational"]
-ROUTE_NAMES: tuple[RouteName, ...] = get_args(RouteName)
 #: A polynomial of a higher degree takes longer than a rational function with factors; see docs/solvers.md.
 MOST_PRODUCTS = 1_000
 #: Rounding in sums of this many terms, as a share of the result, per degree.
@@ -37,7 +36,7 @@ _ROUNDING = 8.0 * float(np.finfo(float).eps)
 class Filtered(NamedTuple):
     """The result of `filter_without_eigenvectors`."""
 
-    values: Floats  # of the shape of what was filtered
+    values: Floats  # of the shape of the input
     # of the error's root mean square over the surface, sqrt(|e|_M^2 / area), over all columns, in the unit of the values: a bound
     # for the polynomial; for the rational function a bound plus an estimate of the error of the solves
     error: float
@@ -66,22 +65,19 @@ def filter_without_eigenvectors(
         tolerance: of the error in the M-norm, as a share of |v|_M about the means; solves may add a third. Below 1e-12 it
             is rounding. The time grows with the logarithm of 1 / tolerance.
         route: "polynomial": products with S, about as many as the shortest wave that stays is long in edges, and more with thin
-            triangles. "rational": about 30 solves. "auto": a polynomial; a rational
-            function where its degree would pass `MOST_PRODUCTS`.
+            triangles. "rational": about 30 solves. "auto": a polynomial; a rational function where its degree would pass
+            `MOST_PRODUCTS`.
         progress: called after every product or some steps of a solve; may raise to stop.
 
     Returns:
         The values with the error and the route; the same to the bit for any number of threads.
 
     Raises:
-        FilterInputError: values of another shape or not finite, a tolerance not above 0, an unknown route, or a polynomial of
-            an excessive degree.
+        FilterInputError: a polynomial of an excessive degree.
         ConvergenceError: the systems of the rational route cannot be solved.
     """
-    check_choice("route", route, ("auto", *ROUTE_NAMES))
-    check_positive("tolerance", tolerance)
-    mass, columns = problem.mass, _columns(values, len(problem.mass))
-    deviations, means = _about_means(problem, columns)
+    mass = problem.mass
+    deviations, means = _about_means(problem, values if values.ndim == 2 else values[:, None])
     size, area = m_norm(mass, deviations), float(mass.sum())
     if size == 0.0 or area == 0.0:  # all values are the means of their components
         return Filtered(means.reshape(values.shape), 0.0, 0.0, "polynomial", 0)
@@ -120,7 +116,7 @@ def _planned(
             return series, None
         if route == "polynomial":
             raise FilterInputError(
-                f"a polynomial of degree {LARGEST_DEGREE} has an error of {series.error:.3g} still: the mesh has too "
+                f"a polynomial of degree {LARGEST_DEGREE} still has an error of {series.error:.3g}: the mesh has too "
                 "thin triangles for the wavelength; take the rational route or the robust operator"
             )
     rational, pole = rational_series(response, tolerance=tolerance)
@@ -129,13 +125,6 @@ def _planned(
         if series.error <= 2.0 * tolerance:
             return series, None
     return rational, pole
-
-
-def _columns(values: Floats, n: int) -> Floats:
-    if values.ndim not in (1, 2) or len(values) != n or not np.isfinite(values).all():
-        raise FilterInputError(f"values must be finite and have a row for each of {n} vertices, got shape {values.shape}")
-    columns = np.asarray(values, dtype=np.float64)
-    return columns if columns.ndim == 2 else columns[:, None]
 
 
 def _about_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Floats]:
@@ -151,7 +140,7 @@ def _about_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Flo
     return columns - means, means
 
 
-#: The poles that are tried go from the lowest squared cutoff times the first factor to the highest times the second.
+#: Poles are tried from the lowest squared cutoff times the first factor to the highest times the second, this many.
 _LOWEST_POLE, _HIGHEST_POLE, _POLES = 0.2, 30.0, 40
 _LARGEST_DEGREE = 400
 #: Systems of at most this many rows are factorised, which takes up to a second.
@@ -202,14 +191,16 @@ def rational_filter(
         dirichlet, mass, values = sparse.csr_matrix(dirichlet[order][:, order]), mass[order], values[order]
     c, degree = series.coefficients, series.degree
     system = _System(dirichlet, mass, pole, degree, progress)
-    amplification = _amplification(np.abs(c))
+    # 4 sum_{j > k} |c_j| (j - k): R enters T_{k+1} four times, and the rest grows as the polynomials U do.
+    beyond = np.cumsum(np.abs(c)[::-1])[::-1]
+    amplification = 4.0 * np.cumsum(beyond[::-1])[::-1][1:]
     size = m_norm(mass, values)
     now, before, total = values.copy(), np.zeros_like(values), c[0] * values
     image, image_before = np.zeros_like(values), np.zeros_like(values)
     error = 0.0
     for k in range(degree):
         allowed = _SHARE_OF_SOLVES * tolerance * size / (degree * max(float(amplification[k]), 1e-300))
-        # R T_k = 4 R R T_{k-1} - 2 R T_{k-1} - R T_{k-2}, and R changes little in what it was applied to before.
+        # R T_k = 4 R R T_{k-1} - 2 R T_{k-1} - R T_{k-2}, and R changes little in values that it was applied to before.
         guess = now if k == 0 else 2.0 * image - image_before
         image_before = image
         image, missed = system.solve(now, guess, allowed, part_of(progress, k / degree, (k + 1) / degree))
@@ -275,9 +266,3 @@ def _series(response: Response, pole: float, tolerance: float) -> ChebyshevSerie
     root = math.sqrt(pole)
     width = 2.0 * min(math.atan(response.cutoffs[0] / root), math.atan(root / response.cutoffs[-1]))
     return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=_LARGEST_DEGREE)
-
-
-def _amplification(sizes: Floats) -> Floats:
-    """(degree,) 4 sum_{j > k} |c_j| (j - k): R enters T_{k+1} four times, and the rest grows as the polynomials U do."""
-    beyond = np.cumsum(sizes[::-1])[::-1]
-    return 4.0 * np.cumsum(beyond[::-1])[::-1][1:]

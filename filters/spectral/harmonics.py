@@ -55,11 +55,10 @@ def one_harmonic(
     """
     mode = check_whole_number("mode", mode)
     problem = spectral_problem(vertices, faces, operator=operator)
-    last = len(problem.mass) - problem.n_components
     if len(problem.mass) == 0:
         raise FilterInputError(f"mode {mode} does not exist: no triangle of this mesh has an area")
-    if mode > last:
-        raise FilterInputError(f"mode {mode} does not exist: this mesh has modes 0 to {last}")
+    if mode > problem.n_waves:
+        raise FilterInputError(f"mode {mode} does not exist: this mesh has modes 0 to {problem.n_waves}")
     area = float(problem.mass.sum())
     if mode == 0:
         progress(1.0)

@@ -42,6 +42,11 @@ class SpectralProblem:
         """The number of connected components."""
         return int(self.components.max(initial=-1)) + 1
 
+    @property
+    def n_waves(self) -> int:
+        """The number of modes, without those that are constant on a component."""
+        return len(self.mass) - self.n_components
+
     def on_mesh(self, values: Floats) -> Floats:
         """(n_vertices,) or (n_vertices, k), Fortran-ordered: (n,) or (n, k) values of rows at their vertices, 0 elsewhere."""
         spread = np.zeros((self.n_vertices, *values.shape[1:]), order="F")

@@ -11,7 +11,7 @@ higher orders are nearer to a brick wall, with its ringing, and cost more.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from ..checks import FilterInputError, check_finite, check_positive, check_whole
 from ..mesh import Floats
 
 ResponseName: TypeAlias = Literal["low_pass", "band_pass", "enhance"]
-RESPONSE_NAMES: tuple[ResponseName, ...] = get_args(ResponseName)
 
 #: The orders n.
 ORDERS = range(1, 9)
@@ -31,7 +30,7 @@ class Response:
     """F(omega), smooth on omega > 0, with a limit at infinity.
 
     Attributes:
-        name: one of `RESPONSE_NAMES`.
+        name: of the function that made it.
         cutoffs: the frequencies omega_c at which its parts pass one half, ascending, in radians per unit length.
         order: n of the profile.
         weights: of the profiles at the cutoffs: F(omega) = infinity + sum_i weights_i exp(-ln 2 (omega / cutoffs_i)^(2 n)).

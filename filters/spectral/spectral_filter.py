@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,10 +15,9 @@ from ..operators import SurfaceOperatorName
 from .eigenpairs import lowest_eigenpairs
 from .eigenvector_free import filter_without_eigenvectors
 from .problem import SpectralProblem, about_centroids, spectral_problem
-from .responses import DEFAULT_ORDER, RESPONSE_NAMES, RESPONSES, Response, ResponseName, cutoff_frequency
+from .responses import DEFAULT_ORDER, RESPONSES, Response, ResponseName, cutoff_frequency
 
 SpectralMethod: TypeAlias = Literal["auto", "eigenvectors", "polynomial"]
-SPECTRAL_METHODS: tuple[SpectralMethod, ...] = get_args(SpectralMethod)
 #: Default of a band's longest wave, in detail sizes: two octaves.
 BAND = 4.0
 #: The largest size of a basis, in numbers: 0.8 GB.
@@ -88,7 +87,7 @@ def spectral_filter(
         gain: the factor of the band; None for 2 with "enhance" and 1 with "band_pass". Larger exaggerates, below 1 attenuates.
         order: of the smooth responses, see `low_pass`. Larger cuts off more sharply.
         method: "eigenvectors" computes modes, "polynomial" does without them, by a rational function where a polynomial
-            would take more than 1,000 products. "auto" computes modes only where their number is given and they fit into 0.8 GB.
+            would take more than 1,000 products. "auto" computes modes only with `modes`, if they fit into 0.8 GB.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         tolerance: bound of the error, as a share of the root mean square distance of the surface from the centroids. Smaller
             takes longer.
@@ -105,8 +104,8 @@ def spectral_filter(
         ConvergenceError: modes cannot be computed.
     """
     points, triangles = check_mesh(vertices, faces)
-    check_choice("response", response, RESPONSE_NAMES)
-    check_choice("method", method, SPECTRAL_METHODS)
+    check_choice("response", response, ResponseName)
+    check_choice("method", method, SpectralMethod)
     check_positive("tolerance", tolerance)
     mesh = normalised_mesh(points, triangles, movable)
     if (detail_size is None) == (modes is None):
@@ -161,14 +160,9 @@ def _untouched(points: Floats, why: str) -> SpectralResult:
     return SpectralResult(points.copy(), "none", 0.0, math.inf, explanation=f"nothing was filtered: {why}")
 
 
-def _most_modes(problem: SpectralProblem) -> int:
-    """The number of modes, without those that are constant on a component."""
-    return len(problem.mass) - problem.n_components
-
-
 def _basis_fits(problem: SpectralProblem, count: int) -> bool:
     """Whether `count` modes fit into 0.8 GB."""
-    return min(count, _most_modes(problem)) * len(problem.mass) <= LARGEST_BASIS
+    return min(count, problem.n_waves) * len(problem.mass) <= LARGEST_BASIS
 
 
 def _by_modes(
@@ -178,8 +172,7 @@ def _by_modes(
 
     The modes that are left out have |F - F(infinity)| below the tolerance.
     """
-    last = response.last_frequency(tolerance)
-    most = _most_modes(problem)
+    last, most = response.last_frequency(tolerance), problem.n_waves
     count = min(math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + 10, most)  # by Weyl's law
     never_falling = rising(progress)
     while True:
@@ -199,7 +192,7 @@ def _brick_wall(
     `band_of` gives the band pass or enhancement for a shortest wave: modes from its longest wave on get its gain, all others its
     limit. None drops all others.
     """
-    omega, shapes = _modes(problem, min(count, _most_modes(problem)), progress)
+    omega, shapes = _modes(problem, min(count, problem.n_waves), progress)
     size = 2.0 * math.pi / float(omega[-1]) if omega.any() else math.inf
     factors, rest = np.ones_like(omega), 0.0
     if band_of is not None and size < math.inf:

@@ -13,7 +13,7 @@ from ..linear_solvers import CompressedRows
 from ..mesh import Floats, check_mesh, normalised_mesh
 from ..operators import SurfaceOperatorName
 from .eigenpairs import lowest_eigenpairs
-from .polynomial import symmetric_form
+from .polynomial import fused_row_product, symmetric_form
 from .problem import SpectralProblem, about_centroids, check_size, spectral_problem
 
 #: Bands in an octave.
@@ -79,7 +79,7 @@ def spectrum(
         faces: (m, 3) triangles, at least one.
         modes: how many modes are computed [vallet2008], without those that are constant on a component. More give single modes
             up to a higher frequency, and take longer.
-        steps: of the Lanczos process; None for as many as resolve the bands above the last mode, at most 600. More separate
+        steps: of the Lanczos process; None for enough to resolve the bands above the last mode, at most 600. More separate
             neighbouring bands more sharply, above all at low frequencies, and take longer.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         progress: called with the share that is done; may raise to stop.
@@ -97,16 +97,16 @@ def spectrum(
     if len(triangles) == 0:
         raise FilterInputError("the mesh has no triangles: a spectrum is that of a surface")
     mesh = normalised_mesh(points, triangles)
-    check_size(1.0 / mesh.scale)
+    unit = 1.0 / mesh.scale
+    check_size(unit)
     plain = spectral_problem(mesh.points, mesh.cells, operator=operator)
     if len(plain.mass) == 0:
         raise FilterInputError("no triangle of the mesh has an area: a spectrum is that of a surface")
     problem = without_stiffest(plain)
-    unit = 1.0 / mesh.scale
     rest, _ = about_centroids(mesh.points[problem.vertices], problem)
     area = float(problem.mass.sum())
     total = float(np.sum(problem.mass[:, None] * rest * rest)) / area
-    count = min(int(modes), len(problem.mass) - problem.n_components)
+    count = min(int(modes), problem.n_waves)
     kappa, shapes = np.empty(0), np.empty((len(rest), 0))
     if count:
         kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=part_of(progress, 0.0, _SHARE_OF_MODES))
@@ -154,9 +154,9 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
-    # The bound at which the k stiffest vertices take all that may be added: sum over them of (S_ii / bound - M_i) = added.
+    # The bound at which the k stiffest vertices take all the mass that may be added: sum over them of (S_ii / bound - M_i).
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
-    # It rises with k as long as the next vertex is above it: the highest is that of all vertices above.
+    # It rises with k as long as the next vertex is above it: the highest bound is the one for all vertices above it.
     bound = float(bounds.max(initial=0.0))
     if not bound > 0.0:
         return problem
@@ -169,13 +169,13 @@ def enough_steps(problem: SpectralProblem, kappa: float) -> int:
     The distance between nodes is pi / (2 steps) of the highest frequency: half a band at sqrt(kappa).
     """
     highest = 2.0 * float(np.max(problem.dirichlet.diagonal() / problem.mass))
-    wanted = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
-    return int(min(max(wanted, _FEWEST_STEPS), _MOST_STEPS))
+    steps = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
+    return int(min(max(steps, _FEWEST_STEPS), _MOST_STEPS))
 
 
 #: Rows whose products are summed up one after the other, whatever the number of threads.
 _BLOCK = 4096
-#: On meshes so many times as large as others a pass takes so little that several threads would wait for each other.
+#: A pass takes so little time that threads pay only on meshes this many times as large as for other kernels.
 _SHORT_PASSES = 10
 #: Iterations for an eigenvalue, of which two are usual.
 _MOST_ITERATIONS = 60
@@ -200,7 +200,7 @@ def energy_quadrature(
         (k,) nodes and (k,) weights of all columns; none if all values are 0.
     """
     symmetric = symmetric_form(problem.dirichlet, problem.mass)
-    matrix = CompressedRows(symmetric.indptr, symmetric.indices.view(f"u{symmetric.indices.itemsize}"), symmetric.data)
+    matrix = CompressedRows.of(symmetric)
     now = np.sqrt(problem.mass)[:, None] * values
     norms = np.sqrt(np.einsum("ij,ij->j", now, now))
     if not norms.any():
@@ -233,26 +233,16 @@ def energy_quadrature(
     return np.concatenate(nodes), np.concatenate(weights)
 
 
-# See `_advance` in polynomial.py for the unsigned indices.
 @compiled(parallel=True, fastmath={"contract"})
 def _apply(matrix: CompressedRows, now: Floats, length: Floats, before: Floats, sums: Floats) -> None:
     """Computes before = D now - length before in place, and of each block the sums of before now."""
-    indptr, indices, data = matrix
     a, b, c = length
     for block in prange(sums.shape[0]):
         p = q = r = 0.0
         for row in range(block * _BLOCK, min((block + 1) * _BLOCK, now.shape[0])):
             i = np.uint64(row)
-            x = y = z = 0.0
-            for entry in range(indptr[i], indptr[i + np.uint64(1)]):
-                k = np.uint64(entry)
-                j, value = np.uint64(indices[k]), data[k]
-                x += value * now[j, 0]
-                y += value * now[j, 1]
-                z += value * now[j, 2]
-            x -= a * before[i, 0]
-            y -= b * before[i, 1]
-            z -= c * before[i, 2]
+            x, y, z = fused_row_product(matrix, i, now)
+            x, y, z = x - a * before[i, 0], y - b * before[i, 1], z - c * before[i, 2]
             before[i, 0], before[i, 1], before[i, 2] = x, y, z
             p += x * now[i, 0]
             q += y * now[i, 1]
@@ -278,9 +268,9 @@ def _subtract(now: Floats, factors: Floats, after: Floats, sums: Floats) -> None
 
 @compiled(nogil=True)
 def _iterated(diagonal: Floats, beside: Floats, first: Floats) -> bool:
-    """The eigenvalues of a symmetric tridiagonal matrix in the place of its diagonal; whether all are found.
+    """Replaces the diagonal of a symmetric tridiagonal matrix by its eigenvalues; returns whether all have converged.
 
-    `beside` ends with a 0; of the vectors only the first entries are found: `first` becomes (1, 0, ...) times the vectors.
+    `beside` ends with a 0. Of the eigenvectors only the first entries are computed: `first` becomes (1, 0, ...) times them.
     """
     n, eps = diagonal.shape[0], 2.2e-16
     for low in range(n):

@@ -16,16 +16,16 @@ from ..libraries import blas, linalg, sparse
 from ..linear_solvers import CompressedRows, Fronts, ShiftedFactors
 from ..mesh import Floats
 
-#: Modes of a band: with more, keeping the basis orthogonal costs more; with fewer, more factorisations are needed.
+#: Modes of a band, and in large matrices: more make it costlier to keep the basis orthogonal, fewer take more factorisations.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
-#: Modes beyond the last one wanted, in whose widest gap the last shift is put.
+#: The last shift is put into the widest gap between this many modes beyond the last one.
 _GUARD = 6
 _ROUNDS = 10_000
 _POLISHES = 3
 #: Columns that the factors solve for at once. Eigenvalues of a higher multiplicity take a second search.
 BLOCK = 8
-#: Convergence is tested from a basis of the first factor times the number of wanted modes on, and then at every growth by the
-#: second, up to the limit.
+#: Sizes of the basis, in numbers of modes: convergence is tested from the first on and at every growth by the second, up to the
+#: limit.
 _FIRST_LOOK, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
 #: Vectors added to these sizes, for small numbers of modes.
 _SMALL = 40
@@ -42,7 +42,7 @@ def lowest_modes(
 
     A shift is put where about half a band of new eigenvalues is expected below it. The signs of its factors' pivots count the
     eigenvalues below [grimes1994]; `modes_near` searches for all that are missing and about as many above. The last shift lies
-    above the last mode and only counts; if a mode is missing, it is searched for.
+    above the last mode and only counts. If a mode is missing, it is searched for.
 
     Args:
         operator: A, (n, n) symmetric, positive semidefinite, scaled such that there are about kappa eigenvalues below kappa.
@@ -167,18 +167,18 @@ def modes_near(
     Returns:
         (k,) eigenvalues, ascending, complete but for the locked modes, and (n, k) orthonormal modes.
     """
-    n, wanted = len(locked), below + above
-    limit = min(n - locked.shape[1], int(_LIMIT * wanted) + 10 * _SMALL) // BLOCK * BLOCK
-    basis = np.empty((n, min(limit, int(2.5 * wanted) + 2 * _SMALL) + BLOCK), order="F")
+    n, count = len(locked), below + above
+    limit = min(n - locked.shape[1], int(_LIMIT * count) + 10 * _SMALL) // BLOCK * BLOCK
+    basis = np.empty((n, min(limit, int(2.5 * count) + 2 * _SMALL) + BLOCK), order="F")
     projected = np.zeros((limit, limit))
     block = factors.solve(np.asfortranarray(np.random.default_rng(seed).normal(size=(n, BLOCK))))
     remove(locked, block)
     basis[:, :BLOCK] = linalg.qr(block, mode="economic", check_finite=False)[0]
-    size, look = 0, int(_FIRST_LOOK * wanted) + _SMALL
+    size, look = 0, int(_FIRST_LOOK * count) + _SMALL
     while True:
         now = basis[:, size : size + BLOCK]
         block = factors.solve(now)
-        progress(min(1.0, size / (2.0 * wanted + _SMALL)))
+        progress(min(1.0, size / (2.0 * count + _SMALL)))
         # First against the last two blocks, where nearly all of the overlap is: then one pass over the whole basis is exact.
         coarse = remove(basis[:, max(0, size - BLOCK) : size + BLOCK], block)
         size += BLOCK
@@ -210,7 +210,7 @@ def modes_near(
             return kappa[order], combined(basis[:, : size + BLOCK], weights, progress)
         if size + BLOCK > limit:
             raise ConvergenceError(
-                f"{wanted} modes about the eigenvalue {factors.shift:.6g} have not converged in a basis of {size} vectors"
+                f"{count} modes about the eigenvalue {factors.shift:.6g} have not converged in a basis of {size} vectors"
             )
 
 
@@ -223,25 +223,25 @@ def groups(count: int, progress: Progress, done: float = 1.0) -> Iterator[slice]
 
 def sparse_product(operator: sparse.csc_matrix, columns: Floats) -> Floats:
     """A X, (n, k), for a symmetric A, on all threads with the same bits for any number of them."""
-    made = np.empty(columns.shape, order="F")
-    _product(CompressedRows.of(operator), columns, made)
-    return made
+    product = np.empty(columns.shape, order="F")
+    _multiply(CompressedRows.of(operator), columns, product)
+    return product
 
 
 def combined(columns: Floats, weights: Floats, progress: Progress) -> Floats:
     """X W, (n, k)."""
-    made = np.empty((len(columns), weights.shape[1]), order="F")
+    combinations = np.empty((len(columns), weights.shape[1]), order="F")
     for group in groups(weights.shape[1], progress):
-        made[:, group] = blas.dgemm(1.0, columns, np.asfortranarray(weights[:, group]))
-    return made
+        combinations[:, group] = blas.dgemm(1.0, columns, np.asfortranarray(weights[:, group]))
+    return combinations
 
 
 def inner_products(left: Floats, right: Floats, progress: Progress) -> Floats:
     """X^T Y, (k, l)."""
-    made = np.empty((left.shape[1], right.shape[1]), order="F")
+    products = np.empty((left.shape[1], right.shape[1]), order="F")
     for group in groups(right.shape[1], progress):
-        made[:, group] = blas.dgemm(1.0, left, right[:, group], trans_a=True)
-    return made
+        products[:, group] = blas.dgemm(1.0, left, right[:, group], trans_a=True)
+    return products
 
 
 def remove(directions: Floats, block: Floats) -> Floats:
@@ -252,11 +252,11 @@ def remove(directions: Floats, block: Floats) -> Floats:
 
 
 @compiled(parallel=True)
-def _product(matrix: CompressedRows, columns: Floats, made: Floats) -> None:
+def _multiply(matrix: CompressedRows, columns: Floats, product: Floats) -> None:
     starts, rows, values = matrix
     for c in prange(columns.shape[1]):
         for i in range(columns.shape[0]):
             total = 0.0
             for p in range(starts[i], starts[i + 1]):
                 total += values[p] * columns[rows[p], c]
-            made[i, c] = total
+            product[i, c] = total

@@ -63,9 +63,7 @@ class Boundary(NamedTuple):
 def boundary_loops(vertices: Floats, faces: Ints) -> Boundary:
     """The boundary loops, and the parts of the border that form none.
 
-    Args:
-        vertices: (n, 3) coordinates; they decide only where three or more fans of faces meet at a vertex.
-        faces: (m, 3) triangles.
+    Coordinates matter only where three or more fans of faces meet at a vertex.
     """
     pairs, counts = edge_face_counts(faces)
     border = pairs[counts == 1]

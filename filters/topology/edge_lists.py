@@ -55,9 +55,9 @@ def faces_by_edge(faces: Ints, n_vertices: int | None = None) -> tuple[Longs, Lo
 
 
 def listed_edges(offsets: Longs, keys: Longs, least: int = 1, most: int = _ANY, *, columns: int = 1) -> tuple[Ints, Ints]:
-    """(e, 2) every edge with `least` to `most` faces once, lower vertex first, rows ascending; and what is known of each.
+    """(e, 2) every edge with `least` to `most` faces once, lower vertex first, rows ascending; and its faces.
 
-    That is in one column (e, 1) the number of its faces, in two (e, 2) the first and the last of them.
+    In one column (e, 1) their number, in two columns (e, 2) the first and the last of them.
     """
     count = _list_edges(offsets, keys, least, most, np.empty((0, 2), dtype=np.int32), np.empty((0, columns), dtype=np.int32))
     pairs, more = np.empty((count, 2), dtype=np.int32), np.empty((count, columns), dtype=np.int32)

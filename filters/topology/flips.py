@@ -1,6 +1,6 @@
 """Edge flips in two tables: the vertices of every face, and the faces across its edges as `faces_across` gives them.
 
-Edge k of a face goes from its corner k to the next. Which edges to flip is up to the caller, as is the geometry.
+Edge k of a face goes from its corner k to the next. The caller chooses the edges to flip, by their geometry.
 """
 
 from ..compilation import compiled
@@ -27,7 +27,7 @@ def diamond(faces: Ints, across: Ints, f: int, k: int) -> tuple[int, int, int, i
 def fan_size(faces: Ints, across: Ints, f: int, k: int, other: int) -> int:
     """The number of faces in the fan round corner k of face f; -1 if one of them has the vertex `other`.
 
-    The fan is walked through the edges that `across` knows: both ways to a border, or once round.
+    The walk goes across the edges in `across`: both ways to a border, or once round.
     """
     vertex = faces[f, k]
     size, g, closed = 0, f, False

@@ -82,7 +82,7 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
     number = np.empty(len(points), dtype=np.int32)
     number[vertices] = np.arange(len(vertices), dtype=np.int32)
     local = number.take(chosen)
-    # Where neither end of an edge with one face is inside another face may be missing.
+    # An edge with one face and no end inside may have another face outside of the submesh.
     edges = listed_edges(*faces_by_edge(local, len(vertices)), 1, 1)[0]
     border = mask_of(edges[inside.take(vertices)[edges].any(axis=1)], len(vertices))
     return Submesh(vertices, local, points.take(vertices, axis=0), free.take(vertices) & ~border, border)
@@ -91,7 +91,7 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
 @compiled
 def _touching(faces: Ints, marked: Bools) -> Ints:
     """The triangles with a marked vertex, in their order."""
-    touching = np.empty((faces.shape[0] + 1, 3), dtype=np.int32)  # of which the system gives what is written to
+    touching = np.empty((faces.shape[0] + 1, 3), dtype=np.int32)  # the system gives memory only to the part that is written
     at = 0
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]

@@ -31,12 +31,7 @@ class OneRings(NamedTuple):
 
 
 def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
-    """The one-ring of every vertex, and the number of faces at each of its edges.
-
-    Args:
-        faces_or_edges: (m, 3) triangles; or (e, 2) edges, which count as faces.
-        n_vertices: n.
-    """
+    """The one-ring of every vertex, and the number of faces at each of its edges; (e, 2) edges count as faces."""
     cells = np.ascontiguousarray(faces_or_edges, dtype=np.int32)
     if cells.shape[1] == 3:
         offsets, ends = ring_ends(cells, n_vertices)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from pymeshfair.filters.checks import FilterInputError, UnstableStepError
-from pymeshfair.filters.curves import CURVE_METHODS, CURVE_WEIGHTS, curve_smoothing
+from pymeshfair.filters.curves import CurveMethod, CurveWeights, curve_smoothing
 from pymeshfair.filters.diffusion.implicit import time_step_of_detail_size
 from pymeshfair.filters.diffusion.taubin import mu_of_pass_band, transfer_function
 from pymeshfair.filters.operators import uniform_laplacian
@@ -226,7 +226,7 @@ def test_a_polygon_shrinks_under_laplacian_smoothing_and_keeps_its_size_under_ta
     np.testing.assert_allclose(taubin, factor * polygon, rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("weights", CURVE_WEIGHTS)
+@pytest.mark.parametrize("weights", get_args(CurveWeights))
 def test_closed_curves_contract(weights: Any) -> None:
     """A wild closed curve gets shorter with every Laplacian step."""
     points, lengths = noise(30), []
@@ -303,7 +303,7 @@ def test_detail_sizes_beyond_all_measure() -> None:
     np.testing.assert_allclose(all_there_is, most, rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("weights", CURVE_WEIGHTS)
+@pytest.mark.parametrize("weights", get_args(CurveWeights))
 def test_explicit_and_implicit_steps_agree_to_first_order(weights: Any) -> None:
     """A short step differs between the two by t^2 |L^2 p| at most: by a quarter for half the step."""
     points = noise(25)
@@ -348,7 +348,7 @@ def test_free_ends_draw_in() -> None:
 def test_nothing_to_do() -> None:
     """No vertices, no edges, no iterations: the vertices as they came."""
     none = np.empty((0, 2), dtype=np.int32)
-    for method in CURVE_METHODS:
+    for method in get_args(CurveMethod):
         extra: dict[str, Any] = {"time_step": 1.0} if method == "implicit" else {}
         assert curve_smoothing(np.empty((0, 3)), none, method=method, **extra).shape == (0, 3)
         np.testing.assert_array_equal(curve_smoothing(noise(4), none, method=method, **extra), noise(4))
@@ -386,7 +386,7 @@ def test_progress_ends_at_one_and_can_stop() -> None:
         ({"method": "implicit", "time_step": 1.0, "detail_size": 1.0}, "either a time_step or a detail_size"),
         ({"method": "implicit", "time_step": -1.0}, "time_step -1.0"),
         ({"method": "implicit", "time_step": float("inf")}, "time_step inf"),
-        ({"method": "implicit", "detail_size": 1.0}, "uniform weights know no lengths"),
+        ({"method": "implicit", "detail_size": 1.0}, "uniform weights do not depend on lengths"),
         ({"method": "implicit", "weights": "inverse_length", "detail_size": 0.0}, "detail_size 0.0"),
         ({"time_step": 1.0}, "are for the method 'implicit'"),
         ({"movable": [True]}, "movable must be"),

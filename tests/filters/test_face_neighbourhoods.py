@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import heapq
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.face_neighbourhoods import (
-    NEIGHBORHOODS,
     FaceNeighbourhoods,
     Neighborhood,
     face_neighbourhoods,
@@ -66,7 +66,7 @@ def slow_ways(centres: Floats, near: list[set[int]], start: int, radius: float) 
     return lengths
 
 
-@pytest.mark.parametrize("kind", NEIGHBORHOODS)
+@pytest.mark.parametrize("kind", get_args(Neighborhood))
 def test_neighbourhoods_are_those_of_the_definition(kind: Neighborhood) -> None:
     """Every kind of neighbourhood on closed, open, one-sided and broken meshes is the set that its definition names."""
     for vertices, faces in (icosphere(1), irregular_grid(5, 4), moebius_strip(), AWKWARD["ten pages"](), AWKWARD["bow tie"](),

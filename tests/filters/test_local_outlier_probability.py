@@ -270,7 +270,7 @@ def test_points_that_are_not_finite() -> None:
     """NaN is refused with the number of points that have one and the first of them."""
     points = cloud(50, 0)
     points[[3, 4], 1] = np.nan
-    with pytest.raises(FilterInputError, match=r"2 of 50 points have a coordinate that is NaN or infinite, the first is point 3"):
+    with pytest.raises(FilterInputError, match=r"vertex 3 is \[.*\]: 2 of 50 vertices have a coordinate"):
         local_outlier_probability(points)
 
 

@@ -197,9 +197,9 @@ def test_points_that_are_none() -> None:
     """NaN and infinity are refused with their number and the first index; so are arrays of another shape and empty ones."""
     points = np.random.default_rng(0).random((50, 3))
     points[[7, 9, 30], [0, 1, 2]] = np.nan, np.inf, -np.inf
-    with pytest.raises(FilterInputError, match=r"3 of 50 points .* the first is point 7 at \(nan, "):
+    with pytest.raises(FilterInputError, match=r"vertex 7 is \[nan, .*: 3 of 50 vertices"):
         nearest_neighbours(points, 3)
-    with pytest.raises(FilterInputError, match=r"shape \(n, 3\), got \(50, 2\)"):
+    with pytest.raises(FilterInputError, match=r"\(n, 3\) array of real numbers, got shape \(50, 2\)"):
         nearest_neighbours(points[:, :2], 3)
     with pytest.raises(FilterInputError, match="at least 2 points, got 0"):
         nearest_neighbours(np.empty((0, 3)), 1)

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
@@ -15,8 +15,6 @@ import pytest
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.denoising import (
-    NORMAL_FILTER_METHODS,
-    RANGE_MEASURES,
     Neighborhood,
     NormalFilter,
     NormalFilterMethod,
@@ -172,7 +170,7 @@ def test_vertex_normals_are_their_definition(neighborhood: Neighborhood, rings: 
     np.testing.assert_allclose(fast, slow_pass_of_vertices(mesh, 0.5, 1.3, rings, 2), rtol=0, atol=1e-10)
 
 
-@pytest.mark.parametrize("method", [method for method in NORMAL_FILTER_METHODS if method != "vertex_normals"])
+@pytest.mark.parametrize("method", [method for method in get_args(NormalFilterMethod) if method != "vertex_normals"])
 def test_every_method_is_its_definition(method: NormalFilterMethod) -> None:
     """Two passes of each method equal the loops over faces above, to 1e-10."""
     mesh = noisy(icosphere(1), 0.08)
@@ -181,7 +179,7 @@ def test_every_method_is_its_definition(method: NormalFilterMethod) -> None:
     np.testing.assert_allclose(fast, slow, rtol=0, atol=1e-10)
 
 
-@pytest.mark.parametrize("measure", RANGE_MEASURES)
+@pytest.mark.parametrize("measure", get_args(RangeMeasure))
 @pytest.mark.parametrize("name", KERNEL_NAMES)
 def test_every_kernel_and_measure_is_its_definition(name: KernelName, measure: RangeMeasure) -> None:
     """Each of the nine kernels, as range and as space kernel and with each measure, gives the mean of the loops to 1e-10."""
@@ -219,7 +217,7 @@ def test_outer_iterations_repeat_the_two_steps() -> None:
 
 INTERLEAVED: dict[str, Any] = {"neighborhood": "two_ring", "normal_iterations": 1, "outer_iterations": 20, "vertex_iterations": 5}
 EVERY_METHOD: list[dict[str, Any]] = [
-    *({"method": method} for method in NORMAL_FILTER_METHODS),
+    *({"method": method} for method in get_args(NormalFilterMethod)),
     {"range_kernel": "truncated_l1", "range_sigma": 1.0, "space_sigma": 2.5, **INTERLEAVED},
     {"vertex_update": "ohtake"},
     {"vertex_update": "conjugate_gradient"},

@@ -137,7 +137,7 @@ def test_a_hole_of_any_size_gets_a_bounded_number_of_vertices() -> None:
         angle = 2 * np.pi * np.arange(corners) / corners
         rim = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(corners)]) / (2 * np.sin(np.pi / corners))
         fan = np.column_stack([np.zeros(corners - 2), np.arange(1, corners - 1), np.arange(2, corners)]).astype(np.int32)
-        width = uniform_width(rim, np.ones(corners), fan, corners)
+        width = uniform_width(Patch(rim, np.ones(corners), fan, corners))
         if np.pi * (corners / (2 * np.pi)) ** 2 / side <= MOST_VERTICES:
             assert width == np.inf
         else:

@@ -10,8 +10,8 @@ from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising import Scan
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection import surface_measures
-from pymeshfair.filters.traits import facing, measured_traits, sharpness
-from tests.meshes import Mesh, cube, grid, icosphere, noisy, rotation, subdivided, torus, tube
+from pymeshfair.filters.traits import measured_traits, sharpness
+from tests.meshes import Floats, Ints, Mesh, cube, grid, icosphere, noisy, rotation, subdivided, torus, tube
 
 #: a cube of 16 edges to a side
 FINE_CUBE = subdivided(*subdivided(*subdivided(*subdivided(*cube()))))
@@ -33,12 +33,16 @@ def rough_ball(level: float) -> Mesh:
 
 def test_facing_is_one_for_a_plane_a_half_for_half_a_ball_and_zero_for_what_is_closed() -> None:
     """|sum A n| / sum A: the shadow of a half ball is pi r^2, its area twice that; a closed one has no sum, nor has no area."""
+
+    def facing(vertices: Floats, faces: Ints) -> float:
+        return measured_traits(vertices, faces, ["facing"])["facing"]
+
     assert facing(*grid()) == pytest.approx(1.0)
     assert facing(*icosphere(2)) == pytest.approx(0.0, abs=1e-12)
     vertices, faces = icosphere(5)
     half = faces[(vertices[faces].mean(axis=1)[:, 2] > 0)]
     assert facing(vertices, half) == pytest.approx(0.5, abs=0.01)  # the rim is a zigzag of edges of 0.04
-    assert facing(np.zeros((3, 3)), np.array([[0, 1, 2]])) == 0.0
+    assert facing(np.zeros((3, 3)), np.array([[0, 1, 2]], dtype=np.int32)) == 0.0
     assert facing(np.zeros((3, 3)), np.zeros((0, 3), dtype=np.int32)) == 0.0
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.denoising.vertex_update import VERTEX_UPDATES, VertexUpdate, fit_vertices, fitting_energy
+from pymeshfair.filters.denoising.vertex_update import VertexUpdate, fit_vertices, fitting_energy
 from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.topology import vertex_faces
 from tests.meshes import Floats, Ints, icosphere, irregular_grid, noisy
@@ -43,7 +45,7 @@ def test_a_step_is_the_mean_of_projections(update: VertexUpdate) -> None:
     np.testing.assert_allclose(fit(vertices, faces, TRUE_NORMALS, update, 2), expected, rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("update", VERTEX_UPDATES)
+@pytest.mark.parametrize("update", get_args(VertexUpdate))
 def test_the_fitting_energy_falls(update: VertexUpdate) -> None:
     """Every rule brings the normals nearer to those that are wanted: sum A |n - m|^2 falls to a tenth."""
     vertices, faces = NOISY
@@ -76,7 +78,7 @@ def test_conjugate_gradients_begin_downhill() -> None:
     np.testing.assert_allclose(step[:12], length * gradient[:12], rtol=0, atol=1e-7)
 
 
-@pytest.mark.parametrize("update", VERTEX_UPDATES)
+@pytest.mark.parametrize("update", get_args(VertexUpdate))
 def test_a_mesh_that_has_the_normals_stays(update: VertexUpdate) -> None:
     """The wanted normals being its own, a mesh keeps its place to rounding."""
     vertices, faces = NOISY
