@@ -195,16 +195,6 @@ def test_a_shipped_recipe_is_loaded_by_name() -> None:
     assert pymeshfair.Recipe is Recipe
 
 
-def test_a_notebook_shows_a_table() -> None:
-    """Title, settings, filters and values that are not the defaults are in the table, escaped."""
-    html = built()._repr_html_()
-    assert html.count("<tr>") == 2 + 4
-    assert "<b>Clean &lt;it&gt;</b>" in html
-    assert "<td>size</td><td>20%</td><td>length</td><td>Smaller things go.</td>" in html
-    assert "<td>3</td><td>Taubin Fairing</td><td>step = 0.4, iterations = 2</td><td>smooth</td>" in html
-    assert "<b>new</b>" in Recipe("new")._repr_html_()
-
-
 def test_the_page_on_recipes_does_what_it_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its script is valid and means what its Python builds; the Python runs."""
     page = (Path(__file__).parents[1] / "docs/writing_recipes.md").read_text("utf-8")

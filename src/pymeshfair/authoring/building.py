@@ -1,9 +1,8 @@
-"""Scripts with one more step, setting or tag; the differences of two scripts; the table of a recipe for notebooks."""
+"""Scripts with one more step, setting or tag; the differences of two scripts."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from difflib import SequenceMatcher
-from html import escape
 from typing import Any
 
 from ..declaration import Filter, nearest
@@ -91,26 +90,3 @@ def _changed(ours: Step, theirs: Step, number: int) -> Iterator[str]:
         if before != after:
             said = ["what suits the mesh" if value is None else value for value in (after, before)]
             yield f"step {number}, {theirs.filter.name}: {parameter.name} is {said[0]}, not {said[1]}"
-
-
-def recipe_table(name: str, script: Script) -> str:
-    """HTML: the title, the settings, and one row a step with the values that are not the defaults."""
-    title = script.comment.partition("\n")[0].strip() or name
-    parts = [f"<p><b>{escape(title)}</b></p>"]
-    if script.settings:
-        rows = ((s.name, s.default, s.unit, s.description) for s in script.settings)
-        parts.append(_table(("setting", "value", "unit", "meaning"), rows))
-    steps = ((str(n), step.filter.name, _values(step), step.tag) for n, step in enumerate(script.steps, 1))
-    parts.append(_table(("step", "filter", "values", "tag"), steps))
-    return "\n".join(parts)
-
-
-def _values(step: Step) -> str:
-    said = {name: value for name, value in step.values.items() if value != step.filter.defaults[name] or name in step.settings}
-    return ", ".join(f"{name} = {step.settings.get(name, value)}" for name, value in said.items())
-
-
-def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    lines = ["<table>", f"<tr>{''.join(f'<th>{escape(word)}</th>' for word in head)}</tr>"]
-    lines += [f"<tr>{''.join(f'<td>{escape(word)}</td>' for word in row)}</tr>" for row in rows]
-    return "\n".join([*lines, "</table>"])

@@ -39,8 +39,7 @@ class Recipe(FilterMethods):
         recipe.save("clean.mlx")
         recipe.run("scan.ply", "clean.ply")
 
-    Two recipes are equal if their scripts are: steps, values, settings, tags, comment and limits. In a notebook a recipe is shown
-    as a table.
+    Two recipes are equal if their scripts are: steps, values, settings, tags, comment and limits.
     """
 
     __hash__ = None  # type: ignore[assignment]  # it changes
@@ -164,9 +163,6 @@ class Recipe(FilterMethods):
 
     def __repr__(self) -> str:
         return f"<Recipe {self.name!r}: {', '.join(step.filter.python_name for step in self) or 'no steps'}>"
-
-    def _repr_html_(self) -> str:
-        return building.recipe_table(self.name, self._script)
 
     def differences(self, other: Recipe) -> list[str]:
         """The differences of `other` from this recipe, one sentence each; empty if they do the same."""
