@@ -16,9 +16,8 @@ from ..declaration import Arity, Edit, Filter, Layer, Percentage
 from ..errors import MeshError, ParameterError, UnknownNameError
 from ..mesh_data import adds, adds_or_removes
 from ..meshlab.base import BASE
-from ..meshlab.builtin_filters import BuiltinFilters, constant_defaults
+from ..meshlab.builtin_filters import BuiltinFilters, as_length, constant_defaults
 from ..meshlab.errors import FilterFailedError, FilterParameterError, UnknownFilterError, UnknownLayerError, reason
-from ..meshlab.values import as_length
 from ..registry import is_known
 from ..scripts.script import Step
 from ..write_back import MeshLayer, Workbench, without_helpers, write_edit
@@ -60,7 +59,7 @@ class Layers:
             write_edit(self.bench, layer.pending)
 
     def forget(self) -> None:
-        """Drop what was read of the current layer, because MeshLab is about to change it."""
+        """Drop the arrays that were read of the current layer, since MeshLab is about to change it."""
         self._layer = None
 
     def clear(self) -> None:
@@ -86,10 +85,10 @@ class Layers:
         return layer
 
     def take(self, layer: MeshLayer, edit: Edit) -> tuple[str, ...]:
-        """Make the current layer what the edit says, now or when something needs it.
+        """Apply an edit to the current layer, now or when something needs it.
 
         Returns:
-            What could not be kept, in sentences.
+            The losses, in sentences.
         """
         if adds(edit):
             self.settle()
@@ -131,8 +130,8 @@ class PluginFilters:
     def __init__(self, layers: Layers) -> None:
         self._layers = layers
 
-    def check(self, declared: Filter, given: Mapping[str, Any]) -> dict[str, Any]:
-        """The given values, checked as declared; the only check between a caller and the filter's function.
+    def check(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of a caller, checked as declared; the only check before the filter's function.
 
         Raises:
             UnknownFilterError: no such parameter.
@@ -140,14 +139,14 @@ class PluginFilters:
         """
         lengths = {p.name for p in declared.parameters if isinstance(p, Percentage)}
         try:
-            return declared.check({name: as_length(value) if name in lengths else value for name, value in given.items()})
+            return declared.check({name: as_length(value) if name in lengths else value for name, value in values.items()})
         except UnknownNameError as error:
             raise UnknownFilterError(str(error), suggestion=error.suggestion) from None
         except ParameterError as error:
             raise FilterParameterError(f"{declared.python_name}: {error}") from None
 
     def apply(self, declared: Filter, checked: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Apply the filter with checked values; what it reports, and the values that it ran with."""
+        """Apply the filter with checked values; its report, and the values that it ran with."""
         values = {**declared.defaults, **checked}
         self._layers.check_named(declared, values)
         layer = self._layers.current()
@@ -155,17 +154,28 @@ class PluginFilters:
             check_needs(declared, layer)
         except MeshError as error:
             raise FilterFailedError(str(error)) from None
-        edit, losses = self._compute(declared, values, layer)
-        self.tell(edit.notes, logging.INFO)
-        self.tell_losses(losses)
+        try:
+            inputs = resolved(declared, values, layer)
+            if self._layers.bench.verbose or self._layers.bench.prints_parameters:
+                print(f"\nApplying filter {declared.python_name} with the following parameters:\n{inputs}\n")
+            edit = call(declared, inputs, layer, getattr(self._layers.meshset, "on_progress", None))
+            losses = self._layers.take(layer, edit)
+        except StoppedError as error:
+            raise error.__cause__ or error from None
+        except MemoryError:
+            raise
+        except Exception as error:
+            raise FilterFailedError(f"{declared.python_name}: {reason(error)}") from error
+        self.note(edit.notes, logging.INFO)
+        self.note(losses)
         return dict(edit.values), values
 
     def on_mesh(self, declared: Filter, checked: Mapping[str, Any]) -> dict[str, Any]:
         """The values that the filter would run with, lengths in mesh units."""
         return resolved(declared, {**declared.defaults, **checked}, self._layers.current())
 
-    def tell(self, sentences: Iterable[str], level: int) -> None:
-        """Pass on sentences of a filter."""
+    def note(self, sentences: Iterable[str], level: int = logging.WARNING) -> None:
+        """Hand sentences to the mesh set's `on_note`, else to the logger; the usual level is that of losses."""
         on_note = getattr(self._layers.meshset, "on_note", None)
         for text in sentences:
             if on_note is not None:
@@ -173,27 +183,9 @@ class PluginFilters:
             else:
                 _LOG.log(level, "%s", text)
 
-    def tell_losses(self, losses: Iterable[str]) -> None:
-        """Pass on what is not kept."""
-        self.tell(losses, logging.WARNING)
-
-    def _compute(self, declared: Filter, values: Mapping[str, Any], layer: MeshLayer) -> tuple[Edit, tuple[str, ...]]:
-        try:
-            inputs = resolved(declared, values, layer)
-            if self._layers.bench.verbose or self._layers.bench.tells_parameters:
-                print(f"\nApplying filter {declared.python_name} with the following parameters:\n{inputs}\n")
-            edit = call(declared, inputs, layer, getattr(self._layers.meshset, "on_progress", None))
-            return edit, self._layers.take(layer, edit)
-        except StoppedError as error:
-            raise error.__cause__ or error from None
-        except MemoryError:
-            raise
-        except Exception as error:
-            raise FilterFailedError(f"{declared.python_name}: {reason(error)}") from error
-
 
 class FilterRunner:
-    """Finds a filter, sends it to those of its kind, and says what it ran with.
+    """Finds a filter, applies it by its kind, and returns the values that it ran with.
 
     Ids of layers in a step do not count the layers that the write-back makes and removes, so that a script means the same
     whenever it is applied; see `Workbench.without_helpers`.
@@ -208,22 +200,22 @@ class FilterRunner:
         self.plugins = PluginFilters(layers)
         self.builtins = BuiltinFilters(layers.meshset, layers.current, layers.forget)
 
-    def apply(self, filter_name: str, given: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
-        """Apply a filter with values as a caller gives them.
+    def apply(self, filter_name: str, values: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
+        """Apply a filter with the values of a caller.
 
         Returns:
-            What it reports, and the step that says what it ran with; None for a filter of a plugin of MeshLab's own kind, which
-            no script of ours can name.
+            Its report, and the step with the values that it ran with; None for a filter of a C++ plugin of MeshLab that was
+            loaded by hand, which no script of ours can name.
         """
         declared = known_filter(filter_name)
         if declared is None:
             self._layers.settle()
-            return self.builtins.call(filter_name, given), None
+            return self.builtins.call(filter_name, values), None
         self._check_mesh(declared)
-        return self._applied(declared, dict(given) if declared.is_builtin else self.plugins.check(declared, given))
+        return self._applied(declared, dict(values) if declared.is_builtin else self.plugins.check(declared, values))
 
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
-        """Apply a step of a script, whose values are checked; what the filter reports, and the step as it was applied."""
+        """Apply a step of a script, whose values are checked; its report, and the step as it was applied."""
         self._check_mesh(step.filter)
         return self._applied(step.filter, self._values_here(step))
 
@@ -237,18 +229,18 @@ class FilterRunner:
             effective = self.builtins.effective(declared, values) if declared.is_builtin else {**declared.defaults, **values}
         return _with_ids(declared, effective, self._layers.bench.without_helpers)
 
-    def values(self, filter_name: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    def values(self, filter_name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """The values of `pymeshlab.MeshSet.filter_parameter_values`, for filters of both kinds and for file formats."""
         self._layers.settle()
         if not is_known(filter_name):  # perhaps a file format, for which every file that is written asks many times
             with contextlib.suppress(pymeshlab.PyMeshLabException):
-                return without_helpers(dict(self.builtins.ask(filter_name, **given)))
+                return without_helpers(dict(self.builtins.ask(filter_name, **values)))
         declared = known_filter(filter_name)
         if declared is None:
-            return dict(self.builtins.ask(filter_name, **given))
+            return dict(self.builtins.ask(filter_name, **values))
         if declared.is_builtin:
-            return self.builtins.values(declared, given)
-        return self.plugins.on_mesh(declared, self.plugins.check(declared, given))
+            return self.builtins.values(declared, values)
+        return self.plugins.on_mesh(declared, self.plugins.check(declared, values))
 
     def _applied(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], Step]:
         if declared.is_builtin:

@@ -190,10 +190,10 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     # ----------------------------------------------------------------------------------------------------------- meshes
 
     def deferred(self) -> AbstractContextManager[None]:
-        """Put off telling MeshLab of results for as long as the context lasts, or until something of MeshLab's needs them.
+        """Write results to MeshLab at the end of the context, or when something of MeshLab's needs them.
 
-        Telling takes longer than a fast filter. Filters of plugins see each other's results all the same, and so does everything
-        that is asked of the mesh set; only a `pymeshlab.Mesh` that was fetched before stays behind until the end.
+        Writing takes longer than a fast filter. Filters of plugins and all methods of the mesh set see the results at once; only
+        a `pymeshlab.Mesh` that was fetched before stays behind until the end.
         """
         return self._layers.deferred()
 
@@ -220,7 +220,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         arrays = exchange.taken(mesh)
         result = _settled(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
         exchange.add_values(max(BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
-        self._filters.plugins.tell_losses(arrays.lost)
+        self._filters.plugins.note(arrays.lost)
         return result
 
     def to_trimesh(self) -> Any:
@@ -245,7 +245,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def _given(self, make: Callable[[exchange.Arrays], Any]) -> Any:
         arrays = exchange.of_meshlab(self.current_mesh(), self._layers.bench)
         made = make(arrays)
-        self._filters.plugins.tell_losses(arrays.lost)
+        self._filters.plugins.note(arrays.lost)
         return made
 
     def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
@@ -257,7 +257,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         edges = self.current_mesh().edge_number()
         if edges and not str(file_name).lower().endswith(".obj"):
             text = f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; into an .obj file it does"
-            self._filters.plugins.tell_losses([text])
+            self._filters.plugins.note([text])
 
     def clear(self) -> None:
         """Remove all layers; the filter script stays."""
@@ -265,14 +265,14 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         BASE.clear(self)
 
     def set_verbosity(self, verbosity: bool) -> None:
-        """Whether filters tell on the screen what they do."""
+        """Whether filters report on the screen."""
         BASE.set_verbosity(self, verbosity)
         self._layers.bench.verbose = verbosity
 
     def set_parameter_verbosity(self, verbosity: bool) -> None:
         """Whether the parameters of filters are printed."""
         BASE.set_parameter_verbosity(self, verbosity)
-        self._layers.bench.tells_parameters = verbosity
+        self._layers.bench.prints_parameters = verbosity
 
     # ------------------------------------------------------------------------------------------------------------ shown
 

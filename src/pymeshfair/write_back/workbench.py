@@ -47,14 +47,14 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
 
 def attributes_of(mesh: Any, element: str) -> dict[str, NDArray[Any]]:
     """The colours, scalars and selection of vertices or faces, as far as there are any, as `MeshData` has them."""
-    found: dict[str, NDArray[Any]] = {}
+    attributes: dict[str, NDArray[Any]] = {}
     if getattr(mesh, f"has_{element}_color")():
-        found["colors"] = as_levels(read_array(mesh, f"{element}_colors"))
+        attributes["colors"] = as_levels(read_array(mesh, f"{element}_colors"))
     if getattr(mesh, f"has_{element}_scalar")():
-        found["scalars"] = read_array(mesh, f"{element}_scalars")
+        attributes["scalars"] = read_array(mesh, f"{element}_scalars")
     if getattr(mesh, f"selected_{element}_number")():
-        found["selection"] = read_array(mesh, f"{element}_selection")
-    return found
+        attributes["selection"] = read_array(mesh, f"{element}_selection")
+    return attributes
 
 
 def empty_array(name: str) -> NDArray[Any]:
@@ -65,26 +65,26 @@ def empty_array(name: str) -> NDArray[Any]:
 
 
 class Workbench:
-    """Applies MeshLab's filters to a mesh set; its filter script and the screen show nothing of it.
+    """Applies MeshLab's filters to a mesh set, outside its filter script and without output on the screen.
 
-    It calls `pymeshlab.MeshSet` itself, never what a subclass makes of it.
+    It calls the methods of `pymeshlab.MeshSet` itself, never those of a subclass.
 
     Attributes:
         meshset: the mesh set at work.
         helper_ids: ids that MeshLab has given to helper layers, ascending. MeshLab never gives an id twice, so every helper layer
             leaves a gap behind.
-        verbose: whether the mesh set tells on the screen what it does, but for what happens here.
-        tells_parameters: the same for parameters alone.
+        verbose: whether the mesh set reports its own filters on the screen; those applied here are silent.
+        prints_parameters: the same for their parameters alone.
     """
 
     def __init__(self, meshset: Any) -> None:
         self.meshset = meshset
         self.helper_ids: list[int] = []
         self.verbose = False
-        self.tells_parameters = False
+        self.prints_parameters = False
 
     def apply(self, filter_name: str, /, **parameters: Any) -> dict[str, Any]:
-        """Apply a filter of MeshLab to the current layer; what it reports."""
+        """Apply a filter of MeshLab to the current layer; its report."""
         with MESHLAB:
             BASE.set_verbosity(self.meshset, False)
             BASE.set_parameter_verbosity(self.meshset, False)
@@ -92,7 +92,7 @@ class Workbench:
                 return apply_filter(self.meshset, filter_name, parameters, verbose=False)
             finally:
                 BASE.set_verbosity(self.meshset, self.verbose)
-                BASE.set_parameter_verbosity(self.meshset, self.tells_parameters)
+                BASE.set_parameter_verbosity(self.meshset, self.prints_parameters)
 
     @contextmanager
     def helper_layer(self, mesh: Any) -> Iterator[int]:
@@ -141,7 +141,7 @@ class Workbench:
         BASE.set_current_mesh(self.meshset, current)
 
     def without_helpers(self, mesh_id: int) -> int:
-        """The id that a layer would have if no helper layer had ever taken one: what a script should say."""
+        """The id that a layer would have without helper layers: the one for scripts."""
         return mesh_id - sum(helper < mesh_id for helper in self.helper_ids)
 
     def with_helpers(self, mesh_id: int) -> int:
