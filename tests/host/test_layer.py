@@ -8,10 +8,9 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.declaration import Edit, FilterClass, Layer, mesh_filter
+from pymeshfair.declaration import Layer
 from pymeshfair.errors import MeshError
 from pymeshfair.meshset import MeshSet
-from pymeshfair.scripts import Step
 from tests.host.snapshots import add_attributes, sample
 from tests.meshes import icosphere, torus
 
@@ -125,34 +124,3 @@ def test_another_layer_can_be_read() -> None:
     assert layer.other(1).label == "ring"
     with pytest.raises(MeshError, match=r"there is no layer 5 .*0 'Box/Cube', 1 'ring'"):
         layer.other(5)
-
-
-def test_a_deferred_edit_is_what_the_next_filter_reads() -> None:
-    """While MeshLab has not been told, the layer shows coordinates, box, selection and normals as they will be."""
-    seen: dict[str, Any] = {}
-
-    @mesh_filter(name="Double", classes=FilterClass.OTHER)
-    def double(layer: Layer) -> Edit:
-        """Doubles the mesh and selects the first vertex."""
-        return Edit(vertices=layer.vertices * [2.0, 1.0, 1.0], vertex_selection=np.arange(len(layer.vertices)) == 0)
-
-    @mesh_filter(name="Look", classes=FilterClass.OTHER)
-    def look(layer: Layer) -> Edit:
-        """Looks at the mesh."""
-        seen.update(diagonal=layer.diagonal, normals=layer.vertex_normals.copy(), selected=layer.selected_vertices().copy())
-        seen.update(mean_edge=layer.mean_edge, faces=layer.faces.copy(), other=layer.other(0).vertices.copy())
-        return Edit()
-
-    meshes = MeshSet()
-    meshes.create_cube()
-    handle, before = meshes.current_mesh(), meshes.current_mesh().vertex_matrix()
-    with meshes.deferred():
-        meshes.apply_step(Step(double))
-        assert np.array_equal(handle.vertex_matrix(), before), "the edit was not put off"
-        meshes.apply_step(Step(look))
-    after = meshes.current_mesh()
-    assert np.array_equal(after.vertex_matrix(), before * [2.0, 1.0, 1.0])
-    assert seen["diagonal"] == pytest.approx(np.sqrt(6.0))
-    assert np.array_equal(seen["other"], after.vertex_matrix())
-    assert np.array_equal(seen["normals"], after.vertex_normal_matrix())
-    assert np.flatnonzero(seen["selected"]).tolist() == [0]

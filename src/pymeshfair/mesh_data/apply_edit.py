@@ -103,11 +103,6 @@ def removes(edit: Edit) -> bool:
     return any(x is not None and x.any() for x in (edit.delete_vertices, edit.delete_faces))
 
 
-def adds_or_removes(edit: Edit) -> bool:
-    """Whether the edit changes how many elements or layers there are, so that it cannot be deferred."""
-    return removes(edit) or adds(edit) or bool(edit.new_layers)
-
-
 def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
     """The mesh after a checked edit (`checked_edit`), but for its new layers; see `Edit` for what added elements get."""
     if adds(edit):

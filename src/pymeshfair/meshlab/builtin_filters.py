@@ -20,11 +20,9 @@ class BuiltinFilters:
         verbose: whether the mesh set reports on stderr.
     """
 
-    def __init__(self, meshset: Any, current: Callable[[], Layer], changing: Callable[[], None] = lambda: None) -> None:
-        """See the class; `current` gives the current layer, and `changing` is called before a filter changes the mesh set."""
-        self._meshset = meshset
-        self._current = current
-        self._changing = changing
+    def __init__(self, meshset: Any, current: Callable[[], Layer]) -> None:
+        """See the class; `current` gives the current layer."""
+        self._meshset, self._current = meshset, current
         self.verbose = False
 
     def apply(self, declared: Filter, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -53,7 +51,6 @@ class BuiltinFilters:
 
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Call pymeshlab's filter of that name; its report."""
-        self._changing()
         return apply_filter(self._meshset, name, values, verbose=self.verbose)
 
     def ask(self, name: str, **values: Any) -> Mapping[str, Any]:

@@ -1,20 +1,15 @@
-"""Applies filters of both kinds to the layers of a pymeshlab mesh set, from calls and from steps of scripts.
-
-Results of plugins' filters are written to MeshLab when something needs them.
-"""
+"""Applies filters of both kinds to the layers of a pymeshlab mesh set, from calls and from steps of scripts."""
 
 import contextlib
 import logging
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import pymeshlab
 
 from ..calling import StoppedError, call, check_needs, resolved
-from ..declaration import Arity, Edit, Filter, Layer, Percentage
+from ..declaration import Arity, Filter, Layer, Percentage
 from ..errors import MeshError, ParameterError, UnknownNameError
-from ..mesh_data import adds, adds_or_removes
 from ..meshlab.base import BASE
 from ..meshlab.builtin_filters import BuiltinFilters, as_length, constant_defaults
 from ..meshlab.errors import FilterFailedError, FilterParameterError, UnknownFilterError, UnknownLayerError, reason
@@ -38,34 +33,6 @@ class Layers:
         self.meshset = meshset
         self.bench = Workbench(meshset)
         self.bench.verbose = verbose
-        self._deferring = False
-        self._layer: MeshLayer | None = None
-
-    @contextlib.contextmanager
-    def deferred(self) -> Iterator[None]:
-        """Write results to MeshLab at the end of the context, or earlier when something of MeshLab's needs them."""
-        outer, self._deferring = self._deferring, True
-        try:
-            yield
-        finally:
-            self._deferring = outer
-            if not outer:
-                self.settle()
-
-    def settle(self) -> None:
-        """Write to MeshLab what waits to be written."""
-        layer, self._layer = self._layer, None
-        if layer is not None and layer.has_pending:
-            write_edit(self.bench, layer.pending)
-
-    def forget(self) -> None:
-        """Drop the arrays that were read of the current layer, since MeshLab is about to change it."""
-        self._layer = None
-
-    def clear(self) -> None:
-        """Drop everything: the mesh set loses its layers."""
-        self._layer = None
-        self.bench.helper_ids.clear()
 
     def has_current(self) -> bool:
         """Whether the mesh set has a current layer."""
@@ -76,30 +43,13 @@ class Layers:
         return True
 
     def current(self) -> MeshLayer:
-        """The current layer, results that still wait included; an empty one if there is none."""
-        if self._layer is not None:
-            return self._layer
-        layer = self._read(BASE.current_mesh(self.meshset) if self.has_current() else None)
-        if self._deferring:
-            self._layer = layer
-        return layer
+        """The current layer as it is now; an empty one if there is none."""
+        return MeshLayer(BASE.current_mesh(self.meshset) if self.has_current() else None, self.bench, self.other)
 
-    def take(self, layer: MeshLayer, edit: Edit) -> tuple[str, ...]:
-        """Apply an edit to the current layer, now or when something needs it.
-
-        Returns:
-            The losses, in sentences.
-        """
-        if adds(edit):
-            self.settle()
-            return write_edit(self.bench, edit)
-        after = layer.edited(edit)
-        if self._deferring and not adds_or_removes(edit):
-            self._layer = after
-            return ()
-        self._layer = None
-        more = {name: getattr(edit, name) for name in ("delete_vertices", "delete_faces", "new_layers")}
-        return write_edit(self.bench, replace(after.pending, **more))
+    def other(self, mesh_id: int) -> Layer:
+        """The layer of that id; raise `UnknownLayerError` if there is none."""
+        self.check(mesh_id)
+        return MeshLayer(BASE.mesh(self.meshset, mesh_id), self.bench, self.other)
 
     def check(self, mesh_id: int, where: str = "") -> None:
         """Raise `UnknownLayerError`, its message beginning with `where`, if there is no layer of that id."""
@@ -113,15 +63,6 @@ class Layers:
         """Raise `UnknownLayerError` if a parameter of the filter names a layer that is not there."""
         for name, mesh_id in declared.layers(values).items():
             self.check(mesh_id, f"{declared.python_name}: parameter {name!r}: ")
-
-    def _read(self, mesh: Any) -> MeshLayer:
-        return MeshLayer(mesh, self.bench, other=self._other, settle=self.settle)
-
-    def _other(self, mesh_id: int) -> Layer:
-        self.check(mesh_id)
-        if self.has_current() and mesh_id == BASE.current_mesh_id(self.meshset):
-            return self.current()
-        return self._read(BASE.mesh(self.meshset, mesh_id))
 
 
 class PluginFilters:
@@ -159,7 +100,7 @@ class PluginFilters:
             if self._layers.bench.verbose or self._layers.bench.prints_parameters:
                 print(f"\nApplying filter {declared.python_name} with the following parameters:\n{inputs}\n")
             edit = call(declared, inputs, layer, getattr(self._layers.meshset, "on_progress", None))
-            losses = self._layers.take(layer, edit)
+            losses = write_edit(self._layers.bench, edit)
         except StoppedError as error:
             raise error.__cause__ or error from None
         except MemoryError:
@@ -198,7 +139,7 @@ class FilterRunner:
     def __init__(self, layers: Layers) -> None:
         self._layers = layers
         self.plugins = PluginFilters(layers)
-        self.builtins = BuiltinFilters(layers.meshset, layers.current, layers.forget)
+        self.builtins = BuiltinFilters(layers.meshset, layers.current)
 
     def apply(self, filter_name: str, values: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
         """Apply a filter with the values of a caller.
@@ -209,7 +150,6 @@ class FilterRunner:
         """
         declared = known_filter(filter_name)
         if declared is None:
-            self._layers.settle()
             return self.builtins.call(filter_name, values), None
         self._check_mesh(declared)
         return self._applied(declared, dict(values) if declared.is_builtin else self.plugins.check(declared, values))
@@ -219,19 +159,8 @@ class FilterRunner:
         self._check_mesh(step.filter)
         return self._applied(step.filter, self._values_here(step))
 
-    def effective(self, step: Step, *, mesh_units: bool) -> dict[str, Any]:
-        """All values that a step would run with: relative lengths in units of the current layer, or as a script says them."""
-        declared, values = step.filter, self._values_here(step)
-        self._layers.settle()
-        if mesh_units:
-            effective = (self.builtins if declared.is_builtin else self.plugins).on_mesh(declared, values)
-        else:
-            effective = self.builtins.effective(declared, values) if declared.is_builtin else {**declared.defaults, **values}
-        return _with_ids(declared, effective, self._layers.bench.without_helpers)
-
     def values(self, filter_name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """The values of `pymeshlab.MeshSet.filter_parameter_values`, for filters of both kinds and for file formats."""
-        self._layers.settle()
         if not is_known(filter_name):  # perhaps a file format, for which every file that is written asks many times
             with contextlib.suppress(pymeshlab.PyMeshLabException):
                 return without_helpers(dict(self.builtins.ask(filter_name, **values)))
@@ -244,7 +173,6 @@ class FilterRunner:
 
     def _applied(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], Step]:
         if declared.is_builtin:
-            self._layers.settle()
             self._layers.check_named(declared, values)
             self.builtins.verbose = self._layers.bench.verbose
         result, effective = (self.builtins if declared.is_builtin else self.plugins).apply(declared, values)

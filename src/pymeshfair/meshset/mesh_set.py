@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import os
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 import pymeshlab
@@ -89,24 +88,13 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_step(self, step: Step) -> dict[str, Any]:
         """Apply a step of a script to the current mesh; it is not added to the filter script.
 
-        Ids of layers in the step are those of a mesh set in which only filters have made layers; see `effective_parameters`.
+        Ids of layers in the step do not count the layers that pymeshfair itself made and removed on the way, so that a script
+        means the same whenever it is applied.
 
         Raises:
             pymeshlab.PyMeshLabException: as `apply_filter`.
         """
         return self._filters.apply_step(step)[0]
-
-    def effective_parameters(self, step: Step, *, mesh_units: bool = False) -> dict[str, Any]:
-        """All values that the step would run with on the current mesh, by name, as a script says them.
-
-        Ids of layers do not count the layers that pymeshfair itself made and removed on the way, so that they mean the same
-        whenever the script is applied again.
-
-        Args:
-            step: of a script.
-            mesh_units: give lengths in mesh units; otherwise those that were given or declared as relative stay so.
-        """
-        return self._filters.effective(step, mesh_units=mesh_units)
 
     def filter_parameter_values(self, filter_name: str, /, **kwargs: Any) -> dict[str, Any]:
         """The values that a filter would run with on the current mesh, lengths in mesh units, given some of them.
@@ -128,14 +116,11 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_filter_script(self) -> None:
         """Apply the current filter script: the filters that were loaded, and those applied since.
 
-        Consecutive filters of plugins pass arrays on to each other, and MeshLab learns of the result when it needs it.
-
         Raises:
             ScriptStepFailedError: a step failed; the message names it with file and line. The mesh is as the last complete step
                 left it.
         """
-        with self.deferred():
-            self._script.apply(self.apply_step)
+        self._script.apply(self.apply_step)
 
     def save_filter_script(self, filter_script_name: str) -> None:
         """Write the current filter script to an .mlx file, every parameter with the value that it had.
@@ -183,19 +168,10 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             results.append(result)
             self._script.steps.append(done)
 
-        with self.deferred():
-            script_log.ScriptLog(script).apply(apply)
+        script_log.ScriptLog(script).apply(apply)
         return results
 
     # ----------------------------------------------------------------------------------------------------------- meshes
-
-    def deferred(self) -> AbstractContextManager[None]:
-        """Write results to MeshLab at the end of the context, or when something of MeshLab's needs them.
-
-        Writing takes longer than a fast filter. Filters of plugins and all methods of the mesh set see the results at once; only
-        a `pymeshlab.Mesh` that was fetched before stays behind until the end.
-        """
-        return self._layers.deferred()
 
     def set_current_mesh(self, new_curr_id: int) -> None:
         """Make the layer of that id the current one.
@@ -203,7 +179,6 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         Raises:
             UnknownLayerError: there is none; pymeshlab would go on without a current mesh.
         """
-        self._layers.settle()
         self._layers.check(new_curr_id)
         BASE.set_current_mesh(self, new_curr_id)
 
@@ -216,9 +191,9 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             ForeignMeshError: it is no mesh of these packages, or has cells that are no triangles, quads, lines or vertices.
         """
         if isinstance(mesh, pymeshlab.Mesh):
-            return _settled(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
+            return _locked(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
         arrays = exchange.taken(mesh)
-        result = _settled(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
+        result = _locked(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
         exchange.add_values(max(BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
         self._filters.plugins.note(arrays.lost)
         return result
@@ -253,7 +228,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
         MeshLab writes edges into .obj files alone. A run writes them into .ply files, too.
         """
-        _settled(self, BASE.save_current_mesh, file_name, *args, **kwargs)
+        _locked(self, BASE.save_current_mesh, file_name, *args, **kwargs)
         edges = self.current_mesh().edge_number()
         if edges and not str(file_name).lower().endswith(".obj"):
             text = f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; into an .obj file it does"
@@ -261,7 +236,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     def clear(self) -> None:
         """Remove all layers; the filter script stays."""
-        self._layers.clear()
+        self._layers.bench.helper_ids.clear()
         BASE.clear(self)
 
     def set_verbosity(self, verbosity: bool) -> None:
@@ -290,9 +265,8 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     __str__ = __repr__  # pymeshlab's own gives None
 
 
-def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-    """Call a method of pymeshlab's after waiting results were written to MeshLab."""
-    meshes._layers.settle()
+def _locked(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    """Call a method of pymeshlab's that reads or writes files or makes layers, one thread at a time."""
     with MESHLAB:
         try:
             return original(meshes, *args, **kwargs)
@@ -302,25 +276,16 @@ def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs
             raise
 
 
-def _settling(name: str) -> Callable[..., Any]:
-    """Pymeshlab's method of that name, which first writes waiting results to MeshLab."""
+def _locking(name: str) -> Callable[..., Any]:
+    """Pymeshlab's method of that name, under the lock."""
     original = getattr(BASE, name)
 
     @functools.wraps(original)
     def method(self: MeshSet, *args: Any, **kwargs: Any) -> Any:
-        return _settled(self, original, *args, **kwargs)
+        return _locked(self, original, *args, **kwargs)
 
     return method
 
 
-for _name in (
-    "__getitem__",
-    "__iter__",
-    "current_mesh",
-    "load_new_mesh",
-    "load_new_raster",
-    "load_project",
-    "mesh",
-    "save_project",
-):
-    setattr(MeshSet, _name, _settling(_name))
+for _name in ("load_new_mesh", "load_new_raster", "load_project", "save_project"):
+    setattr(MeshSet, _name, _locking(_name))

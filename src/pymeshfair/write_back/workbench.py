@@ -13,7 +13,8 @@ from ..meshlab.base import BASE, MESHLAB, apply_filter
 
 #: A morph is s + (t - s) in floating point; from what the first leaves over, the second reaches t exactly.
 _MOST_MORPHS = 3
-_READ: dict[str, tuple[str, type]] = {
+#: by the names of `Layer`, pymeshlab's method that gives an array, and its type
+ARRAYS: dict[str, tuple[str, type]] = {
     "vertices": ("vertex_matrix", np.float64),
     "faces": ("face_matrix", np.int32),
     "edges": ("edge_matrix", np.int32),
@@ -27,7 +28,7 @@ _READ: dict[str, tuple[str, type]] = {
     "face_normals": ("face_normal_matrix", np.float64),
 }
 #: What an `Edit` can change without adding or removing elements; a layer has attributes of the same names.
-EDITABLE = tuple(name for name in _READ if name not in ("faces", "edges"))
+EDITABLE = tuple(name for name in ARRAYS if name not in ("faces", "edges"))
 
 
 def read_array(mesh: Any, name: str) -> NDArray[Any]:
@@ -35,7 +36,7 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
 
     Face normals are right only while the mesh has no matrix; see `Workbench.matrix_aside`.
     """
-    method, dtype = _READ[name]
+    method, dtype = ARRAYS[name]
     try:
         return np.ascontiguousarray(getattr(mesh, method)(), dtype=dtype)
     except pymeshlab.MissingCompactnessException:
@@ -61,7 +62,7 @@ def empty_array(name: str) -> NDArray[Any]:
     """The same array of a mesh without elements."""
     columns = {"vertex_colors": (4,), "face_colors": (4,), "edges": (2,)}.get(name, (3,))
     flat = name.endswith(("selection", "scalars"))
-    return np.empty((0,) if flat else (0, *columns), dtype=_READ[name][1])
+    return np.empty((0,) if flat else (0, *columns), dtype=ARRAYS[name][1])
 
 
 class Workbench:
