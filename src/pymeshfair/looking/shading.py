@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
 
 from ..declaration import Bools, Floats, Ints
 from ..errors import MeshError
@@ -19,6 +16,7 @@ from ..filters.compilation import compiled
 from ..filters.geometry import face_normals
 from ..filters.inspection import mesh_normals
 from ..mesh_data import MeshData
+from ..mesh_data.continuation import read_pixels, sampled
 from .camera import Camera
 
 #: each pixel is the mean of so many by so many
@@ -244,7 +242,7 @@ Sampler = Callable[[Ints, Floats], Floats]
 def texture_of(mesh: MeshData, plain: Floats) -> Sampler | None:
     """The colours of the images at each place; None for a mesh without texture coordinates or images.
 
-    The nearest texel is taken, and the image repeats itself beyond its edges.
+    The nearest pixel is taken, and the image repeats itself beyond its edges.
 
     Args:
         mesh: the mesh.
@@ -259,27 +257,20 @@ def texture_of(mesh: MeshData, plain: Floats) -> Sampler | None:
     if corners is None or not mesh.textures:
         return None
     of_faces = mesh.face_attributes.get("texture", np.zeros(len(mesh.faces), dtype=np.int32))
-    images = [_pixels(mesh, texture.name, texture.image) for texture in mesh.textures]
+    images = []
+    for texture in mesh.textures:
+        pixels = read_pixels(texture)
+        if pixels is None:
+            why = "there is no such file" if texture.image is None else "it is no image that can be read"
+            raise MeshError(f"the texture {texture.name!r} of {mesh.label} cannot be drawn: {why}")
+        images.append(pixels)
 
     def sample(faces: Ints, weights: Floats) -> Floats:
         places = np.einsum("ki,kij->kj", weights, corners[faces])
         colors = np.broadcast_to(plain, (len(faces), 3)).copy()
-        for number, image in enumerate(images):
+        for number, pixels in enumerate(images):
             here = of_faces[faces] == number
-            rows, columns = image.shape[:2]
-            u, v = places[here].T % 1.0
-            column, row = (u * columns).astype(np.int64) % columns, ((1.0 - v) * rows).astype(np.int64) % rows
-            colors[here] = image[row, column] / 255.0
+            colors[here] = sampled(pixels, places[here])
         return colors
 
     return sample
-
-
-def _pixels(mesh: MeshData, name: str, image: Path | bytes | None) -> Floats:
-    if image is None:
-        raise MeshError(f"the texture {name!r} of {mesh.label} cannot be drawn: there is no such file")
-    try:
-        with Image.open(io.BytesIO(image) if isinstance(image, bytes) else image) as opened:
-            return np.asarray(opened.convert("RGB"))
-    except (OSError, UnidentifiedImageError) as error:
-        raise MeshError(f"the texture {name!r} of {mesh.label} cannot be drawn: {error}") from error
