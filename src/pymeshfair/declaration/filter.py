@@ -150,7 +150,7 @@ class Filter:
         raise UnknownNameError(f"filter {self.python_name!r} has no parameter {name!r}{hint}", suggestion=near)
 
     def check(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The given values by parameter name, checked, in declared order; absent ones stay absent."""
+        """The values by parameter name, checked, in declared order; absent ones stay absent."""
         for name in values:
             self.parameter(name)
         return {p.name: p.check(values[p.name]) for p in self.parameters if p.name in values}
@@ -307,6 +307,6 @@ def _completed(described: Parameter, argument: inspect.Parameter, where: str) ->
     label, xml_name = described.label or argument.name.replace("_", " ").capitalize(), described.xml_name or argument.name
     parameter = replace(described, name=argument.name, label=label, xml_name=xml_name, default=default)
     try:
-        return replace(parameter, default=parameter.check(parameter.from_number(default)))
+        return replace(parameter, default=parameter.check(default))
     except ParameterError as error:
         raise DeclarationError(f"{where}: the default does not fit: {error}") from error

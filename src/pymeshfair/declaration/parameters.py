@@ -3,7 +3,6 @@
 import math
 import numbers
 import typing
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +24,7 @@ class Parameter:
     name: str = ""  # in Python, and in .mlx scripts unless `xml_name` says otherwise
     label: str = ""  # the words before the input field in a dialog; those of the name if it is empty
     help: str = ""  # the tooltip: what it means, in which unit, and which direction does what
-    default: Any = None  # the value when none is given; None in a built-in filter whose default depends on the mesh
+    default: Any = None  # None in a built-in filter whose default depends on the mesh
     advanced: bool = False  # whether a dialog hides it at first
     xml_name: str = ""  # in .mlx scripts, MeshLab's C++ name
     #: the number that stands for "auto" where nothing else can: in .mlx scripts, whose types are MeshLab's, and for the filter's
@@ -57,16 +56,12 @@ class Parameter:
         return self.automatic if self.automatic is not None and isinstance(value, str) and value == AUTO else value
 
     def is_automatic(self, value: Any) -> bool:
-        """Whether the value is "auto", or the number that stands for it: an old spelling, with a `FutureWarning`."""
-        if self.automatic is None or not isinstance(self.from_number(value), str):
-            return False
-        if not isinstance(value, str):
-            text = value if isinstance(value, Length) else f"{value:g}"
-            warnings.warn(f"parameter {self.name!r}: write 'auto' in place of {text}", FutureWarning, stacklevel=4)
-        return bool(self.from_number(value) == AUTO)
+        """Whether the value is "auto", or the number that stands for it."""
+        value = self.from_number(value)
+        return self.automatic is not None and isinstance(value, str) and value == AUTO
 
     def refusal(self, value: Any) -> ParameterError:
-        """The error that says what is allowed and what came."""
+        """The error with the allowed values and the refused one."""
         return ParameterError(
             f"parameter {self.name!r} takes {self.describe_allowed()}, got {value if isinstance(value, Length) else shown(value)}"
         )
@@ -194,7 +189,7 @@ class Percentage(_Bounded):
 
 @dataclass(frozen=True, kw_only=True)
 class Enum(Parameter):
-    """One of several words, those of the annotated `Literal` if no others are given; in a .mlx script their index."""
+    """One of several words, by default those of the annotated `Literal`; in a .mlx script their index."""
 
     kind = "one of"
     rich_type = xml_type = "RichEnum"
