@@ -8,6 +8,7 @@ import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
+from ..errors import MeshError
 from ..mesh_data import as_levels
 from ..meshlab.base import BASE, MESHLAB, apply_filter
 
@@ -44,6 +45,12 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
         # after each filter.
         mesh.compact()
         return np.ascontiguousarray(getattr(mesh, method)(), dtype=dtype)
+
+
+def check_taken(mesh: Any, now: NDArray[Any], wanted: NDArray[Any], what: str) -> None:
+    """Raise `MeshError` if MeshLab has not made an array of a mesh exactly the wanted one."""
+    if not np.array_equal(now, wanted, equal_nan=now.dtype.kind == "f"):
+        raise MeshError(f"MeshLab did not take the {what} of {mesh.label()!r} exactly; please report this mesh")
 
 
 def attributes_of(mesh: Any, element: str) -> dict[str, NDArray[Any]]:
@@ -109,14 +116,14 @@ class Workbench:
             self.apply("delete_current_mesh")
             BASE.set_current_mesh(self.meshset, current)
 
-    def move_to(self, mesh: Any, places: NDArray[np.float64]) -> bool:
-        """Move the vertices of the current layer, a mesh with faces, to (n, 3) places; whether MeshLab took them exactly."""
+    def move_to(self, mesh: Any, places: NDArray[np.float64]) -> None:
+        """Move the vertices of the current layer, a mesh with faces, to (n, 3) places; raise `MeshError` unless exactly there."""
         with self.helper_layer(pymeshlab.Mesh(vertex_matrix=places)) as target:
             for _ in range(_MOST_MORPHS):
                 self.apply("compute_coord_linear_morphing", targetmesh=target, percentmorph=100)
                 if np.array_equal(read_array(mesh, "vertices"), places):
-                    return True
-        return False
+                    return
+        check_taken(mesh, read_array(mesh, "vertices"), places, "new vertices")
 
     @contextmanager
     def matrix_aside(self, mesh: Any) -> Iterator[None]:
