@@ -33,8 +33,7 @@ class Parameter:
 
     #: the word for the kind of value in messages, e.g. "a whole number"
     kind: typing.ClassVar[str] = "a value"
-    #: MeshLab's class of the parameter and the name of that class in .mlx scripts
-    rich_type: typing.ClassVar[str] = ""
+    #: MeshLab's class of the parameter, as .mlx scripts name it
     xml_type: typing.ClassVar[str] = ""
     #: the type that a filter's function receives
     python_type: typing.ClassVar[Any] = object
@@ -78,7 +77,7 @@ class Bool(Parameter):
     """Yes or no."""
 
     kind = "True or False"
-    rich_type = xml_type = "RichBool"
+    xml_type = "RichBool"
     python_type = bool
 
     def check(self, value: Any) -> bool:
@@ -109,7 +108,7 @@ class Int(_Bounded):
     """A whole number between two bounds."""
 
     kind = "a whole number"
-    rich_type = xml_type = "RichInt"
+    xml_type = "RichInt"
     python_type = int
     minimum: int | None = None
     maximum: int | None = None
@@ -133,12 +132,8 @@ class Float(_Bounded):
     python_type = float
 
     @property
-    def rich_type(self) -> str:  # type: ignore[override]
-        return "RichFloat" if self.minimum is None or self.maximum is None else "RichDynamicFloat"
-
-    @property
     def xml_type(self) -> str:  # type: ignore[override]
-        return self.rich_type
+        return "RichFloat" if self.minimum is None or self.maximum is None else "RichDynamicFloat"
 
     def check(self, value: Any) -> float | str:
         if self.is_automatic(value):
@@ -158,7 +153,6 @@ class Percentage(_Bounded):
     """
 
     kind = "a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)"
-    rich_type = "RichPercentage"
     xml_type = "RichAbsPerc"
     python_type = float
     minimum: float | None = 0.0
@@ -192,7 +186,7 @@ class Enum(Parameter):
     """One of several words, by default those of the annotated `Literal`; in a .mlx script their index."""
 
     kind = "one of"
-    rich_type = xml_type = "RichEnum"
+    xml_type = "RichEnum"
     python_type = str
     choices: tuple[str, ...] = ()
 
@@ -212,7 +206,7 @@ class String(Parameter):
     """Free text."""
 
     kind = "a text"
-    rich_type = xml_type = "RichString"
+    xml_type = "RichString"
     python_type = str
 
     def check(self, value: Any) -> str:
@@ -226,7 +220,6 @@ class FileOpen(String):
     """The path of a file to read; only MeshLab's built-in filters have one."""
 
     kind = "the path of a file to read"
-    rich_type = "RichFileOpen"
     xml_type = "RichOpenFile"
 
 
@@ -235,7 +228,6 @@ class FileSave(String):
     """The path of a file to write; only MeshLab's built-in filters have one."""
 
     kind = "the path of a file to write"
-    rich_type = "RichFileSave"
     xml_type = "RichSaveFile"
 
 
@@ -244,7 +236,7 @@ class Mesh(Parameter):
     """Another layer, by its id in the mesh set."""
 
     kind = "the id of a layer (a whole number)"
-    rich_type = xml_type = "RichMesh"
+    xml_type = "RichMesh"
     python_type = int
 
     def check(self, value: Any) -> int:
@@ -258,7 +250,6 @@ class Shot(Parameter):
     """A camera; only MeshLab's built-in filters have one, and no script can give its value."""
 
     kind = "nothing: a camera cannot be given here"
-    rich_type = "RichShot"
     xml_type = "RichShotf"
 
     def check(self, value: Any) -> Any:
@@ -270,7 +261,7 @@ class Point(Parameter):
     """Three coordinates: a position or a direction."""
 
     kind = "three finite numbers"
-    rich_type = xml_type = "RichPosition"
+    xml_type = "RichPosition"
     python_type = tuple[float, float, float]
 
     def check(self, value: Any) -> tuple[float, float, float]:
@@ -282,7 +273,7 @@ class Point(Parameter):
 class Direction(Point):
     """Three coordinates that MeshLab shows as a direction."""
 
-    rich_type = xml_type = "RichDirection"
+    xml_type = "RichDirection"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -290,7 +281,7 @@ class Color(Parameter):
     """Red, green, blue and opacity, each from 0 to 255."""
 
     kind = "four whole numbers from 0 to 255 (red, green, blue, opacity)"
-    rich_type = xml_type = "RichColor"
+    xml_type = "RichColor"
     python_type = tuple[int, int, int, int]
 
     def check(self, value: Any) -> tuple[int, int, int, int]:
@@ -306,7 +297,6 @@ class Matrix(Parameter):
     """A 4 x 4 matrix, row by row."""
 
     kind = "a 4 x 4 matrix of finite numbers"
-    rich_type = "RichMatrix44"
     xml_type = "RichMatrix44f"
     python_type = tuple[tuple[float, ...], ...]
 

@@ -211,20 +211,17 @@ class MeshData(Measures):
     @property
     def vertex_selection(self) -> Bools:
         """(n,) the selected vertices."""
-        own = self.vertex_attributes.get("selection")
-        return np.zeros(len(self.vertices), np.bool_) if own is None else own
+        return self.vertex_attributes.get("selection", np.zeros(len(self.vertices), np.bool_))
 
     @property
     def face_selection(self) -> Bools:
         """(m,) the selected faces."""
-        own = self.face_attributes.get("selection")
-        return np.zeros(len(self.faces), np.bool_) if own is None else own
+        return self.face_attributes.get("selection", np.zeros(len(self.faces), np.bool_))
 
     @property
     def vertex_scalars(self) -> Floats:
         """(n,) the scalars; 0 if it has none, as in MeshLab."""
-        own = self.vertex_attributes.get("scalars")
-        return np.zeros(len(self.vertices)) if own is None else own
+        return self.vertex_attributes.get("scalars", np.zeros(len(self.vertices)))
 
     @property
     def face_scalars(self) -> Floats:
@@ -234,8 +231,7 @@ class MeshData(Measures):
     @property
     def vertex_colors(self) -> Floats:
         """(n, 4) from 0 to 1; white if it has none, as in MeshLab."""
-        own = self.vertex_attributes.get("colors")
-        return np.ones((len(self.vertices), 4)) if own is None else own / 255.0
+        return self.vertex_attributes.get("colors", np.full((len(self.vertices), 4), 255)) / 255.0
 
     @property
     def face_colors(self) -> Floats:
