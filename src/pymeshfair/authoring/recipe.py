@@ -63,9 +63,9 @@ class Recipe(FilterMethods):
             UnknownNameError: no recipe of that name is shipped, and there is no such file.
             ScriptError: something in the script is wrong; lists every problem.
         """
-        found = named.load_recipe(name_or_path, upgrade=upgrade)
-        recipe = cls(found.name)
-        recipe._script, recipe._changes = found.script, found.changes
+        loaded = named.load_recipe(name_or_path, upgrade=upgrade)
+        recipe = cls(loaded.name)
+        recipe._script, recipe._changes = loaded.script, loaded.changes
         return recipe
 
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
@@ -257,7 +257,7 @@ def run(
     Args:
         recipe: a shipped name, the path of an .mlx script, or a `Recipe`, which stays as it is.
         input: the mesh file.
-        output: the file to write; its extension says the format. Beside it ``OUTPUT.provenance.json`` says how it came about.
+        output: the file to write; its extension is the format. Beside it ``OUTPUT.provenance.json`` is the record of the run.
         settings: values over the recipe's own, by the names of its settings.
         set: the same as texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE``, as of the command line.
         others: mesh files for the layers 1, 2 ... that the recipe names.

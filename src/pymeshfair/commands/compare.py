@@ -97,7 +97,7 @@ def compare(
         found, distances = compare_states(first, second, tolerance=allowed)
     else:
         compared, left_out = compared_files(first, second, tolerance=allowed)
-        found, distances = compared.found, compared.distances
+        found, distances = compared.comparison, compared.distances
     if deviations is not None:
         kind = "csv" if deviations == STANDARD else extension(deviations)
         content = deviations_file(second.mesh, distances.after.at_vertices, kind)

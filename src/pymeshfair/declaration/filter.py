@@ -124,7 +124,7 @@ class Filter:
     arity: Arity = Arity.SINGLE_MESH  # how many layers it reads
     parameters: tuple[Parameter, ...] = ()  # in declared order, which is the order in .mlx scripts
     references: tuple[str, ...] = ()  # keys of docs/bibliography.bib
-    origin: str = "MeshLab"  # who declares it: ``"MeshLab"`` or the name of a Python distribution
+    origin: str = "MeshLab"  # ``"MeshLab"``, or the Python distribution that declares it
     function: Callable[..., Edit] | None = field(default=None, compare=False)  # the work; None for MeshLab's own filters
     #: gives, for all values of the parameters, the filter of MeshLab's that does the same; None where there is none
     equivalent: FindEquivalent | None = field(default=None, compare=False)
@@ -190,7 +190,7 @@ def mesh_filter(
     parameters whose annotation has none. Parameters that filters share may be the fields of a frozen, keyword-only dataclass,
     annotated alike, with help under ``Attributes:``; the function takes it as one parameter, users see its fields in that place.
     A parameter ``progress`` is not shown to users: the host passes a function that takes the share of the work done, from 0 to 1.
-    `equivalent` lets `pymeshfair export` replace the filter; tests have to prove what it says.
+    `equivalent` lets `pymeshfair export` replace the filter; tests have to prove it.
 
     Raises:
         DeclarationError: the signature, a default or a bound contradicts itself.

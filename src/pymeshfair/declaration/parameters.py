@@ -21,7 +21,7 @@ AUTO = "auto"
 class Parameter:
     """One parameter of a filter."""
 
-    name: str = ""  # in Python, and in .mlx scripts unless `xml_name` says otherwise
+    name: str = ""  # in Python, and in .mlx scripts unless `xml_name` is set
     label: str = ""  # the words before the input field in a dialog; those of the name if it is empty
     help: str = ""  # the tooltip: what it means, in which unit, and which direction does what
     default: Any = None  # None in a built-in filter whose default depends on the mesh
@@ -149,7 +149,7 @@ class Float(_Bounded):
 class Percentage(_Bounded):
     """A length: the declaration and the caller use `Length`, the filter's function receives mesh units.
 
-    A default may be written as text (``"1%"``, ``"6edge"``). Zero is allowed and means what the help says, usually "not used".
+    A default may be written as text (``"1%"``, ``"6edge"``). Zero is allowed; its meaning is in the help, usually "not used".
     """
 
     kind = "a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)"

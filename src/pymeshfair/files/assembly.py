@@ -79,7 +79,7 @@ class Assembly:
             what: the corners in a message.
             of_corners: ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); normals
                 and colours become those of vertices if they are the same at all corners there, else colours those of faces if
-                possible. A row of nan says nothing.
+                possible. A row of nan is no value.
             of_polygons: attributes of polygons, (p, ...). If ``texture`` is -1 in all, there are no texture coordinates either.
         """
         check_range(corners, 0, len(vertices), what)
@@ -118,7 +118,7 @@ class Assembly:
         return self.add_texture(name, lambda: references.find_image(name))
 
     def add_texture(self, name: str, image: Callable[[], Path | bytes | None]) -> int:
-        """The number of the texture of a name, whose image is found once."""
+        """The number of the texture of a name; its image is loaded once."""
         if name not in self._numbers:
             self._numbers[name] = len(self.textures)
             self.textures.append(Texture(name, image()))

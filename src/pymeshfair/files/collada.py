@@ -63,7 +63,7 @@ class _Reader:
         self._ids: dict[str, Element | None] = {}
         for part in root.iter():
             if (name := part.get("id")) is not None:
-                self._ids[name] = None if name in self._ids else part  # None of what is there twice
+                self._ids[name] = None if name in self._ids else part  # None where two have the same id
         self._sources: dict[tuple[int, str], NDArray[np.float64]] = {}
         self._geometries: dict[Any, MeshData] = {}
 
@@ -115,7 +115,7 @@ class _Reader:
     def _place(self, geometry: Element, instance: Element, matrix: NDArray[np.float64]) -> None:
         mesh = geometry.find("mesh")
         if mesh is None:
-            return  # a spline or what is named in _LOST
+            return  # a spline, or another kind of _LOST
         bound = {m.get("symbol", ""): m for m in instance.iter("instance_material")}
         symbols = {p.get("material", "") for p in mesh if p.tag in _PRIMITIVES}
         looks = {symbol: self._look(bound[symbol]) for symbol in sorted(symbols) if symbol in bound}
@@ -160,10 +160,10 @@ class _Reader:
                 width = 4 if semantic == "COLOR" else len(_PARAMETERS[semantic])
                 one = np.full((len(table), width), np.nan)
                 for i, offset in matching[:1]:
-                    given = self._values(i, semantic)
-                    check_range(table[:, offset], 0, len(given), f"the corners of its {p.tag}")
-                    one[:, : given.shape[1]] = given[table[:, offset]]
-                    one[:, given.shape[1] :] = 1.0
+                    source = self._values(i, semantic)
+                    check_range(table[:, offset], 0, len(source), f"the corners of its {p.tag}")
+                    one[:, : source.shape[1]] = source[table[:, offset]]
+                    one[:, source.shape[1] :] = 1.0
                 values[attribute].append(one)
             textures.append(np.full(len(counts), look.texture))
             colours.append(np.tile(look.colour or (1.0,) * 4, (len(counts), 1)))

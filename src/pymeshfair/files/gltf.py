@@ -35,7 +35,7 @@ _TRIANGLES = 4
 #: extensions without which a file can be understood: positions and normals as whole numbers, and one that moves no vertex
 _QUANTIZED = "KHR_mesh_quantization"
 _UNDERSTOOD = {_QUANTIZED, "KHR_materials_unlit"}
-#: by how much what programs write of an exact matrix may be off, and of a turn of unit length
+#: the rounding of programs: of the last row of a matrix, and of the length of a rotation
 _ROUNDED, _UNIT = 1e-6, 0.01
 
 
@@ -62,7 +62,7 @@ def read_gltf(path: Path, references: References) -> Reading:
 
 
 def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
-    """The document and, of a binary file, what comes with it."""
+    """The document and, of a binary file, its buffer."""
     if not data.startswith(b"glTF"):
         return data, None
     if len(data) < 20:
@@ -436,7 +436,7 @@ class _Document:
 
 
 def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh as a binary glTF file, in metres if its unit is known.
+    """Write a mesh as a binary glTF file, in metres if it has a unit.
 
     Vertices with several texture coordinates become several vertices; all others keep their order.
     """

@@ -28,7 +28,7 @@ _PLACE, _COLOR = ("X", "Y", "Z"), ("red", "green", "blue")
 NORMAL = ("NormalX", "NormalY", "NormalZ")
 #: attributes of `MeshData` that have dimensions of their own names
 _NUMBERS = ("scalars", "radii")
-#: bytes of the header of LAS 1.0 and of what is read of longer ones
+#: bytes of the header of LAS 1.0, and the most that are read of a longer one
 _SHORTEST_HEADER, _LONGEST_HEADER = 227, 375
 #: points that are read or written at once
 _CHUNK = 1 << 20
@@ -72,7 +72,7 @@ def _check_records(path: Path) -> None:
     with path.open("rb") as file:
         header = file.read(_LONGEST_HEADER)
     if len(header) < _SHORTEST_HEADER or not header.startswith(b"LASF"):
-        return  # laspy says so
+        return  # laspy refuses it
     begin, points, count = struct.unpack_from("<HII", header, 94)
     room = [(count, points - begin, 54)]
     if header[24:26] >= b"\x01\x04" and len(header) >= 247:
@@ -92,7 +92,7 @@ def _laspy() -> tuple[Any, tuple[type[Exception], ...]]:
         from lazrs import LazrsError
     except ImportError as error:
         raise ContentsError(MISSING_LASPY) from error
-    logging.getLogger("laspy").addHandler(logging.NullHandler())  # it says there what it raises
+    logging.getLogger("laspy").addHandler(logging.NullHandler())  # its errors are raised as well
     return laspy, (laspy.errors.LaspyException, LazrsError, OverflowError, ValueError)  # of a buffer that ends within a point
 
 
@@ -354,7 +354,7 @@ def _set_scale(header: Any, vertices: NDArray[np.float64], writing: Writing, not
 
 
 def _choose_scale(header: Any, least: NDArray[np.float64], most: NDArray[np.float64], fine: float, notes: list[str]) -> None:
-    """Steps that tell apart what is `fine`, or the finest ones if that is 0."""
+    """Steps that resolve a length of `fine`, or the finest ones if that is 0."""
     extent = float((most - np.floor(least)).max())
     finest = 10.0 ** np.ceil(np.log10(max(extent, 1e-9) / (2**31 - 1)))
     step = 10.0 ** np.floor(np.log10(2 * fine)) if fine > 0 else finest

@@ -31,7 +31,7 @@ KEYWORDS = {
     **dict.fromkeys(("bevel", "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj", "call", "csh"), "display attributes"),
 }
 _CODES = {int(word(k.encode())): what for k, what in KEYWORDS.items() if len(k) <= 8}
-#: lines that say something of all faces behind them
+#: lines that hold for all faces behind them
 STATES = (b"o", b"g", b"s", b"mg")
 _STATES = ("groups", "objects", "smoothing groups")
 #: contents that `MeshData` does not have
@@ -104,7 +104,7 @@ def read_obj(path: Path, references: References) -> Reading:
         attributes["colors"] = used.colors(materials)[np.searchsorted(used.lines, corners.lines) - 1][row]
     if numbers and not bare.all():
         of_material = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in used.names]
-        # A file with one texture and no word of who uses it means all faces.
+        # A file with one texture and no uses of materials means it for all faces.
         of_material.append(0 if not used.names and len(numbers) == 1 else -1)
         attributes["texture"] = np.where(bare, -1, np.array(of_material)[material]).astype(np.int32)
 
@@ -184,9 +184,9 @@ def _vertices(
     if width == 4 and (rest != 1).any():
         notes["weights of vertices"] = None
     if b"#MRGB " in data:  # ZBrush has them in comments, as 8 digits of a mask and a colour each
-        found = bytes.fromhex(b"".join(re.findall(rb"(?m)^#MRGB ((?:[0-9a-fA-F]{8})+)", data)).decode())
-        if len(found) == 4 * len(lines):
-            painted = np.frombuffer(found, np.uint8).reshape(-1, 4)[:, [1, 2, 3, 0]].copy()
+        masks = bytes.fromhex(b"".join(re.findall(rb"(?m)^#MRGB ((?:[0-9a-fA-F]{8})+)", data)).decode())
+        if len(masks) == 4 * len(lines):
+            painted = np.frombuffer(masks, np.uint8).reshape(-1, 4)[:, [1, 2, 3, 0]].copy()
             painted[:, 3] = 255
             return width, vertices, painted, False
     if width < 6:

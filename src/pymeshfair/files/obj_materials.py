@@ -38,9 +38,9 @@ class Materials:
 
     named: dict[str, Material] = field(default_factory=dict)  # the materials by their names
     lines: list[str] = field(default_factory=list)  # those of the files
-    #: for lines with the name of an image what stands before it, and the name
+    #: by line, for those with the name of an image, the words before it and the name
     images: dict[int, tuple[str, str]] = field(default_factory=dict)
-    others: dict[str, None] = field(default_factory=dict)  # keywords and options that say more than a colour and its texture
+    others: dict[str, None] = field(default_factory=dict)  # keywords and options besides a colour and its texture
 
     @property
     def textures(self) -> list[str]:
@@ -56,7 +56,7 @@ class Materials:
         return "".join(f"{line}\n" for line in lines).encode("utf-8", "surrogateescape")
 
     def read(self, path: Path, mesh: Path) -> None:
-        """Add what is in a material file."""
+        """Add the contents of a material file."""
         with path.open("rb") as file:
             data = file.read(MATERIAL_LIMIT + 1)
         if len(data) > MATERIAL_LIMIT or b"\0" in data:

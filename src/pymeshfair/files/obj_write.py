@@ -22,7 +22,7 @@ _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 
 
 def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh; the module says how."""
+    """Write a mesh; see the module."""
     document = mesh.document(ObjDocument)
     normals, of_corners = _normals(mesh, document)
     if document is not None and document.materials.lines:

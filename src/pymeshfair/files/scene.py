@@ -116,7 +116,7 @@ class _Reader:
             self.visit(child, matrix)
 
     def _shape(self, shape: Node) -> MeshData | None:
-        """The part that a shape is; None if its geometry is not known."""
+        """The part of a shape; None if its geometry cannot be read."""
         look = shape.part("Appearance")
         geometry = next((p for _, p in shape.parts if p.type != "Appearance" and not p.type.startswith("Metadata")), None)
         if geometry is None or geometry.type not in _GEOMETRIES:
@@ -153,7 +153,7 @@ class _Reader:
 
 
 def _has_shape(node: Node, seen: set[int]) -> bool:
-    """Whether a part of a node, however deep, is a shape; those in `seen` have none, and what was looked at is added."""
+    """Whether a part of a node, however deep, is a shape; those in `seen` have none, and the parts are added."""
     seen.add(id(node))
     left = [node]
     while left:
@@ -203,8 +203,8 @@ def _runs(geometry: Node, name: str, count: int) -> tuple[NDArray[np.int64], NDA
     return numbers[numbers >= 0], np.diff(ends, prepend=-1) - 1
 
 
-#: types of nodes: the attribute, the field of indices, and the field that tells whether there is one a vertex or one a face
-_SAID = (
+#: types of nodes: the attribute, the field of indices, and the field for one value a vertex or one a face
+_ATTRIBUTES = (
     (("Color", "ColorRGBA"), "colors", "colorIndex", "colorPerVertex"),
     (("Normal",), "normals", "normalIndex", "normalPerVertex"),
     (("TextureCoordinate",), "wedge_texture_coordinates", "texCoordIndex", ""),
@@ -220,13 +220,13 @@ def _made(
     what: str,
     chosen: NDArray[np.int64] | None = None,
 ) -> MeshData:
-    """The part made of polygons, with what the nodes of the geometry say of them.
+    """The part made of polygons, with the colours, normals and texture coordinates of the geometry.
 
     `chosen` are the triangles, as numbers of corners, that strips and fans become.
     """
     of_corners: dict[str, Any] = {}
     of_polygons: dict[str, Any] = {}
-    for types, attribute, field_name, per_vertex in _SAID:
+    for types, attribute, field_name, per_vertex in _ATTRIBUTES:
         if (node := geometry.part(*types)) is None:
             continue
         values = _values_of(node)

@@ -44,7 +44,7 @@ class Light(NamedTuple):
 
 
 _CLAY_LIGHT = Light(0.20, 0.85, 0.32)
-#: colours that tell numbers must stay near those of the colour bar
+#: colours of numbers must stay near those of the colour bar
 _NUMBERS_LIGHT = Light(0.45, 0.58, 0.06)
 
 
@@ -55,7 +55,7 @@ class Scene:
     vertices: Floats  # (n, 3) coordinates
     faces: Ints  # (m, 3) triangles
     edges: Ints  # (e, 2) edges of polylines, drawn where there are no faces
-    #: (n, 3) or (m, 3) from 0 to 1, by vertices or faces as `by_face` says; None for the colour of clay
+    #: (n, 3) or (m, 3) from 0 to 1, by vertices, or faces with `by_face`; None for the colour of clay
     colors: Floats | None = None
     by_face: bool = False  # whether colours belong to faces
     normals: Floats | None = None  # (n, 3) of a cloud, for its light; or None
@@ -121,7 +121,7 @@ def _lit_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuff
 
 
 def _from_either_side(colors: Floats, inside: Bools) -> Floats:
-    """(k, 3) colours, those of what is seen from `inside`, (k, 1), mixed with the colour of the inner side."""
+    """(k, 3) colours; those seen from `inside`, (k, 1), are mixed with the colour of the inner side."""
     return np.where(inside, 0.45 * colors + 0.55 * _INSIDE, colors) if inside.any() else colors
 
 
@@ -131,7 +131,7 @@ def _lit_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer,
     if scene.normals is not None and not len(scene.edges):
         normals = scene.normals[points] @ camera.rows.T
         return _lit(*_reflected(np.where(normals[:, 2:] < 0.0, -normals, normals)), colors, _NUMBERS_LIGHT)
-    # Without normals the depth gives shape: what is far is paler.
+    # Without normals the depth gives shape: far points are paler.
     depths = screen[:, 2]
     far = (depths.max() - buffer.depths[seen]) / (np.ptp(depths) or 1.0)
     strength = (1.0 - 0.55 * far)[:, None]

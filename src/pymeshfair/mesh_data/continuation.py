@@ -31,8 +31,8 @@ def find_donors(points: Floats, faces: Ints, added_faces: Ints, old: int, may_gi
     """For an added vertex the nearest old vertex that added faces use, for an added face an old face next to its centre.
 
     That is one at the nearest of these vertices. If added faces use no old vertex, all old vertices of faces may give. `points`
-    are the (n + a, 3) vertices, `old` is n, and `may_give`, (m,), says which faces may be donors, and whose vertices; at least
-    one.
+    are the (n + a, 3) vertices, `old` is n, and `may_give`, (m,), marks the faces that may be donors, with their vertices; at
+    least one.
     """
     givers = np.flatnonzero(may_give)
     at, first = np.unique(faces[givers], return_index=True)  # the first corner at each vertex
@@ -85,11 +85,11 @@ def continued_texture(
 ) -> Floats:
     """(b, 2) for each added face a place of the texture, well inside an old face, whose colour continues those around.
 
-    The image has no texels for what was not there. So an added face shows one colour: of the old faces near the added ones, that
+    The image has no pixels for added faces. So an added face shows one colour: of the old faces near the added ones, that
     of the middle of the one whose colour is nearest to a blend of the colours around. Without an image, (height, width, 3)
     `pixels`, it is the middle of a neighbour, never its corner, where the image may show what lies beside its charts.
 
-    `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_give` says which faces may give theirs.
+    `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_give` marks the faces that may give theirs.
     """
     middles = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # as MeshLab keeps them
     old = int(faces.max()) + 1

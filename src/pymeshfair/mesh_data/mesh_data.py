@@ -58,7 +58,7 @@ class Has:
 
 
 class Measures:
-    """What follows from the arrays of a layer."""
+    """Measures of a layer, from its arrays."""
 
     @cached_property
     def diagonal(self: Any) -> float:
@@ -118,7 +118,7 @@ class MeshData(Measures):
         textures: in the order that ``texture`` counts them.
         matrix: (4, 4) that places the coordinates, None for the identity. Files hold none.
         label: the name of the layer.
-        unit: of the coordinates, where the file says it: ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
+        unit: of the coordinates, where the file has one: ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
         source: the file that it comes from.
         vertex_ids: (n,) the vertex of the source that each is, -1 for a new one; None if they are all there in their order.
         face_ids: (m,) the same of the triangles.

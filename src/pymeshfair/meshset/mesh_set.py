@@ -97,9 +97,9 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self._filters.apply_step(step)[0]
 
     def filter_parameter_values(self, filter_name: str, /, **kwargs: Any) -> dict[str, Any]:
-        """The values that a filter would run with on the current mesh, lengths in mesh units, given some of them.
+        """The values that a filter would run with on the current mesh, lengths in mesh units; `kwargs` are some of them.
 
-        Also those of saving a file, given its extension.
+        For an extension, those of saving such a file.
         """
         return self._filters.values(filter_name, kwargs)
 
