@@ -49,7 +49,7 @@ def test_a_recipe_is_built_saved_and_loaded(tmp_path: Path) -> None:
     assert loaded != recipe  # its values are said
     assert recipe.differences(loaded) == []
     assert loaded == Recipe.load(str(tmp_path / "clean.mlx"))
-    assert (loaded.name, loaded.comment) == ("clean", "Clean <it>\n\nFor: balls.")
+    assert (loaded.name, loaded.script.comment) == ("clean", "Clean <it>\n\nFor: balls.")
     assert [s.name for s in loaded.script.settings] == ["size"]
     assert [step.tag for step in loaded] == ["", "", "smooth"]
 

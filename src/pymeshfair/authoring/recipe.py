@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -134,15 +133,6 @@ class Recipe(FilterMethods):
     def script(self) -> scripts.Script:
         """The steps with their values, the settings, the comment and the limits, as they are now."""
         return self._script
-
-    @property
-    def comment(self) -> str:
-        """The words at the head of the script."""
-        return self._script.comment
-
-    @comment.setter
-    def comment(self, words: str) -> None:
-        self._script = replace(self._script, comment=words)
 
     @property
     def changes(self) -> tuple[Change, ...]:

@@ -117,7 +117,11 @@ def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
                 attributes[name] = as_levels(values) if name == "colors" else values
     if vertex or face:
         mesh = mesh.with_attributes(vertex, face)
-    return _with_deletions(mesh, edit)
+    if not removes(edit):
+        return mesh
+    check_deletable(edit, mesh.edges, mesh.label)
+    kept = np.ones(len(mesh.vertices), np.bool_) if edit.delete_vertices is None else ~edit.delete_vertices
+    return mesh.part(kept, None if edit.delete_faces is None else ~edit.delete_faces)
 
 
 def moved(mesh: MeshData, vertices: Floats) -> MeshData:
@@ -213,14 +217,6 @@ def _pixels(textures: tuple[Texture, ...], numbers: Any, donors: NDArray[np.intp
 
 def _extended(values: NDArray[Any], count: int) -> NDArray[Any]:
     return np.concatenate([values, np.zeros((count, *values.shape[1:]), values.dtype)])
-
-
-def _with_deletions(mesh: MeshData, edit: Edit) -> MeshData:
-    if not removes(edit):
-        return mesh
-    check_deletable(edit, mesh.edges, mesh.label)
-    kept = np.ones(len(mesh.vertices), np.bool_) if edit.delete_vertices is None else ~edit.delete_vertices
-    return mesh.part(kept, None if edit.delete_faces is None else ~edit.delete_faces)
 
 
 def check_deletable(edit: Edit, edges: Ints, label: str) -> None:

@@ -157,7 +157,8 @@ class FilterRunner:
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
         """Apply a step of a script, whose values are checked; its report, and the step as it was applied."""
         self._check_mesh(step.filter)
-        return self._applied(step.filter, self._values_here(step))
+        values = _with_ids(step.filter, step.values, self._layers.bench.with_helpers)
+        return self._applied(step.filter, {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values)
 
     def values(self, filter_name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """The values of `pymeshlab.MeshSet.filter_parameter_values`, for filters of both kinds and for file formats."""
@@ -181,10 +182,6 @@ class FilterRunner:
     def _check_mesh(self, declared: Filter) -> None:
         if declared.arity is not Arity.NONE and not self._layers.has_current():
             raise FilterFailedError(f"{declared.python_name} needs a mesh, and the mesh set has no current one: load one first")
-
-    def _values_here(self, step: Step) -> dict[str, Any]:
-        values = _with_ids(step.filter, step.values, self._layers.bench.with_helpers)
-        return {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values
 
 
 def _with_ids(declared: Filter, values: Mapping[str, Any], change: Callable[[int], int]) -> dict[str, Any]:

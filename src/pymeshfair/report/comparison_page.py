@@ -101,7 +101,8 @@ def comparison_page(
     """
     before, after = compared.before.mesh, compared.after.mesh
     ends = limits or _limits(compared)
-    curvatures = _curvatures(compared)
+    meshes = {"before": before, "after": after}
+    curvatures = {name: mean_curvature(mesh.vertices, mesh.faces) for name, mesh in meshes.items() if len(mesh.faces)}
     scene, shown = _scene(compared, up, markers or _markers(compared.comparison, unit), ends, curvatures, unit)
     text = render(
         "report.html",
@@ -163,12 +164,6 @@ def _limits(compared: Compared) -> Limits:
     low, high = symmetric_limits(compared.distances.after.distances)
     least = 1.5 * compared.comparison.tolerance.mesh_units if compared.comparison.tolerance else 0.0
     return Limits(min(low, -least), max(high, least))
-
-
-def _curvatures(compared: Compared) -> dict[str, Floats]:
-    """The mean curvature of each mesh that has faces."""
-    meshes = {"before": compared.before.mesh, "after": compared.after.mesh}
-    return {name: mean_curvature(mesh.vertices, mesh.faces) for name, mesh in meshes.items() if len(mesh.faces)}
 
 
 def _scene(
@@ -249,15 +244,13 @@ def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], 
         meshes = {"before": before, "after": after}
         every = np.concatenate(list(curvatures.values()))
         charts.append(histogram("Mean curvature", f"1 / {unit.removesuffix('s')}", curvatures, *symmetric_limits(every)))
-        edges = {name: _edge_lengths(mesh.vertices, mesh.faces) for name, mesh in meshes.items()}
+        edges = {  # of every side of every face: an inner edge counts twice
+            name: np.concatenate([edge_lengths(mesh.vertices, mesh.faces[:, [k, k - 1]]) for k in range(3)])
+            for name, mesh in meshes.items()
+        }
         charts.append(histogram("Edge lengths", unit, edges, 0.0, max(robust_limits(e).high for e in edges.values())))
         del edges  # six lengths for every vertex of either mesh
         shapes = {name: triangle_shapes(mesh.vertices, mesh.faces) for name, mesh in meshes.items()}
         charts.append(histogram("Shape of triangles", "1: equilateral, 0: degenerate", shapes, *Limits(0.0, 1.0)))
     charts.append(spectrum_chart(compared.spectra, unit))
     return [chart for chart in charts if chart is not None]
-
-
-def _edge_lengths(vertices: Floats, faces: Any) -> Floats:
-    """The length of every side of every face; an inner edge counts twice."""
-    return np.concatenate([edge_lengths(vertices, faces[:, [k, k - 1]]) for k in range(3)])
