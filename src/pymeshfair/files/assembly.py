@@ -1,6 +1,7 @@
 """Parts of a scene, each placed by a matrix, as one mesh; polygons with values at their corners as such a part."""
 
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -46,8 +47,9 @@ class Assembly:
         """Whether anything was placed."""
         return bool(self._parts)
 
-    def enter(self, part: Hashable) -> None:
-        """Begin a part of the scene. Parts are counted: ten nested groups of ten make 10^10 placements."""
+    @contextmanager
+    def within(self, part: Hashable) -> Iterator[None]:
+        """Within a part of the scene. Parts are counted: ten nested groups of ten make 10^10 placements."""
         self._entered += 1
         if part in self._open:
             raise ContentsError("a part of it is a part of itself")
@@ -56,9 +58,7 @@ class Assembly:
         if self._entered > MOST_PLACED:
             raise ContentsError(f"it places more than {MOST_PLACED:,} parts")
         self._open.add(part)
-
-    def leave(self, part: Hashable) -> None:
-        """The part ends."""
+        yield
         self._open.discard(part)
 
     def polygons(

@@ -90,27 +90,26 @@ class _Reader:
         return target
 
     def _visit(self, node: Element, above: NDArray[np.float64]) -> None:
-        self.assembly.enter(node)
         matrix = above
         for part in node:
             if part.tag in ("skew", "lookat"):
                 raise ContentsError(f"a node of it is placed by a {part.tag}, which is not known here; save it with matrices")
             if part.tag in _TRANSFORMS:
                 matrix = matrix @ _transform(part)
-        for part in node:
-            if part.tag == "node":
-                self._visit(part, matrix)
-            elif part.tag == "instance_node":
-                self._visit(self._target(part, "url", "node"), matrix)
-            elif part.tag == "instance_geometry":
-                self._place(self._target(part, "url", "geometry"), part, matrix)
-            elif part.tag == "instance_controller":
-                skin = self._target(part, "url", "controller").find("skin")
-                if skin is None:
-                    raise ContentsError("a controller of it has no skin, which is not known here; save it without")
-                bound = numbers(skin.findtext("bind_shape_matrix") or _IDENTITY, "a bind_shape_matrix", 16).reshape(4, 4)
-                self._place(self._target(skin, "source", "geometry"), part, matrix @ bound)
-        self.assembly.leave(node)
+        with self.assembly.within(node):
+            for part in node:
+                if part.tag == "node":
+                    self._visit(part, matrix)
+                elif part.tag == "instance_node":
+                    self._visit(self._target(part, "url", "node"), matrix)
+                elif part.tag == "instance_geometry":
+                    self._place(self._target(part, "url", "geometry"), part, matrix)
+                elif part.tag == "instance_controller":
+                    skin = self._target(part, "url", "controller").find("skin")
+                    if skin is None:
+                        raise ContentsError("a controller of it has no skin, which is not known here; save it without")
+                    bound = numbers(skin.findtext("bind_shape_matrix") or _IDENTITY, "a bind_shape_matrix", 16).reshape(4, 4)
+                    self._place(self._target(skin, "source", "geometry"), part, matrix @ bound)
 
     def _place(self, geometry: Element, instance: Element, matrix: NDArray[np.float64]) -> None:
         mesh = geometry.find("mesh")

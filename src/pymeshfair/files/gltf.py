@@ -132,16 +132,15 @@ class _Reader:
         if k in self._seen:
             raise ContentsError("a node of it is its own child, or has two parents")
         self._seen.add(k)
-        self.assembly.enter(k)
-        matrix = above @ _matrix(node, k)
-        if "mesh" in node:
-            for part in self._parts(node["mesh"]):
-                self.assembly.place(part, matrix)
-        if "skin" in node:
-            self._at("skins", node["skin"])
-        for child in node.get("children", ()):
-            self._visit(child, matrix)
-        self.assembly.leave(k)
+        with self.assembly.within(k):
+            matrix = above @ _matrix(node, k)
+            if "mesh" in node:
+                for part in self._parts(node["mesh"]):
+                    self.assembly.place(part, matrix)
+            if "skin" in node:
+                self._at("skins", node["skin"])
+            for child in node.get("children", ()):
+                self._visit(child, matrix)
 
     def _parts(self, k: int) -> list[MeshData]:
         """The parts of a mesh: primitives of the same vertices are one."""

@@ -87,21 +87,20 @@ class _Reader:
 
     def visit(self, node: Node, above: NDArray[np.float64]) -> None:
         """Place what a node shows."""
-        self.assembly.enter(id(node))
-        if not node.is_true("visible"):
-            self.assembly.lost["parts that are not visible"] = None
-        elif node.type in _GROUPS:
-            self._visit_parts(node, above)
-        elif node.type == "Shape":
-            if id(node) not in self._shapes:
-                self._shapes[id(node)] = self._shape(node)
-            if (part := self._shapes[id(node)]) is not None:
-                self.assembly.place(part, above)
-        elif id(node) not in self._harmless:
-            if _has_shape(node, self._harmless):
-                raise ContentsError(f"a {shown(node.type, 30)} of it has shapes, and such a node is not known here")
-            self.unread[node.type] += 1
-        self.assembly.leave(id(node))
+        with self.assembly.within(id(node)):
+            if not node.is_true("visible"):
+                self.assembly.lost["parts that are not visible"] = None
+            elif node.type in _GROUPS:
+                self._visit_parts(node, above)
+            elif node.type == "Shape":
+                if id(node) not in self._shapes:
+                    self._shapes[id(node)] = self._shape(node)
+                if (part := self._shapes[id(node)]) is not None:
+                    self.assembly.place(part, above)
+            elif id(node) not in self._harmless:
+                if _has_shape(node, self._harmless):
+                    raise ContentsError(f"a {shown(node.type, 30)} of it has shapes, and such a node is not known here")
+                self.unread[node.type] += 1
 
     def _visit_parts(self, node: Node, above: NDArray[np.float64]) -> None:
         """Place what the parts of a group show."""

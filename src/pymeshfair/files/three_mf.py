@@ -109,7 +109,9 @@ class _Model:
                 self._object.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
             case "model":
                 self.unit = attributes.get("unit", self.unit)
-                _check_extensions(named)
+                for prefix in named.get("requiredextensions", "").split():
+                    if (space := named.get(f"xmlns:{prefix}", prefix)) not in _UNDERSTOOD:
+                        raise ContentsError(f"it needs the extension {shown(space, 100)}, which is not known here")
             case "object":
                 if attributes["id"] in self.objects:
                     raise ContentsError(f"it has two objects {shown(attributes['id'], 30)}")
@@ -135,14 +137,6 @@ class _Model:
     def end(self, tag: str) -> None:
         """An element ends."""
         self._beyond = max(self._beyond - 1, 0)
-
-
-def _check_extensions(named: dict[str, str]) -> None:
-    """Refuse a model that requires an extension which is not read."""
-    for prefix in named.get("requiredextensions", "").split():
-        space = named.get(f"xmlns:{prefix}", prefix)
-        if space not in _UNDERSTOOD:
-            raise ContentsError(f"it needs the extension {shown(space, 100)}, which is not known here")
 
 
 def read_3mf(path: Path, references: References) -> Reading:
@@ -234,14 +228,13 @@ class _Reader:
         if "transform" in use:
             matrix[:3] = numbers(use["transform"], "a transform of it", 12).reshape(4, 3).T
         matrix = above @ matrix
-        self.assembly.enter(id(item))
-        if item.part is None and (item.corners or item.coordinates):
-            item.part = self._mesh(item, model, f"object {shown(use['objectid'], 30)}")
-        if item.part is not None:
-            self.assembly.place(item.part, matrix)
-        for component in item.components:
-            self._place(component, where, matrix)
-        self.assembly.leave(id(item))
+        with self.assembly.within(id(item)):
+            if item.part is None and (item.corners or item.coordinates):
+                item.part = self._mesh(item, model, f"object {shown(use['objectid'], 30)}")
+            if item.part is not None:
+                self.assembly.place(item.part, matrix)
+            for component in item.components:
+                self._place(component, where, matrix)
 
     def _mesh(self, item: _Object, model: _Model, what: str) -> MeshData:
         """The mesh of an object, with the attributes of its triangles."""
