@@ -59,71 +59,6 @@ class Layers:
         gaps = "; ids skip numbers, see current_mesh_id() after a layer is made" if self.bench.helper_ids else ""
         raise UnknownLayerError(f"{where}there is no layer {mesh_id} in the mesh set (it has {there}{gaps})")
 
-    def check_named(self, declared: Filter, values: dict[str, Any]) -> None:
-        """Raise `UnknownLayerError` if a parameter of the filter names a layer that is not there."""
-        for name, mesh_id in declared.layers(values).items():
-            self.check(mesh_id, f"{declared.python_name}: parameter {name!r}: ")
-
-
-class PluginFilters:
-    """Filters of plugins on the current layer of a mesh set, whose `on_progress` and `on_note` are called if it has them."""
-
-    def __init__(self, layers: Layers) -> None:
-        self._layers = layers
-
-    def check(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of a caller, checked as declared; the only check before the filter's function.
-
-        Raises:
-            UnknownFilterError: no such parameter.
-            FilterParameterError: a value that the parameter does not take.
-        """
-        lengths = {p.name for p in declared.parameters if isinstance(p, Percentage)}
-        try:
-            return declared.check({name: as_length(value) if name in lengths else value for name, value in values.items()})
-        except UnknownNameError as error:
-            raise UnknownFilterError(str(error), suggestion=error.suggestion) from None
-        except ParameterError as error:
-            raise FilterParameterError(f"{declared.python_name}: {error}") from None
-
-    def apply(self, declared: Filter, checked: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Apply the filter with checked values; its report, and the values that it ran with."""
-        values = {**declared.defaults, **checked}
-        self._layers.check_named(declared, values)
-        layer = self._layers.current()
-        try:
-            check_needs(declared, layer)
-        except MeshError as error:
-            raise FilterFailedError(str(error)) from None
-        try:
-            inputs = resolved(declared, values, layer)
-            if self._layers.bench.verbose or self._layers.bench.prints_parameters:
-                print(f"\nApplying filter {declared.python_name} with the following parameters:\n{inputs}\n")
-            edit = call(declared, inputs, layer, getattr(self._layers.meshset, "on_progress", None))
-            losses = write_edit(self._layers.bench, edit)
-        except StoppedError as error:
-            raise error.__cause__ or error from None
-        except MemoryError:
-            raise
-        except Exception as error:
-            raise FilterFailedError(f"{declared.python_name}: {reason(error)}") from error
-        self.note(edit.notes, logging.INFO)
-        self.note(losses)
-        return dict(edit.values), values
-
-    def on_mesh(self, declared: Filter, checked: Mapping[str, Any]) -> dict[str, Any]:
-        """The values that the filter would run with, lengths in mesh units."""
-        return resolved(declared, {**declared.defaults, **checked}, self._layers.current())
-
-    def note(self, sentences: Iterable[str], level: int = logging.WARNING) -> None:
-        """Hand sentences to the mesh set's `on_note`, else to the logger; the usual level is that of losses."""
-        on_note = getattr(self._layers.meshset, "on_note", None)
-        for text in sentences:
-            if on_note is not None:
-                on_note(text)
-            else:
-                _LOG.log(level, "%s", text)
-
 
 class FilterRunner:
     """Finds a filter, applies it by its kind, and returns the values that it ran with.
@@ -131,14 +66,14 @@ class FilterRunner:
     Ids of layers in a step do not count the layers that the write-back makes and removes, so that a script means the same
     whenever it is applied; see `Workbench.without_helpers`.
 
+    Filters of plugins call `on_progress` and `on_note` of the mesh set if it has them.
+
     Attributes:
-        plugins: the filters of plugins.
-        builtins: MeshLab's own.
+        builtins: MeshLab's own filters.
     """
 
     def __init__(self, layers: Layers) -> None:
         self._layers = layers
-        self.plugins = PluginFilters(layers)
         self.builtins = BuiltinFilters(layers.meshset, layers.current)
 
     def apply(self, filter_name: str, values: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
@@ -151,12 +86,10 @@ class FilterRunner:
         declared = known_filter(filter_name)
         if declared is None:
             return self.builtins.call(filter_name, values), None
-        self._check_mesh(declared)
-        return self._applied(declared, dict(values) if declared.is_builtin else self.plugins.check(declared, values))
+        return self._applied(declared, dict(values) if declared.is_builtin else self.check(declared, values))
 
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
         """Apply a step of a script, whose values are checked; its report, and the step as it was applied."""
-        self._check_mesh(step.filter)
         values = _with_ids(step.filter, step.values, self._layers.bench.with_helpers)
         return self._applied(step.filter, {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values)
 
@@ -170,18 +103,68 @@ class FilterRunner:
             return dict(self.builtins.ask(filter_name, **values))
         if declared.is_builtin:
             return self.builtins.values(declared, values)
-        return self.plugins.on_mesh(declared, self.plugins.check(declared, values))
+        return resolved(declared, {**declared.defaults, **self.check(declared, values)}, self._layers.current())
+
+    def check(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Values for a filter of a plugin, checked as declared; the only check before the filter's function.
+
+        Raises:
+            UnknownFilterError: no such parameter.
+            FilterParameterError: a value that the parameter does not take.
+        """
+        lengths = {p.name for p in declared.parameters if isinstance(p, Percentage)}
+        try:
+            return declared.check({name: as_length(value) if name in lengths else value for name, value in values.items()})
+        except UnknownNameError as error:
+            raise UnknownFilterError(str(error), suggestion=error.suggestion) from None
+        except ParameterError as error:
+            raise FilterParameterError(f"{declared.python_name}: {error}") from None
+
+    def note(self, sentences: Iterable[str], level: int = logging.WARNING) -> None:
+        """Hand sentences to the mesh set's `on_note`, else to the logger; the usual level is that of losses."""
+        on_note = getattr(self._layers.meshset, "on_note", None)
+        for text in sentences:
+            if on_note is not None:
+                on_note(text)
+            else:
+                _LOG.log(level, "%s", text)
 
     def _applied(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], Step]:
-        if declared.is_builtin:
-            self._layers.check_named(declared, values)
-            self.builtins.verbose = self._layers.bench.verbose
-        result, effective = (self.builtins if declared.is_builtin else self.plugins).apply(declared, values)
-        return result, Step(declared, _with_ids(declared, effective, self._layers.bench.without_helpers))
-
-    def _check_mesh(self, declared: Filter) -> None:
+        """Apply a filter with checked values; its report, and the step with the values that it ran with."""
         if declared.arity is not Arity.NONE and not self._layers.has_current():
             raise FilterFailedError(f"{declared.python_name} needs a mesh, and the mesh set has no current one: load one first")
+        if not declared.is_builtin:
+            values = {**declared.defaults, **values}
+        for name, mesh_id in declared.layers(values).items():
+            self._layers.check(mesh_id, f"{declared.python_name}: parameter {name!r}: ")
+        if declared.is_builtin:
+            self.builtins.verbose = self._layers.bench.verbose
+            report, values = self.builtins.apply(declared, values)
+        else:
+            report = self._apply_plugin(declared, values)
+        return report, Step(declared, _with_ids(declared, values, self._layers.bench.without_helpers))
+
+    def _apply_plugin(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
+        layer, bench = self._layers.current(), self._layers.bench
+        try:
+            check_needs(declared, layer)
+        except MeshError as error:
+            raise FilterFailedError(str(error)) from None
+        try:
+            inputs = resolved(declared, values, layer)
+            if bench.verbose or bench.prints_parameters:
+                print(f"\nApplying filter {declared.python_name} with the following parameters:\n{inputs}\n")
+            edit = call(declared, inputs, layer, getattr(self._layers.meshset, "on_progress", None))
+            losses = write_edit(bench, edit)
+        except StoppedError as error:
+            raise error.__cause__ or error from None
+        except MemoryError:
+            raise
+        except Exception as error:
+            raise FilterFailedError(f"{declared.python_name}: {reason(error)}") from error
+        self.note(edit.notes, logging.INFO)
+        self.note(losses)
+        return dict(edit.values)
 
 
 def _with_ids(declared: Filter, values: Mapping[str, Any], change: Callable[[int], int]) -> dict[str, Any]:

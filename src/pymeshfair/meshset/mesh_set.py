@@ -195,7 +195,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         arrays = exchange.taken(mesh)
         result = _locked(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
         exchange.add_values(max(BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
-        self._filters.plugins.note(arrays.lost)
+        self._filters.note(arrays.lost)
         return result
 
     def to_trimesh(self) -> Any:
@@ -220,7 +220,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def _given(self, make: Callable[[exchange.Arrays], Any]) -> Any:
         arrays = exchange.of_meshlab(self.current_mesh(), self._layers.bench)
         made = make(arrays)
-        self._filters.plugins.note(arrays.lost)
+        self._filters.note(arrays.lost)
         return made
 
     def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
@@ -232,7 +232,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         edges = self.current_mesh().edge_number()
         if edges and not str(file_name).lower().endswith(".obj"):
             text = f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; into an .obj file it does"
-            self._filters.plugins.note([text])
+            self._filters.note([text])
 
     def clear(self) -> None:
         """Remove all layers; the filter script stays."""
