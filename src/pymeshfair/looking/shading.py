@@ -35,17 +35,10 @@ _DOT = 1.1
 _LONGEST = 20_000
 
 
-class Light(NamedTuple):
-    """Shares of light: ambient, diffuse and specular."""
-
-    ambient: float
-    diffuse: float
-    specular: float
-
-
-_CLAY_LIGHT = Light(0.20, 0.85, 0.32)
+#: shares of ambient, diffuse and specular light
+_CLAY_LIGHT = (0.20, 0.85, 0.32)
 #: colours of numbers must stay near those of the colour bar
-_NUMBERS_LIGHT = Light(0.45, 0.58, 0.06)
+_NUMBERS_LIGHT = (0.45, 0.58, 0.06)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +63,7 @@ def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.
     Nothing is left out: every triangle is drawn, however many there are. Flat shading, so that noise is seen as it is.
     """
     columns, rows = width * SUPERSAMPLING, height * SUPERSAMPLING
-    buffer = DepthBuffer.empty(rows, columns)
+    buffer = DepthBuffer(np.full((rows, columns), -1, dtype=np.int32), np.full((rows, columns), -np.inf))
     screen = camera.screen(scene.vertices, columns, rows)
     if len(scene.faces):
         draw_triangles(screen, scene.faces, *buffer)
@@ -147,9 +140,10 @@ def _reflected(normals: Floats) -> tuple[Floats, Floats]:
     return diffuse, np.clip(normals @ half, 0.0, 1.0)[:, None] ** _SHININESS
 
 
-def _lit(diffuse: Floats, shine: Floats, colors: Floats, strength: Light) -> Floats:
-    """(k, 3) colours under the light of `_reflected`."""
-    return np.asarray((strength.ambient + strength.diffuse * diffuse) * colors + strength.specular * shine * (1.0 - 0.5 * colors))
+def _lit(diffuse: Floats, shine: Floats, colors: Floats, light: tuple[float, float, float]) -> Floats:
+    """(k, 3) colours under the light of `_reflected`, of these shares."""
+    ambient, scattered, specular = light
+    return np.asarray((ambient + scattered * diffuse) * colors + specular * shine * (1.0 - 0.5 * colors))
 
 
 def _weights(screen: Floats, faces: Ints, elements: Ints, seen: Bools) -> Floats:
@@ -180,11 +174,6 @@ class DepthBuffer(NamedTuple):
 
     elements: Ints  # (h, w) the number of the face or dot; -1 where nothing is
     depths: NDArray[np.float64]  # (h, w) how near it is; -inf where nothing is
-
-    @classmethod
-    def empty(cls, height: int, width: int) -> DepthBuffer:
-        """One in which nothing is drawn yet."""
-        return cls(np.full((height, width), -1, dtype=np.int32), np.full((height, width), -np.inf))
 
 
 @compiled

@@ -100,7 +100,10 @@ def comparison_page(
         unit: of the scan, or None.
     """
     before, after = compared.before.mesh, compared.after.mesh
-    ends = limits or _limits(compared)
+    tolerance = compared.comparison.tolerance
+    least = 1.5 * tolerance.mesh_units if tolerance else 0.0  # so that the tolerance lies well within the colour bar
+    low, high = symmetric_limits(compared.distances.after.distances)
+    ends = limits or Limits(min(low, -least), max(high, least))
     meshes = {"before": before, "after": after}
     curvatures = {name: mean_curvature(mesh.vertices, mesh.faces) for name, mesh in meshes.items() if len(mesh.faces)}
     scene, shown = _scene(compared, up, markers or _markers(compared.comparison, unit), ends, curvatures, unit)
@@ -157,13 +160,6 @@ def _markers(comparison: Comparison, unit: str | None) -> list[Marker]:
     if largest.largest.mesh_units == 0.0:
         return []
     return [Marker(largest.place, f"largest distance, {largest.largest.mesh_units:.4g}{spoken}", mesh)]
-
-
-def _limits(compared: Compared) -> Limits:
-    """The ends of the colours of distances: those of the samples, and at least half more than the tolerance."""
-    low, high = symmetric_limits(compared.distances.after.distances)
-    least = 1.5 * compared.comparison.tolerance.mesh_units if compared.comparison.tolerance else 0.0
-    return Limits(min(low, -least), max(high, least))
 
 
 def _scene(

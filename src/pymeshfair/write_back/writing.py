@@ -72,7 +72,7 @@ class _Before:
         self._wedges = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
-        """Restore the current layer; returns what could not be restored, in words."""
+        """Restore the current layer; the losses, in words."""
         lost = []
         try:
             shrink(bench, mesh, len(self._values["vertices"]), self._faces)
@@ -92,11 +92,10 @@ class _Before:
                 lost.append("texture coordinates of vertices")
         # Normals come last: they change with the coordinates. Helper attributes may use up the selection on their way in.
         for name in (*(name for name in EDITABLE if not name.endswith("selection")), "vertex_selection", "face_selection"):
-            values = self._values.get(name)
-            if values is not None and not np.array_equal(read_array(mesh, name), values, equal_nan=values.dtype.kind == "f"):
-                changes: dict[str, Any] = {name: values}
+            if name in self._values:
+                changes: dict[str, Any] = {name: self._values[name]}
                 try:
-                    write_values(bench, mesh, replace(Edit(), **changes))
+                    write_values(bench, mesh, Edit(**changes))
                 except _FAILURES:
                     lost.append(name.replace("_", " "))
         return lost
