@@ -35,6 +35,8 @@ _VALUES = {
     **dict.fromkeys(("Coordinate", "CoordinateDouble"), ("point", 3)),
     **{"Normal": ("vector", 3), "Color": ("color", 3), "ColorRGBA": ("color", 4), "TextureCoordinate": ("point", 2)},
 }
+#: corners of each face in sets of such faces, and the field with the corners of each strip or fan
+_SIZES, _COUNTS = {"Triangle": 3, "Quad": 4}, {"TriangleStrip": "stripCount", "TriangleFan": "fanCount"}
 _TEXTS = re.compile(r'"((?:[^"\\]|\\.)*)"|\'([^\']*)\'|(\S+)')
 
 
@@ -259,26 +261,25 @@ def _face_set(geometry: Node, assembly: Assembly) -> MeshData:
     return _made(geometry, assembly, points, corners, lengths, "the coordIndex of a 'IndexedFaceSet'")
 
 
-def _set(kind: str, counts: str = "") -> Callable[[Node, Assembly], MeshData]:
-    """The reader of a set of triangles, quads, strips or fans; their counts stand in a field, or they have indices."""
-
-    def read(geometry: Node, assembly: Assembly) -> MeshData:
-        points, what = _points(geometry), f"the corners of a {geometry.type!r}"
-        if geometry.type.startswith("Indexed"):
-            corners, lengths = _runs(geometry, "index", len(points))
-        else:
-            corners = np.arange(len(points))
-            lengths = indices(geometry.fields.get(counts, ""), f"the {counts} of a {geometry.type}")
-        if kind in ("triangle", "quad"):
-            size = 3 if kind == "triangle" else 4
-            if len(corners) % size:
-                raise ContentsError(f"{what} are {len(corners):,}, which are no whole number of {size}")
-            return _made(geometry, assembly, points, corners, np.full(len(corners) // size, size), what)
-        if (lengths < 3).any() or lengths.sum() != len(corners):
-            raise ContentsError(f"{what} are {len(corners):,}, but {counts or 'index'} says otherwise")
-        return _made(geometry, assembly, points, corners, lengths, what, triangles_of(corners, lengths, fans=kind == "fan"))
-
-    return read
+def _set(geometry: Node, assembly: Assembly) -> MeshData:
+    """A set of triangles, quads, strips or fans: indexed, or strips and fans with counts."""
+    kind = geometry.type.removeprefix("Indexed").removesuffix("Set")
+    points, what = _points(geometry), f"the corners of a {geometry.type!r}"
+    if geometry.type.startswith("Indexed"):
+        corners, lengths = _runs(geometry, "index", len(points))
+    else:
+        corners = np.arange(len(points))
+        lengths = indices(geometry.fields.get(_COUNTS.get(kind, ""), ""), f"the {_COUNTS.get(kind, '')} of a {geometry.type}")
+    if kind in _SIZES:
+        size = _SIZES[kind]
+        if len(corners) % size:
+            raise ContentsError(f"{what} are {len(corners):,}, which are no whole number of {size}")
+        return _made(geometry, assembly, points, corners, np.full(len(corners) // size, size), what)
+    if (lengths < 3).any() or lengths.sum() != len(corners):
+        name = "index" if geometry.type.startswith("Indexed") else _COUNTS[kind]
+        raise ContentsError(f"{what} are {len(corners):,}, but {name} says otherwise")
+    chosen = triangles_of(corners, lengths, fans=kind == "TriangleFan")
+    return _made(geometry, assembly, points, corners, lengths, what, chosen)
 
 
 def _lines(geometry: Node, assembly: Assembly) -> MeshData:
@@ -317,10 +318,7 @@ def _elevation(geometry: Node, assembly: Assembly) -> MeshData:
 
 _GEOMETRIES: Mapping[str, Callable[[Node, Assembly], MeshData]] = {
     "IndexedFaceSet": _face_set,
-    **{"IndexedTriangleSet": _set("triangle"), "TriangleSet": _set("triangle")},
-    **{"IndexedQuadSet": _set("quad"), "QuadSet": _set("quad")},
-    **{"IndexedTriangleStripSet": _set("strip"), "TriangleStripSet": _set("strip", "stripCount")},
-    **{"IndexedTriangleFanSet": _set("fan"), "TriangleFanSet": _set("fan", "fanCount")},
+    **{f"{prefix}{kind}Set": _set for prefix in ("", "Indexed") for kind in (*_SIZES, *_COUNTS)},
     **dict.fromkeys(("PointSet", "IndexedLineSet", "LineSet"), _lines),
     "ElevationGrid": _elevation,
 }
