@@ -1,6 +1,8 @@
-"""Reads the arrays of a pymeshlab mesh, and applies MeshLab's filters silently, outside the filter script."""
+"""A pymeshlab mesh as the `Layer` that a filter reads, and MeshLab's filters applied silently, outside the filter script."""
 
-from collections.abc import Iterator
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -8,14 +10,16 @@ import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
+from ..declaration import Bools, Floats, Ints, Layer
 from ..errors import MeshError
 from ..mesh_data import as_levels
+from ..mesh_data.mesh_data import Has, Measures
 from ..meshlab.base import BASE, MESHLAB, apply_filter
 
 #: A morph is s + (t - s) in floating point; from what the first leaves over, the second reaches t exactly.
 _MOST_MORPHS = 3
 #: by the names of `Layer`, pymeshlab's method that gives an array, and its type
-ARRAYS: dict[str, tuple[str, type]] = {
+_ARRAYS: dict[str, tuple[str, type]] = {
     "vertices": ("vertex_matrix", np.float64),
     "faces": ("face_matrix", np.int32),
     "edges": ("edge_matrix", np.int32),
@@ -29,7 +33,7 @@ ARRAYS: dict[str, tuple[str, type]] = {
     "face_normals": ("face_normal_matrix", np.float64),
 }
 #: What an `Edit` can change without adding or removing elements; a layer has attributes of the same names.
-EDITABLE = tuple(name for name in ARRAYS if name not in ("faces", "edges"))
+EDITABLE = tuple(name for name in _ARRAYS if name not in ("faces", "edges"))
 
 
 def read_array(mesh: Any, name: str) -> NDArray[Any]:
@@ -37,7 +41,7 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
 
     Face normals are right only while the mesh has no matrix; see `Workbench.matrix_aside`.
     """
-    method, dtype = ARRAYS[name]
+    method, dtype = _ARRAYS[name]
     try:
         return np.ascontiguousarray(getattr(mesh, method)(), dtype=dtype)
     except pymeshlab.MissingCompactnessException:
@@ -65,11 +69,64 @@ def attributes_of(mesh: Any, element: str) -> dict[str, NDArray[Any]]:
     return attributes
 
 
-def empty_array(name: str) -> NDArray[Any]:
+def _empty_array(name: str) -> NDArray[Any]:
     """The same array of a mesh without elements."""
     columns = {"vertex_colors": (4,), "face_colors": (4,), "edges": (2,)}.get(name, (3,))
     flat = name.endswith(("selection", "scalars"))
-    return np.empty((0,) if flat else (0, *columns), dtype=ARRAYS[name][1])
+    return np.empty((0,) if flat else (0, *columns), dtype=_ARRAYS[name][1])
+
+
+class MeshLayer(Measures):
+    """A pymeshlab mesh as a `Layer`.
+
+    Arrays are read when first asked for and then kept, so a layer serves until the mesh changes.
+    """
+
+    vertices: Floats
+    faces: Ints
+    edges: Ints
+    vertex_normals: Floats
+    face_normals: Floats
+    vertex_selection: Bools
+    face_selection: Bools
+    vertex_scalars: Floats
+    face_scalars: Floats
+    vertex_colors: Floats
+    face_colors: Floats
+    has_vertex_scalars, has_vertex_colors, has_face_scalars, has_face_colors = Has(), Has(), Has(), Has()
+
+    def __init__(self, mesh: Any, bench: Workbench, other: Callable[[int], Layer]) -> None:
+        """See the class; None reads as an empty mesh, and `other` gives another layer by its id."""
+        self._mesh, self._bench, self.other = mesh, bench, other
+
+    def __getattr__(self, name: str) -> Any:
+        """Read an array; it is an attribute of the layer from then on."""
+        if name not in _ARRAYS:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        if self._mesh is None:
+            array = _empty_array(name)
+        elif name in ("face_scalars", "face_colors") and not self.has(name):
+            raise MeshError(f"the mesh {self.label!r} has no {name.replace('_', ' ')}")
+        elif name == "face_normals":
+            with self._bench.matrix_aside(self._mesh):
+                array = read_array(self._mesh, name)
+        else:
+            array = read_array(self._mesh, name)
+        array.flags.writeable = False
+        setattr(self, name, array)
+        return array
+
+    @property
+    def label(self) -> str:
+        return "" if self._mesh is None else str(self._mesh.label())
+
+    @property
+    def has_wedge_tex_coords(self) -> bool:
+        return self._mesh is not None and bool(self._mesh.has_wedge_tex_coord())
+
+    def has(self, name: str) -> bool:
+        """Whether the mesh has an array, such as ``"vertex_scalars"``."""
+        return self._mesh is not None and bool(getattr(self._mesh, f"has_{name[:-1]}")())
 
 
 class Workbench:
