@@ -164,6 +164,13 @@ def triangles_of(corners: NDArray[np.int64], lengths: NDArray[np.int64], *, fans
     return np.asarray(places[proper_faces(corners[places])])
 
 
+def turn(axis: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    """(3, 3) the rotation by an angle in radians about an axis of any length; none about an axis of none."""
+    x, y, z = axis / (np.linalg.norm(axis) or 1.0)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
+
+
 def turned_over(part: MeshData) -> MeshData:
     """The part with its faces seen from the other side."""
     wedges = part.face_attributes.get("wedge_texture_coordinates")

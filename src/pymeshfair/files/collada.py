@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData
-from .assembly import Assembly, levels, triangles_of, unit_of
+from .assembly import Assembly, levels, triangles_of, turn, unit_of
 from .errors import ContentsError
 from .indices import check_range, indices, numbers
 from .inputs import Reading
@@ -254,13 +254,6 @@ def _transform(part: Element) -> NDArray[np.float64]:
         case "rotate":
             matrix[:3, :3] = turn(v[:3], np.radians(v[3]))
     return matrix
-
-
-def turn(axis: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-    """(3, 3) the rotation by an angle in radians about an axis of any length; none about an axis of none."""
-    x, y, z = axis / (np.linalg.norm(axis) or 1.0)
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
 
 
 def _corners(p: Element, stride: int, own: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

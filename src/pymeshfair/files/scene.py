@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData
-from .assembly import Assembly, levels, triangles_of, turned_over
-from .collada import turn
+from .assembly import Assembly, levels, triangles_of, turn, turned_over
 from .errors import ContentsError
 from .indices import check_range, indices, numbers, rows
 from .inputs import Reading
