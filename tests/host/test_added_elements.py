@@ -292,7 +292,7 @@ def test_consecutive_filters_see_additions() -> None:
     n = len(before["vertices"])
     meshes.apply_step(give_back(Edit(vertices=before["vertices"] + 1.0, vertex_scalars=np.arange(n, dtype=float))))
     meshes.apply_step(give_back(Edit(**added)))
-    layer = meshes._layers.current()
+    layer = meshes._bench.current()
     assert len(layer.vertices) == n + 6
     assert len(layer.faces) == len(before["faces"]) + 10
     meshes.apply_step(give_back(Edit(vertices=layer.vertices * 2.0)))
@@ -310,7 +310,7 @@ def test_ids_of_layers_in_scripts_are_those_without_additions() -> None:
     assert meshes.current_mesh_id() == 1
     assert len(meshes) == 3
     meshes.load_new_mesh(sample("cube.obj"))
-    assert meshes._layers.bench.without_helpers(meshes.current_mesh_id()) == 3
+    assert meshes._bench.without_helpers(meshes.current_mesh_id()) == 3
     meshes.set_current_mesh(1)
     offered = pymeshlab.MeshSet.filter_parameter_values(meshes, "ply")
     assert all(sum(refill.PREFIX in k and kind in k for k in offered) <= attributes.MOST for kind in ("_vs_", "_fs_"))

@@ -62,7 +62,7 @@ def test_relative_lengths_stay_relative(tmp_path: Path) -> None:
     meshes.meshing_isotropic_explicit_remeshing(iterations=1, targetlen="0.8edge")
     meshes.meshing_isotropic_explicit_remeshing(iterations=1, targetlen=pymeshlab.PercentageValue(10.1))
     meshes.meshing_merge_close_vertices(threshold=pymeshlab.PercentageValue(1))
-    layer = meshes._layers.current()
+    layer = meshes._bench.current()
     file = tmp_path / "lengths.mlx"
     meshes.save_filter_script(str(file))
     detail, default, edges, percent, merge = read_script(file).steps

@@ -26,7 +26,7 @@ def test_arrays_are_those_of_the_mesh() -> None:
     meshes.compute_scalar_by_function_per_face(q="fi")
     meshes.compute_color_by_function_per_face(r="fi", g="1", b="2", a="3")
     meshes.compute_selection_by_condition_per_vertex(condselect="vi > 10")
-    layer: Layer = meshes._layers.current()
+    layer: Layer = meshes._bench.current()
     expected: dict[str, tuple[Any, Any]] = {
         "vertices": (mesh.vertex_matrix(), np.float64),
         "faces": (mesh.face_matrix(), np.int32),
@@ -54,7 +54,7 @@ def test_an_array_is_read_once() -> None:
     """Asking twice gives the same array, so a filter may ask wherever it needs one."""
     meshes = MeshSet()
     meshes.create_cube()
-    layer = meshes._layers.current()
+    layer = meshes._bench.current()
     assert layer.vertices is layer.vertices
 
 
@@ -72,7 +72,7 @@ def test_mean_edge(mesh: Any, expected: float) -> None:
     """The mean of the edges, each counted once; of a cloud the mean distance to the nearest point; of one point 0."""
     meshes = MeshSet()
     meshes.add_mesh(mesh)
-    assert meshes._layers.current().mean_edge == pytest.approx(expected, rel=1e-15)
+    assert meshes._bench.current().mean_edge == pytest.approx(expected, rel=1e-15)
 
 
 def test_diagonal_is_that_of_the_box_without_the_matrix() -> None:
@@ -81,7 +81,7 @@ def test_diagonal_is_that_of_the_box_without_the_matrix() -> None:
     meshes.load_new_mesh(sample("cow.obj"))
     meshes.set_matrix(transformmatrix=np.diag([2.0, 2.0, 2.0, 1.0]), freeze=False)
     box = meshes.current_mesh().bounding_box()
-    assert meshes._layers.current().diagonal == pytest.approx(box.diagonal(), rel=1e-15)
+    assert meshes._bench.current().diagonal == pytest.approx(box.diagonal(), rel=1e-15)
 
 
 def test_selected_vertices_come_from_triangles_when_no_vertex_is_selected() -> None:
@@ -90,23 +90,23 @@ def test_selected_vertices_come_from_triangles_when_no_vertex_is_selected() -> N
     meshes = MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(np.vstack([vertices, [[9, 9, 9]]]), faces))
     with pytest.raises(MeshError, match="nothing is selected"):
-        meshes._layers.current().selected_vertices()
+        meshes._bench.current().selected_vertices()
     star = (faces == 0).any(axis=1)
     meshes.compute_selection_by_condition_per_face(condselect=" || ".join(f"fi == {i}" for i in np.flatnonzero(star)))
-    assert np.flatnonzero(meshes._layers.current().selected_vertices()).tolist() == [0]
+    assert np.flatnonzero(meshes._bench.current().selected_vertices()).tolist() == [0]
     meshes.compute_selection_by_condition_per_vertex(condselect="vi == 7")
-    assert np.flatnonzero(meshes._layers.current().selected_vertices()).tolist() == [7]
+    assert np.flatnonzero(meshes._bench.current().selected_vertices()).tolist() == [7]
     meshes.set_selection_none()
     meshes.compute_selection_by_condition_per_face(condselect="fi == 0")
     with pytest.raises(MeshError, match="triangles on all sides"):
-        meshes._layers.current().selected_vertices()
+        meshes._bench.current().selected_vertices()
 
 
 def test_what_a_mesh_lacks_is_said() -> None:
     """Asking for face scalars or colours of a mesh without them is an error that names the mesh; has_... tells before."""
     meshes = MeshSet()
     meshes.load_new_mesh(sample("cow.obj"))
-    layer = meshes._layers.current()
+    layer = meshes._bench.current()
     assert (layer.has_face_scalars, layer.has_face_colors, layer.has_vertex_scalars) == (False, False, False)
     with pytest.raises(MeshError, match=r"'cow.obj' has no face scalars"):
         _ = layer.face_scalars
@@ -119,7 +119,7 @@ def test_another_layer_can_be_read() -> None:
     meshes = MeshSet()
     meshes.create_cube()
     meshes.add_mesh(pymeshlab.Mesh(*torus()), "ring")
-    layer = meshes._layers.current()
+    layer = meshes._bench.current()
     assert np.array_equal(layer.other(0).vertices, meshes.mesh(0).vertex_matrix())
     assert layer.other(1).label == "ring"
     with pytest.raises(MeshError, match=r"there is no layer 5 .*0 'Box/Cube', 1 'ring'"):

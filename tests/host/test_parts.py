@@ -10,10 +10,11 @@ import pytest
 
 from pymeshfair.errors import StepFailedError
 from pymeshfair.meshlab.errors import FilterParameterError, UnknownLayerError
-from pymeshfair.meshset.filter_runner import FilterRunner, Layers
+from pymeshfair.meshset.filter_runner import FilterRunner
 from pymeshfair.meshset.script_log import ScriptLog
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Step
+from pymeshfair.write_back import Workbench
 from tests.meshes import icosphere
 
 
@@ -27,7 +28,7 @@ def meshes() -> pymeshlab.MeshSet:
 
 def test_layers_read_any_mesh_set(meshes: pymeshlab.MeshSet) -> None:
     """A layer has the arrays of pymeshlab's mesh; one that is not there is named."""
-    layers = Layers(meshes)
+    layers = Workbench(meshes)
     assert np.array_equal(layers.current().vertices, meshes.current_mesh().vertex_matrix())
     with pytest.raises(UnknownLayerError, match="here: there is no layer 7"):
         layers.check(7, "here: ")
@@ -35,14 +36,14 @@ def test_layers_read_any_mesh_set(meshes: pymeshlab.MeshSet) -> None:
 
 def test_layers_of_an_empty_mesh_set_are_empty() -> None:
     """Without a mesh there is no current layer, and what is read of it has no vertices."""
-    layers = Layers(pymeshlab.MeshSet())
+    layers = Workbench(pymeshlab.MeshSet())
     assert not layers.has_current()
     assert layers.current().vertices.shape == (0, 3)
 
 
 def test_the_runner_applies_both_kinds_and_says_what_ran(meshes: pymeshlab.MeshSet) -> None:
     """A filter of MeshLab's and one of a plugin work on pymeshlab's mesh set and come back as steps with all their values."""
-    runner = FilterRunner(Layers(meshes))
+    runner = FilterRunner(Workbench(meshes))
     before = meshes.current_mesh().vertex_matrix()
     for name in ("apply_coord_taubin_smoothing", "apply_coord_taubin_fairing"):
         _, step = runner.apply(name, {})

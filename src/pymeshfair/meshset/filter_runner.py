@@ -8,56 +8,16 @@ from typing import Any
 import pymeshlab
 
 from ..calling import StoppedError, call, check_needs, resolved
-from ..declaration import Arity, Filter, Layer, Percentage
+from ..declaration import Arity, Filter, Percentage
 from ..errors import MeshError, ParameterError, UnknownNameError
-from ..meshlab.base import BASE
 from ..meshlab.builtin_filters import BuiltinFilters, as_length, constant_defaults
-from ..meshlab.errors import FilterFailedError, FilterParameterError, UnknownFilterError, UnknownLayerError, reason
+from ..meshlab.errors import FilterFailedError, FilterParameterError, UnknownFilterError, reason
 from ..registry import is_known
 from ..scripts.script import Step
-from ..write_back import MeshLayer, Workbench, without_helpers, write_edit
+from ..write_back import Workbench, without_helpers, write_edit
 from .listing import known_filter
 
 _LOG = logging.getLogger("pymeshfair")
-
-
-class Layers:
-    """Reads and edits the layers of one mesh set.
-
-    Attributes:
-        meshset: the mesh set; any `pymeshlab.MeshSet` serves.
-        bench: runs MeshLab's filters for the write-back.
-    """
-
-    def __init__(self, meshset: Any, *, verbose: bool = False) -> None:
-        self.meshset = meshset
-        self.bench = Workbench(meshset)
-        self.bench.verbose = verbose
-
-    def has_current(self) -> bool:
-        """Whether the mesh set has a current layer."""
-        try:
-            BASE.current_mesh_id(self.meshset)
-        except pymeshlab.PyMeshLabException:
-            return False
-        return True
-
-    def current(self) -> MeshLayer:
-        """The current layer as it is now; an empty one if there is none."""
-        return MeshLayer(BASE.current_mesh(self.meshset) if self.has_current() else None, self.bench, self.other)
-
-    def other(self, mesh_id: int) -> Layer:
-        """The layer of that id; raise `UnknownLayerError` if there is none."""
-        self.check(mesh_id)
-        return MeshLayer(BASE.mesh(self.meshset, mesh_id), self.bench, self.other)
-
-    def check(self, mesh_id: int, where: str = "") -> None:
-        """Raise `UnknownLayerError`, its message beginning with `where`, if there is no layer of that id."""
-        if mesh_id >= 0 and BASE.mesh_id_exists(self.meshset, mesh_id):
-            return
-        there = ", ".join(f"{m.id()} {m.label()!r}" for m in BASE.__iter__(self.meshset)) or "none"
-        gaps = "; ids skip numbers, see current_mesh_id() after a layer is made" if self.bench.helper_ids else ""
-        raise UnknownLayerError(f"{where}there is no layer {mesh_id} in the mesh set (it has {there}{gaps})")
 
 
 class FilterRunner:
@@ -72,9 +32,9 @@ class FilterRunner:
         builtins: MeshLab's own filters.
     """
 
-    def __init__(self, layers: Layers) -> None:
-        self._layers = layers
-        self.builtins = BuiltinFilters(layers.meshset, layers.current)
+    def __init__(self, bench: Workbench) -> None:
+        self._bench = bench
+        self.builtins = BuiltinFilters(bench.meshset, bench.current)
 
     def apply(self, filter_name: str, values: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
         """Apply a filter with the values of a caller.
@@ -90,7 +50,7 @@ class FilterRunner:
 
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
         """Apply a step of a script, whose values are checked; its report, and the step as it was applied."""
-        values = _with_ids(step.filter, step.values, self._layers.bench.with_helpers)
+        values = _with_ids(step.filter, step.values, self._bench.with_helpers)
         return self._applied(step.filter, {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values)
 
     def values(self, filter_name: str, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -103,7 +63,7 @@ class FilterRunner:
             return dict(self.builtins.ask(filter_name, **values))
         if declared.is_builtin:
             return self.builtins.values(declared, values)
-        return resolved(declared, {**declared.defaults, **self.check(declared, values)}, self._layers.current())
+        return resolved(declared, {**declared.defaults, **self.check(declared, values)}, self._bench.current())
 
     def check(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         """Values for a filter of a plugin, checked as declared; the only check before the filter's function.
@@ -122,7 +82,7 @@ class FilterRunner:
 
     def note(self, sentences: Iterable[str], level: int = logging.WARNING) -> None:
         """Hand sentences to the mesh set's `on_note`, else to the logger; the usual level is that of losses."""
-        on_note = getattr(self._layers.meshset, "on_note", None)
+        on_note = getattr(self._bench.meshset, "on_note", None)
         for text in sentences:
             if on_note is not None:
                 on_note(text)
@@ -131,21 +91,21 @@ class FilterRunner:
 
     def _applied(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], Step]:
         """Apply a filter with checked values; its report, and the step with the values that it ran with."""
-        if declared.arity is not Arity.NONE and not self._layers.has_current():
+        if declared.arity is not Arity.NONE and not self._bench.has_current():
             raise FilterFailedError(f"{declared.python_name} needs a mesh, and the mesh set has no current one: load one first")
         if not declared.is_builtin:
             values = {**declared.defaults, **values}
         for name, mesh_id in declared.layers(values).items():
-            self._layers.check(mesh_id, f"{declared.python_name}: parameter {name!r}: ")
+            self._bench.check(mesh_id, f"{declared.python_name}: parameter {name!r}: ")
         if declared.is_builtin:
-            self.builtins.verbose = self._layers.bench.verbose
+            self.builtins.verbose = self._bench.verbose
             report, values = self.builtins.apply(declared, values)
         else:
             report = self._apply_plugin(declared, values)
-        return report, Step(declared, _with_ids(declared, values, self._layers.bench.without_helpers))
+        return report, Step(declared, _with_ids(declared, values, self._bench.without_helpers))
 
     def _apply_plugin(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        layer, bench = self._layers.current(), self._layers.bench
+        layer, bench = self._bench.current(), self._bench
         try:
             check_needs(declared, layer)
         except MeshError as error:
@@ -154,7 +114,7 @@ class FilterRunner:
             inputs = resolved(declared, values, layer)
             if bench.verbose or bench.prints_parameters:
                 print(f"\nApplying filter {declared.python_name} with the following parameters:\n{inputs}\n")
-            edit = call(declared, inputs, layer, getattr(self._layers.meshset, "on_progress", None))
+            edit = call(declared, inputs, layer, getattr(self._bench.meshset, "on_progress", None))
             losses = write_edit(bench, edit)
         except StoppedError as error:
             raise error.__cause__ or error from None

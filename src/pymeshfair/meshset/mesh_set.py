@@ -14,13 +14,13 @@ from ..meshlab.base import BASE, MESHLAB, after_failure
 from .filter_methods import FilterMethods, LateMethods
 
 if TYPE_CHECKING:
-    from .. import recipe
+    from .. import recipe, write_back
     from ..scripts.script import Script, Step
     from . import exchange, filter_runner, listing, script_log
     from .pymeshlab_classes import _MeshSet as _Typed
 else:  # importing them takes longer than importing pymeshlab
     _Typed = BASE
-    recipe = ImportedWhenUsed("pymeshfair.recipe")
+    recipe, write_back = ImportedWhenUsed("pymeshfair.recipe"), ImportedWhenUsed("pymeshfair.write_back")
     exchange, filter_runner, listing, script_log = (
         ImportedWhenUsed(f"pymeshfair.meshset.{name}") for name in ("exchange", "filter_runner", "listing", "script_log")
     )
@@ -56,8 +56,8 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     def __init__(self, verbose: bool = False) -> None:
         BASE.__init__(self, verbose)
-        self._layers = filter_runner.Layers(self, verbose=verbose)
-        self._filters = filter_runner.FilterRunner(self._layers)
+        self._bench = write_back.Workbench(self, verbose=verbose)
+        self._filters = filter_runner.FilterRunner(self._bench)
         self._script = script_log.ScriptLog()
 
     # ---------------------------------------------------------------------------------------------------------- filters
@@ -128,7 +128,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         Raises:
             PymeshfairError: the file cannot be written.
         """
-        self._script.save(filter_script_name, self._layers.current())
+        self._script.save(filter_script_name, self._bench.current())
 
     def clear_filter_script(self) -> None:
         """Forget the current filter script."""
@@ -179,7 +179,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         Raises:
             UnknownLayerError: there is none; pymeshlab would go on without a current mesh.
         """
-        self._layers.check(new_curr_id)
+        self._bench.check(new_curr_id)
         BASE.set_current_mesh(self, new_curr_id)
 
     def add_mesh(self, mesh: Any, mesh_name: str = "", set_as_current: bool = True) -> Any:
@@ -218,7 +218,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self._given(exchange.to_pyvista)
 
     def _given(self, make: Callable[[exchange.Arrays], Any]) -> Any:
-        arrays = exchange.of_meshlab(self.current_mesh(), self._layers.bench)
+        arrays = exchange.of_meshlab(self.current_mesh(), self._bench)
         made = make(arrays)
         self._filters.note(arrays.lost)
         return made
@@ -236,18 +236,18 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     def clear(self) -> None:
         """Remove all layers; the filter script stays."""
-        self._layers.bench.helper_ids.clear()
+        self._bench.helper_ids.clear()
         BASE.clear(self)
 
     def set_verbosity(self, verbosity: bool) -> None:
         """Whether filters report on the screen."""
         BASE.set_verbosity(self, verbosity)
-        self._layers.bench.verbose = verbosity
+        self._bench.verbose = verbosity
 
     def set_parameter_verbosity(self, verbosity: bool) -> None:
         """Whether the parameters of filters are printed."""
         BASE.set_parameter_verbosity(self, verbosity)
-        self._layers.bench.prints_parameters = verbosity
+        self._bench.prints_parameters = verbosity
 
     # ------------------------------------------------------------------------------------------------------------ shown
 
@@ -271,7 +271,7 @@ def _locked(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs:
         try:
             return original(meshes, *args, **kwargs)
         except Exception:
-            if meshes._layers.bench.verbose:
+            if meshes._bench.verbose:
                 after_failure(meshes, verbose=True)
             raise
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -15,6 +15,7 @@ from ..errors import MeshError
 from ..mesh_data import as_levels
 from ..mesh_data.mesh_data import Has, Measures
 from ..meshlab.base import BASE, MESHLAB, apply_filter
+from ..meshlab.errors import UnknownLayerError
 
 #: A morph is s + (t - s) in floating point; from what the first leaves over, the second reaches t exactly.
 _MOST_MORPHS = 3
@@ -95,9 +96,9 @@ class MeshLayer(Measures):
     face_colors: Floats
     has_vertex_scalars, has_vertex_colors, has_face_scalars, has_face_colors = Has(), Has(), Has(), Has()
 
-    def __init__(self, mesh: Any, bench: Workbench, other: Callable[[int], Layer]) -> None:
-        """See the class; None reads as an empty mesh, and `other` gives another layer by its id."""
-        self._mesh, self._bench, self.other = mesh, bench, other
+    def __init__(self, mesh: Any, bench: Workbench) -> None:
+        """See the class; None reads as an empty mesh."""
+        self._mesh, self._bench, self.other = mesh, bench, bench.other
 
     def __getattr__(self, name: str) -> Any:
         """Read an array; it is an attribute of the layer from then on."""
@@ -130,23 +131,48 @@ class MeshLayer(Measures):
 
 
 class Workbench:
-    """Applies MeshLab's filters to a mesh set, outside its filter script and without output on the screen.
+    """Reads the layers of a mesh set, and applies MeshLab's filters outside its script and without output on the screen.
 
     It calls the methods of `pymeshlab.MeshSet` itself, never those of a subclass.
 
     Attributes:
-        meshset: the mesh set at work.
+        meshset: the mesh set; any `pymeshlab.MeshSet` serves.
         helper_ids: ids that MeshLab has given to helper layers, ascending. MeshLab never gives an id twice, so every helper layer
             leaves a gap behind.
         verbose: whether the mesh set reports its own filters on the screen; those applied here are silent.
         prints_parameters: the same for their parameters alone.
     """
 
-    def __init__(self, meshset: Any) -> None:
+    def __init__(self, meshset: Any, *, verbose: bool = False) -> None:
         self.meshset = meshset
         self.helper_ids: list[int] = []
-        self.verbose = False
+        self.verbose = verbose
         self.prints_parameters = False
+
+    def has_current(self) -> bool:
+        """Whether the mesh set has a current layer."""
+        try:
+            BASE.current_mesh_id(self.meshset)
+        except pymeshlab.PyMeshLabException:
+            return False
+        return True
+
+    def current(self) -> MeshLayer:
+        """The current layer as it is now; an empty one if there is none."""
+        return MeshLayer(BASE.current_mesh(self.meshset) if self.has_current() else None, self)
+
+    def other(self, mesh_id: int) -> Layer:
+        """The layer of that id; raise `UnknownLayerError` if there is none."""
+        self.check(mesh_id)
+        return MeshLayer(BASE.mesh(self.meshset, mesh_id), self)
+
+    def check(self, mesh_id: int, where: str = "") -> None:
+        """Raise `UnknownLayerError`, its message beginning with `where`, if there is no layer of that id."""
+        if mesh_id >= 0 and BASE.mesh_id_exists(self.meshset, mesh_id):
+            return
+        there = ", ".join(f"{m.id()} {m.label()!r}" for m in BASE.__iter__(self.meshset)) or "none"
+        gaps = "; ids skip numbers, see current_mesh_id() after a layer is made" if self.helper_ids else ""
+        raise UnknownLayerError(f"{where}there is no layer {mesh_id} in the mesh set (it has {there}{gaps})")
 
     def apply(self, filter_name: str, /, **parameters: Any) -> dict[str, Any]:
         """Apply a filter of MeshLab to the current layer; its report."""
