@@ -25,8 +25,10 @@ from denoising_methods import METHODS, Method, Settings
 from denoising_metrics import Errors, Floats, NoisyPair, errors, used_alone
 from denoising_pairs import read_mesh
 
-from pymeshfair.looking.panels import Panel, draw_panels, save_picture
 from pymeshfair.looking.picture import Appearance
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+from panels import Panel, draw_panels, save_picture
 
 #: the MAD in degrees that papers' methods reach: the first four tuned per mesh against the truth, by the C++ code of Zhang et al.
 #: 2015 and an open one; NLLR (Li et al. 2018), GCN-Denoiser (Shen et al. 2022) and MeshTGV (Liu et al. 2021) by their authors'

@@ -115,7 +115,9 @@ def best(shape: Shape, kernel: KernelName, *, by_vertices: bool = False) -> tupl
 
 def draw(path: Path, sharp: Shape, smooth: Shape, shown: dict[KernelName, tuple[Floats, Floats]], by_vertices: Floats) -> None:
     """The chest above, the ball below: noisy, by some kernels, and true."""
-    from pymeshfair.looking.panels import Panel, draw_panels, save_picture
+    sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+    from panels import Panel, draw_panels, save_picture
+
     from pymeshfair.looking.picture import Appearance
 
     names: tuple[KernelName, ...] = ("l2", "l1", "tukey", "huber", "lorentzian")

@@ -24,8 +24,8 @@ from typing import Any
 import pymeshlab
 
 from pymeshfair.declaration import Bool, Enum, Float, Int, Percentage
+from pymeshfair.meshlab.facts import table
 from pymeshfair.meshlab.former import Former, former_filters
-from pymeshfair.meshlab.unrepeatable import UNREPEATABLE
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import ScriptError, Upgrade, format_script
 from pymeshfair.scripts.upgrade import upgrade_script
@@ -96,7 +96,9 @@ def renamed(folder: Path) -> list[Case]:
     """One case for each old name of a filter that MeshLab has today and chance does not decide."""
     there = ((old, former) for old, former in former_filters().items() if former.now is not None)
     return [
-        _renamed(old, former, folder) for old, former in there if find_filter(former.now or "").python_name not in UNREPEATABLE
+        _renamed(old, former, folder)
+        for old, former in there
+        if find_filter(former.now or "").python_name not in table("unrepeatable")["apart"]
     ]
 
 
@@ -125,7 +127,7 @@ def real(scripts: Path, folder: Path) -> list[Case]:
         except ScriptError:
             continue
         steps = len(upgraded.script.steps)
-        if not any(step.filter.python_name in UNREPEATABLE for step in upgraded.script.steps):
+        if not any(step.filter.python_name in table("unrepeatable")["apart"] for step in upgraded.script.steps):
             cases.append(_case(path.name, upgraded, {"script": str(path), "steps": steps}, folder))
     return cases
 

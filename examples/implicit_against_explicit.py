@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pymeshlab
+from panels import Panel, draw_panels, save_picture
 
 from pymeshfair.filters.checks import UnstableStepError
 from pymeshfair.filters.diffusion import explicit_smoothing, implicit_fairing
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.looking.panels import Panel, draw_panels, save_picture
 
 meshes = pymeshlab.MeshSet()
 meshes.load_new_mesh(str(Path(pymeshlab.__file__).parent / "tests/sample_meshes/bunny.obj"))

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pymeshlab
 from fast_simplification import simplify
+from panels import Panel, draw_panels, save_picture
 
 from pymeshfair import MeshSet
 from pymeshfair.filters.inspection import displacement
-from pymeshfair.looking.panels import Panel, draw_panels, save_picture
 from pymeshfair.looking.picture import Appearance
 
 panels = []

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pymeshlab
+from panels import Panel, draw_panels, save_picture
 
 from pymeshfair.filters.fairing import ENERGIES, fair_region
-from pymeshfair.looking.panels import Panel, draw_panels, save_picture
 from pymeshfair.looking.picture import Appearance
 
 meshes = pymeshlab.MeshSet()

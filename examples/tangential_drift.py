@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from panels import Panel, draw_panels, save_picture
 from scipy.spatial import ConvexHull
 
 from pymeshfair.filters.diffusion import implicit_fairing
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.looking.panels import Panel, draw_panels, save_picture
 from pymeshfair.looking.picture import Appearance
 
 turn = np.arange(1500) + 0.5

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pymeshlab
+from panels import Panel, draw_panels, save_picture
 
 from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection import surface_measures
-from pymeshfair.looking.panels import Panel, draw_panels, save_picture
 
 meshes = pymeshlab.MeshSet()
 meshes.load_new_mesh(str(Path(pymeshlab.__file__).parent / "tests/sample_meshes/bunny.obj"))

@@ -8,18 +8,19 @@ import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import pymeshlab
 import pytest
+from meshlab_survey import InstalledParameter, Survey, SurveyError, differences_from_table, survey_installed
 
 from pymeshfair.declaration import Enum, FilterClass, Float, Int, Length, Mesh, MeshElement, Percentage, Shot
 from pymeshfair.errors import ParameterError
 from pymeshfair.meshlab import facts
 from pymeshfair.meshlab.facts import differences_from_installed, meshlab_filters, python_name, table_version
-from pymeshfair.meshlab.survey import InstalledParameter, Survey, SurveyError, survey_installed
 
 BY_NAME = {f.python_name: f for f in meshlab_filters()}
 
@@ -40,7 +41,21 @@ def test_the_table_is_that_of_the_installed_version(installed: Survey) -> None:
     """All 281 filters have the parameters, kinds, defaults, choices and bounds that the installed pymeshlab tells."""
     assert len(installed.filters) == 281
     assert sum(map(len, installed.filters.values())) == sum(len(f.parameters) for f in meshlab_filters())
+    assert differences_from_table(installed) == []
+
+
+@same_version
+def test_names_of_filters_and_parameters_are_compared_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The installed filters have the names of the table; a filter too many, one too few and another parameter are named."""
     assert differences_from_installed() == []
+    first, second, *others = meshlab_filters()
+    changed = (replace(first, parameters=first.parameters[1:]), replace(second, python_name="create_teapot"), *others)
+    monkeypatch.setattr(facts, "meshlab_filters", lambda: changed)
+    assert differences_from_installed() == [
+        f"filter {second.python_name!r} is not in the table",
+        "filter 'create_teapot' is not installed",
+        f"filter {first.python_name!r} has or lacks parameters: {first.parameters[0].name}",
+    ]
 
 
 def compare_with_values_on_a_cube() -> None:
@@ -83,9 +98,10 @@ def test_every_value_that_meshlab_would_use_on_a_cube_is_the_tables() -> None:
     In a process of its own: some filters take the values of their last use as defaults.
     """
     program = f"from {__name__} import compare_with_values_on_a_cube; compare_with_values_on_a_cube()"
-    done = subprocess.run(
-        [sys.executable, "-c", program], cwd=Path(__file__).parents[1], capture_output=True, text=True, timeout=120, check=False
-    )
+    root = Path(__file__).parents[1]
+    environment = {**os.environ, "PYTHONPATH": str(root / "tools")}
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
 
 
@@ -190,7 +206,7 @@ def _with(parameters: Sequence[InstalledParameter], **changes: Any) -> tuple[Ins
     return (InstalledParameter(**{**values, **changes}), *parameters[1:])
 
 
-def test_another_version_of_meshlab_is_described_by_its_differences(installed: Survey, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_version_of_meshlab_is_described_by_its_differences(installed: Survey) -> None:
     """Against an altered program the comparison names each kind of difference, from the version to the bounds."""
     filters = dict(installed.filters)
     del filters["create_cube"]
@@ -205,8 +221,7 @@ def test_another_version_of_meshlab_is_described_by_its_differences(installed: S
         *filters["create_fractal_terrain"][:2],
         *_with(filters["create_fractal_terrain"][2:], bounds=(0.0, 7.0)),
     )
-    monkeypatch.setattr("pymeshfair.meshlab.survey.survey_installed", lambda: Survey("2031.1", filters))
-    told = "\n".join(differences_from_installed())
+    told = "\n".join(differences_from_table(Survey("2031.1", filters)))
     for sentence in (
         f"pymeshlab 2031.1 is installed; the table of its filters is of {table_version()}",
         "filter 'create_teapot' is not in the table",

@@ -36,8 +36,10 @@ from recipe_pictures import (
 )
 
 from pymeshfair import MeshSet
-from pymeshfair.looking.panels import Panel, draw_panels
 from pymeshfair.looking.picture import Appearance
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+from panels import Panel, draw_panels
 
 PICTURES = Path(__file__).parents[1] / "docs/pictures/filters"
 #: by filter: what it is shown on, the parameters that are not its defaults, and from where

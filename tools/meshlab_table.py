@@ -2,7 +2,7 @@
 
 Where each fact comes from:
 
-* Python names, kinds, defaults, bounds and choices: asked of the program (`pymeshfair.meshlab.survey`);
+* Python names, kinds, defaults, bounds and choices: asked of the program (`meshlab_survey`);
 * whether a default or a bound depends on the mesh: asked on several meshes;
 * MeshLab's own names: from the script that pymeshlab saves after it has applied a filter. Some filters kill their process, so
   each is applied in one of its own; of those that never succeed the table's names are kept, and have to agree with the Python
@@ -22,8 +22,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from meshlab_survey import InstalledParameter, plain_value, survey_installed
+
 from pymeshfair.meshlab.facts import python_name
-from pymeshfair.meshlab.survey import InstalledParameter, plain_value, survey_installed
 
 TABLE = Path(__file__).parents[1] / "src/pymeshfair/meshlab/filters.json"
 

@@ -18,11 +18,12 @@ from pymeshfair import MeshSet
 from pymeshfair.filters.fairing import ENERGIES, blend_parts, fair_region
 from pymeshfair.filters.holes import close_holes
 from pymeshfair.filters.spectral import low_pass, lowest_eigenpairs, spectral_problem
-from pymeshfair.looking.panels import Panel, draw_panels, save_picture
 from pymeshfair.looking.picture import Appearance
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from denoising_findings import chest
+from panels import Panel, draw_panels, save_picture
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int32]

@@ -18,11 +18,12 @@ from PIL import Image
 
 from pymeshfair import MeshSet, Recipe
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.looking.panels import Panel, draw_panels
 from pymeshfair.looking.picture import Appearance
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from denoising_findings import chest
+from panels import Panel, draw_panels
 from pictures import FACE, SAMPLES, Floats, Ints, read, tube
 
 PICTURES = Path(__file__).parents[1] / "docs/pictures/recipes"

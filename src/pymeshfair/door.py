@@ -25,7 +25,7 @@ from .mesh_data import MeshData, Source, Texture
 from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
 from .meshlab.base import BASE
 from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
-from .meshlab.unrepeatable import LEAVES_STATE
+from .meshlab.facts import table
 from .processes.worker import use_up
 from .scripts.script import Step
 from .write_back.attributes import SAVED_AS, saved_attributes
@@ -89,7 +89,7 @@ class Door:
             self._bring_custom(name)
         self._painted |= FilterClass.TEXTURE in step.filter.classes
         self._with_normals |= FilterClass.NORMAL in step.filter.classes
-        if step.filter.python_name in LEAVES_STATE:
+        if step.filter.python_name in table("unrepeatable")["leaves_state"]:
             use_up()
         return parameters, self._filters.apply(step.filter, values)[0]
 

@@ -284,19 +284,18 @@ def test_additions_and_deletions_together() -> None:
     assert same(meshes.current_mesh().vertex_matrix(), np.vstack([np.eye(4, 3)[1:], np.ones((1, 3))]))
 
 
-def test_consecutive_filters_see_additions_and_lose_nothing_that_was_pending() -> None:
-    """Among filters whose results wait, one that adds tells MeshLab what was pending first; the next one sees the larger mesh."""
+def test_consecutive_filters_see_additions() -> None:
+    """Of three filters the second adds elements: the third sees the larger mesh, and what the first did is kept."""
     meshes = textured_obj()
     before = everything(meshes)
     added = additions(meshes, 6, 10)
     n = len(before["vertices"])
-    with meshes.deferred():
-        meshes.apply_step(give_back(Edit(vertices=before["vertices"] + 1.0, vertex_scalars=np.arange(n, dtype=float))))
-        meshes.apply_step(give_back(Edit(**added)))
-        layer = meshes._layers.current()
-        assert len(layer.vertices) == n + 6
-        assert len(layer.faces) == len(before["faces"]) + 10
-        meshes.apply_step(give_back(Edit(vertices=layer.vertices * 2.0)))
+    meshes.apply_step(give_back(Edit(vertices=before["vertices"] + 1.0, vertex_scalars=np.arange(n, dtype=float))))
+    meshes.apply_step(give_back(Edit(**added)))
+    layer = meshes._bench.current()
+    assert len(layer.vertices) == n + 6
+    assert len(layer.faces) == len(before["faces"]) + 10
+    meshes.apply_step(give_back(Edit(vertices=layer.vertices * 2.0)))
     mesh = meshes.current_mesh()
     assert same(mesh.vertex_matrix()[:n], (before["vertices"] + 1.0) * 2.0)
     assert same(mesh.vertex_matrix()[n:], added["added_vertices"] * 2.0)
@@ -311,7 +310,7 @@ def test_ids_of_layers_in_scripts_are_those_without_additions() -> None:
     assert meshes.current_mesh_id() == 1
     assert len(meshes) == 3
     meshes.load_new_mesh(sample("cube.obj"))
-    assert meshes._layers.bench.without_helpers(meshes.current_mesh_id()) == 3
+    assert meshes._bench.without_helpers(meshes.current_mesh_id()) == 3
     meshes.set_current_mesh(1)
     offered = pymeshlab.MeshSet.filter_parameter_values(meshes, "ply")
     assert all(sum(refill.PREFIX in k and kind in k for k in offered) <= attributes.MOST for kind in ("_vs_", "_fs_"))

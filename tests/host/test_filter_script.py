@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +11,12 @@ import pymeshlab
 import pytest
 
 from pymeshfair import Recipe
-from pymeshfair.declaration import Edit, FilterClass, Layer, Length, mesh_filter
+from pymeshfair.declaration import Edit, Length
 from pymeshfair.errors import PymeshfairError, StepFailedError
 from pymeshfair.meshlab.errors import FilterFailedError, ScriptStepFailedError
-from pymeshfair.meshset import MeshSet, filter_runner
+from pymeshfair.meshset import MeshSet
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Script, ScriptError, Step, read_script, write_script
-from pymeshfair.write_back import write_edit
 from tests.host.snapshots import differences, everything, give_back, sample
 from tests.meshes import icosphere
 
@@ -28,22 +26,6 @@ def ball() -> MeshSet:
     meshes = MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(*icosphere(2)), "ball")
     return meshes
-
-
-@pytest.fixture
-def write_backs(monkeypatch: pytest.MonkeyPatch) -> list[Edit]:
-    """The edits that MeshLab is told of during the test."""
-    told: list[Edit] = []
-
-    def recorder(original: Callable[..., Any]) -> Callable[..., Any]:
-        def write(bench: Any, edit: Edit) -> Any:
-            told.append(edit)
-            return original(bench, edit)
-
-        return write
-
-    monkeypatch.setattr(filter_runner, "write_edit", recorder(write_edit))
-    return told
 
 
 def test_a_session_becomes_a_script_that_does_the_same(tmp_path: Path) -> None:
@@ -80,7 +62,7 @@ def test_relative_lengths_stay_relative(tmp_path: Path) -> None:
     meshes.meshing_isotropic_explicit_remeshing(iterations=1, targetlen="0.8edge")
     meshes.meshing_isotropic_explicit_remeshing(iterations=1, targetlen=pymeshlab.PercentageValue(10.1))
     meshes.meshing_merge_close_vertices(threshold=pymeshlab.PercentageValue(1))
-    layer = meshes._layers.current()
+    layer = meshes._bench.current()
     file = tmp_path / "lengths.mlx"
     meshes.save_filter_script(str(file))
     detail, default, edges, percent, merge = read_script(file).steps
@@ -202,8 +184,8 @@ def test_printing_works_after_a_failed_filter(capsys: pytest.CaptureFixture[str]
     assert "\tdetail_size : Length = 20%\n" in out
 
 
-def test_consecutive_filters_of_plugins_are_told_once(write_backs: list[Edit]) -> None:
-    """MeshLab learns of results before a filter of its own and at the end, and the mesh is the same as step by step."""
+def test_a_script_does_what_its_filters_do_one_by_one() -> None:
+    """A script of both kinds of filters makes the same mesh as the filters applied one after another, to the bit."""
     chain: list[tuple[str, dict[str, Any]]] = [
         ("apply_coord_taubin_fairing", {"iterations": 2}),
         ("compute_selection_by_outlier_probability_per_vertex", {"neighbors": 8, "threshold": 0.1}),
@@ -215,77 +197,10 @@ def test_consecutive_filters_of_plugins_are_told_once(write_backs: list[Edit]) -
     one_by_one = ball()
     for name, values in chain:
         one_by_one.apply_filter(name, **values)
-    assert len(write_backs) == 5
-    write_backs.clear()
     together = ball()
     together._script.steps = list(one_by_one._script.steps)
     together.apply_filter_script()
-    assert len(write_backs) == 2
-    assert write_backs[0].vertex_scalars is not None
-    assert write_backs[1].vertex_scalars is None
     assert differences(everything(one_by_one), everything(together)) == []
-
-
-def test_normals_are_derived_when_a_filter_asks_for_them(write_backs: list[Edit]) -> None:
-    """A filter that reads normals after vertices have moved gets those of the moved surface."""
-
-    @mesh_filter(name="Inflate", classes=FilterClass.OTHER)
-    def inflate(layer: Layer) -> Edit:
-        """Moves every vertex along its normal."""
-        return Edit(vertices=layer.vertices + layer.vertex_normals * [1.0, 2.0, 3.0])
-
-    separate, together = ball(), ball()
-    for _ in range(3):
-        separate.apply_step(Step(inflate))
-    write_backs.clear()
-    with together.deferred():
-        for _ in range(3):
-            together.apply_step(Step(inflate))
-    assert len(write_backs) == 3
-    assert differences(everything(separate), everything(together)) == []
-
-
-def test_everything_asked_of_the_mesh_set_is_up_to_date(tmp_path: Path) -> None:
-    """Whatever is asked of the mesh set during a deferral is answered as if nothing had been put off."""
-    moved = icosphere(2)[0] + 1.0
-
-    def saved(meshes: MeshSet) -> Any:
-        meshes.save_current_mesh(str(tmp_path / "a.ply"))
-        return _loaded(tmp_path / "a.ply")
-
-    asks: list[Callable[[MeshSet], Any]] = [
-        lambda meshes: meshes.current_mesh().vertex_matrix(),
-        lambda meshes: meshes.mesh(0).vertex_matrix(),
-        lambda meshes: meshes[0].vertex_matrix(),
-        lambda meshes: next(iter(meshes)).vertex_matrix(),
-        lambda meshes: (meshes.add_mesh(pymeshlab.Mesh(*icosphere(0)), set_as_current=False), meshes[0].vertex_matrix())[1],
-        saved,
-    ]
-    for ask in asks:
-        meshes = ball()
-        with meshes.deferred():
-            meshes.apply_step(give_back(Edit(vertices=moved)))
-            assert np.array_equal(ask(meshes), moved)
-
-
-def _loaded(file: Path) -> Any:
-    meshes = MeshSet()
-    meshes.load_new_mesh(str(file))
-    return meshes.current_mesh().vertex_matrix()
-
-
-def test_a_deletion_ends_a_deferral(write_backs: list[Edit]) -> None:
-    """What was put off is told together with a deletion, and filters after it see the smaller mesh."""
-    vertices, _ = icosphere(2)
-    meshes = ball()
-    gone = np.arange(len(vertices)) < 10
-    with meshes.deferred():
-        meshes.apply_step(give_back(Edit(vertices=vertices + 1.0)))
-        meshes.apply_step(give_back(Edit(delete_vertices=gone)))
-        assert len(write_backs) == 1
-        meshes.apply_step(give_back(Edit(vertex_scalars=np.arange(152.0))))
-    assert np.array_equal(meshes.current_mesh().vertex_matrix(), vertices[10:] + 1.0)
-    assert np.array_equal(meshes.current_mesh().vertex_scalar_array(), np.arange(152.0))
 
 
 @pytest.mark.parametrize("fails", ["plugin", "MeshLab"])
@@ -328,17 +243,16 @@ def test_a_broken_script_is_refused_whole(tmp_path: Path) -> None:
         meshes.save_filter_script(str(tmp_path / "missing/x.mlx"))
 
 
-def test_effective_parameters_are_complete() -> None:
-    """effective_parameters gives every value that a step runs with, those that depend on the mesh included."""
+def test_recorded_values_are_complete() -> None:
+    """A step is recorded with every value that it ran with, those that depend on the mesh included."""
     meshes = MeshSet()
     meshes.load_new_mesh(sample("bone.ply"))
     meshes.apply_filter("meshing_decimation_clustering")
     recorded = meshes._script.steps[-1]
+    assert recorded.values.keys() == {p.name for p in recorded.filter.parameters}
     fresh = MeshSet()
     fresh.load_new_mesh(sample("bone.ply"))
-    assert fresh.effective_parameters(Step(recorded.filter)) == recorded.values
-    assert recorded.values.keys() == {p.name for p in recorded.filter.parameters}
-    assert fresh.effective_parameters(Step(find_filter("apply_coord_taubin_fairing"), {"iterations": 7}))["iterations"] == 7
+    assert fresh._filters.apply_step(Step(recorded.filter))[1].values == recorded.values
 
 
 def test_what_a_filter_was_last_used_with_is_no_default_of_a_script() -> None:
@@ -351,7 +265,6 @@ def test_what_a_filter_was_last_used_with_is_no_default_of_a_script() -> None:
             meshes.meshing_isotropic_explicit_remeshing(iterations=1, targetlen="30%", featuredeg=80.0)
             meshes = ball()
         step = Step(remeshing, {"targetlen": Length(10.0, "percent")})
-        assert meshes.effective_parameters(step)["iterations"] == 10
-        meshes.apply_step(step)
+        assert meshes._filters.apply_step(step)[1].values["iterations"] == 10
         results.append(meshes.current_mesh().vertex_matrix())
     np.testing.assert_array_equal(results[0], results[1])

@@ -8,10 +8,9 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.declaration import Edit, FilterClass, Layer, mesh_filter
+from pymeshfair.declaration import Layer
 from pymeshfair.errors import MeshError
 from pymeshfair.meshset import MeshSet
-from pymeshfair.scripts import Step
 from tests.host.snapshots import add_attributes, sample
 from tests.meshes import icosphere, torus
 
@@ -27,7 +26,7 @@ def test_arrays_are_those_of_the_mesh() -> None:
     meshes.compute_scalar_by_function_per_face(q="fi")
     meshes.compute_color_by_function_per_face(r="fi", g="1", b="2", a="3")
     meshes.compute_selection_by_condition_per_vertex(condselect="vi > 10")
-    layer: Layer = meshes._layers.current()
+    layer: Layer = meshes._bench.current()
     expected: dict[str, tuple[Any, Any]] = {
         "vertices": (mesh.vertex_matrix(), np.float64),
         "faces": (mesh.face_matrix(), np.int32),
@@ -55,7 +54,7 @@ def test_an_array_is_read_once() -> None:
     """Asking twice gives the same array, so a filter may ask wherever it needs one."""
     meshes = MeshSet()
     meshes.create_cube()
-    layer = meshes._layers.current()
+    layer = meshes._bench.current()
     assert layer.vertices is layer.vertices
 
 
@@ -73,7 +72,7 @@ def test_mean_edge(mesh: Any, expected: float) -> None:
     """The mean of the edges, each counted once; of a cloud the mean distance to the nearest point; of one point 0."""
     meshes = MeshSet()
     meshes.add_mesh(mesh)
-    assert meshes._layers.current().mean_edge == pytest.approx(expected, rel=1e-15)
+    assert meshes._bench.current().mean_edge == pytest.approx(expected, rel=1e-15)
 
 
 def test_diagonal_is_that_of_the_box_without_the_matrix() -> None:
@@ -82,7 +81,7 @@ def test_diagonal_is_that_of_the_box_without_the_matrix() -> None:
     meshes.load_new_mesh(sample("cow.obj"))
     meshes.set_matrix(transformmatrix=np.diag([2.0, 2.0, 2.0, 1.0]), freeze=False)
     box = meshes.current_mesh().bounding_box()
-    assert meshes._layers.current().diagonal == pytest.approx(box.diagonal(), rel=1e-15)
+    assert meshes._bench.current().diagonal == pytest.approx(box.diagonal(), rel=1e-15)
 
 
 def test_selected_vertices_come_from_triangles_when_no_vertex_is_selected() -> None:
@@ -91,23 +90,23 @@ def test_selected_vertices_come_from_triangles_when_no_vertex_is_selected() -> N
     meshes = MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(np.vstack([vertices, [[9, 9, 9]]]), faces))
     with pytest.raises(MeshError, match="nothing is selected"):
-        meshes._layers.current().selected_vertices()
+        meshes._bench.current().selected_vertices()
     star = (faces == 0).any(axis=1)
     meshes.compute_selection_by_condition_per_face(condselect=" || ".join(f"fi == {i}" for i in np.flatnonzero(star)))
-    assert np.flatnonzero(meshes._layers.current().selected_vertices()).tolist() == [0]
+    assert np.flatnonzero(meshes._bench.current().selected_vertices()).tolist() == [0]
     meshes.compute_selection_by_condition_per_vertex(condselect="vi == 7")
-    assert np.flatnonzero(meshes._layers.current().selected_vertices()).tolist() == [7]
+    assert np.flatnonzero(meshes._bench.current().selected_vertices()).tolist() == [7]
     meshes.set_selection_none()
     meshes.compute_selection_by_condition_per_face(condselect="fi == 0")
     with pytest.raises(MeshError, match="triangles on all sides"):
-        meshes._layers.current().selected_vertices()
+        meshes._bench.current().selected_vertices()
 
 
 def test_what_a_mesh_lacks_is_said() -> None:
     """Asking for face scalars or colours of a mesh without them is an error that names the mesh; has_... tells before."""
     meshes = MeshSet()
     meshes.load_new_mesh(sample("cow.obj"))
-    layer = meshes._layers.current()
+    layer = meshes._bench.current()
     assert (layer.has_face_scalars, layer.has_face_colors, layer.has_vertex_scalars) == (False, False, False)
     with pytest.raises(MeshError, match=r"'cow.obj' has no face scalars"):
         _ = layer.face_scalars
@@ -120,39 +119,8 @@ def test_another_layer_can_be_read() -> None:
     meshes = MeshSet()
     meshes.create_cube()
     meshes.add_mesh(pymeshlab.Mesh(*torus()), "ring")
-    layer = meshes._layers.current()
+    layer = meshes._bench.current()
     assert np.array_equal(layer.other(0).vertices, meshes.mesh(0).vertex_matrix())
     assert layer.other(1).label == "ring"
     with pytest.raises(MeshError, match=r"there is no layer 5 .*0 'Box/Cube', 1 'ring'"):
         layer.other(5)
-
-
-def test_a_deferred_edit_is_what_the_next_filter_reads() -> None:
-    """While MeshLab has not been told, the layer shows coordinates, box, selection and normals as they will be."""
-    seen: dict[str, Any] = {}
-
-    @mesh_filter(name="Double", classes=FilterClass.OTHER)
-    def double(layer: Layer) -> Edit:
-        """Doubles the mesh and selects the first vertex."""
-        return Edit(vertices=layer.vertices * [2.0, 1.0, 1.0], vertex_selection=np.arange(len(layer.vertices)) == 0)
-
-    @mesh_filter(name="Look", classes=FilterClass.OTHER)
-    def look(layer: Layer) -> Edit:
-        """Looks at the mesh."""
-        seen.update(diagonal=layer.diagonal, normals=layer.vertex_normals.copy(), selected=layer.selected_vertices().copy())
-        seen.update(mean_edge=layer.mean_edge, faces=layer.faces.copy(), other=layer.other(0).vertices.copy())
-        return Edit()
-
-    meshes = MeshSet()
-    meshes.create_cube()
-    handle, before = meshes.current_mesh(), meshes.current_mesh().vertex_matrix()
-    with meshes.deferred():
-        meshes.apply_step(Step(double))
-        assert np.array_equal(handle.vertex_matrix(), before), "the edit was not put off"
-        meshes.apply_step(Step(look))
-    after = meshes.current_mesh()
-    assert np.array_equal(after.vertex_matrix(), before * [2.0, 1.0, 1.0])
-    assert seen["diagonal"] == pytest.approx(np.sqrt(6.0))
-    assert np.array_equal(seen["other"], after.vertex_matrix())
-    assert np.array_equal(seen["normals"], after.vertex_normal_matrix())
-    assert np.flatnonzero(seen["selected"]).tolist() == [0]

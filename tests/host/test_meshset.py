@@ -131,7 +131,7 @@ def test_lengths_can_be_said_in_every_way(length: Any, distance: float) -> None:
     corners = np.array([[x, y, z] for x in (0, 2) for y in (0, 2) for z in (0, 2)], dtype=float)
     meshes.add_mesh(pymeshlab.Mesh(corners, np.array([[0, 1, 3], [4, 5, 7]])))  # halves of two sides of a cube
     expected = distance * ((2.0 + 2.0 + 8**0.5) / 3 if "edge" in str(length) else 1.0)
-    given = meshes._filters.plugins.check(apply_coord_shift, {} if length is None else {"distance": length})
+    given = meshes._filters.check(apply_coord_shift, {} if length is None else {"distance": length})
     assert meshes.apply_step(Step(apply_coord_shift, given))["distance"] == pytest.approx(expected, rel=1e-12)
 
 
@@ -256,7 +256,7 @@ def test_text_lengths_work_for_meshlabs_filters() -> None:
     assert values("generate_alpha_shape", alpha="3%")["alpha"] == in_percent
     assert values("generate_alpha_shape", alpha="0.2")["alpha"] == pytest.approx(0.2)
     assert values("generate_alpha_shape", alpha="250%")["alpha"] == pytest.approx(2.5 * diagonal)
-    edge = meshes._layers.current().mean_edge
+    edge = meshes._bench.current().mean_edge
     assert values("generate_alpha_shape", alpha="2edge")["alpha"] == pytest.approx(2 * edge)
     # MeshLab's 100 % of this one is a hundredth of the diagonal
     merge = meshes.filter_parameter_values
@@ -323,17 +323,17 @@ def test_ids_in_scripts_do_not_count_helper_layers() -> None:
     assert (recorded["sampledmesh"], recorded["targetmesh"]) == (1, 2)
     again = meshes.apply_step(Step(get_distance_to, {"reference": 1}))["distance"]
     assert again == np.linalg.norm(meshes.mesh(5).vertex_matrix()[0] - meshes.mesh(3).vertex_matrix()[0])
-    assert [meshes._layers.bench.with_helpers(meshes._layers.bench.without_helpers(i)) for i in ids] == ids
+    assert [meshes._bench.with_helpers(meshes._bench.without_helpers(i)) for i in ids] == ids
     meshes.clear()
     meshes.create_cube()
-    assert meshes._layers.bench.without_helpers(meshes.current_mesh_id()) == meshes.current_mesh_id() == 0
+    assert meshes._bench.without_helpers(meshes.current_mesh_id()) == meshes.current_mesh_id() == 0
 
 
 def test_parameter_values_of_both_kinds() -> None:
     """filter_parameter_values gives lengths in mesh units, for filters of plugins as for MeshLab's."""
     meshes = ball()
     values = meshes.filter_parameter_values("apply_coord_implicit_fairing", detail_size="10%", iterations=2)
-    assert values["detail_size"] == pytest.approx(0.1 * meshes._layers.current().diagonal)
+    assert values["detail_size"] == pytest.approx(0.1 * meshes._bench.current().diagonal)
     assert values["iterations"] == 2
     assert [*values] == [p.name for p in find_filter("apply_coord_implicit_fairing").parameters]
 

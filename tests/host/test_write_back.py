@@ -170,7 +170,7 @@ def test_normals_under_a_matrix(mirrored: bool) -> None:
     matrix[0, 1] = 1 / 3
     meshes.set_matrix(transformmatrix=matrix, freeze=False)
     meshes.apply_step(give_back(Edit(face_normals=normals)))
-    assert same(meshes._layers.current().face_normals.copy(), normals)
+    assert same(meshes._bench.current().face_normals.copy(), normals)
     assert same(meshes.current_mesh().transform_matrix(), matrix)
     meshes.set_matrix_identity()
     assert same(meshes.current_mesh().face_normal_matrix(), normals)

@@ -43,7 +43,7 @@ def test_every_pixel_shows_the_nearest_triangle() -> None:
     screen = np.column_stack([rng.uniform(-5, 45, 60), rng.uniform(-5, 35, 60), rng.normal(size=60)])
     faces = rng.integers(0, 60, (40, 3)).astype(np.int32)
     faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
-    buffer = DepthBuffer.empty(30, 40)
+    buffer = DepthBuffer(np.full((30, 40), -1, np.int32), np.full((30, 40), -np.inf))
     draw_triangles(screen, faces, *buffer)
     for row in range(30):
         for column in range(40):
@@ -62,7 +62,7 @@ def test_every_pixel_shows_the_nearest_triangle() -> None:
 def test_a_surface_has_no_cracks() -> None:
     """A rectangle of 20,000 triangles fills every pixel of its outline, however small they are."""
     vertices, faces = grid(100, 100, 0.37)
-    buffer = DepthBuffer.empty(50, 50)
+    buffer = DepthBuffer(np.full((50, 50), -1, np.int32), np.full((50, 50), -np.inf))
     draw_triangles(vertices * [1.2, 1.2, 1.0], faces, *buffer)
     covered = buffer.elements >= 0
     expected = np.arange(50) + 0.5 < 37 * 1.2

@@ -99,7 +99,7 @@ def test_the_declaration_mirrors_meshlabs() -> None:
     assert isinstance(neighbors, Int)
     assert isinstance(extent, Float)
     assert isinstance(threshold, Float)
-    assert [p.rich_type for p in declared.parameters] == ["RichInt", "RichFloat", "RichDynamicFloat"]
+    assert [p.xml_type for p in declared.parameters] == ["RichInt", "RichFloat", "RichDynamicFloat"]
     assert (neighbors.minimum, extent.minimum, threshold.minimum, threshold.maximum) == (1, 0.1, 0, 1)
 
 

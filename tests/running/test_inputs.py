@@ -11,7 +11,7 @@ import pytest
 
 from pymeshfair.files.errors import InputError
 from pymeshfair.files.inputs import check_input, read_file
-from pymeshfair.files.obj_materials import Materials
+from pymeshfair.files.obj import Materials
 
 from .runs import BONE, SAMPLES, ply_bytes, xyz
 
@@ -163,7 +163,7 @@ def test_a_missing_material_file_is_named(tmp_path: Path) -> None:
 
 def test_a_material_file_is_read_up_to_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A material file that is too long is refused without being read whole."""
-    monkeypatch.setattr("pymeshfair.files.obj_materials.MATERIAL_LIMIT", 20)
+    monkeypatch.setattr("pymeshfair.files.obj.MATERIAL_LIMIT", 20)
     (tmp_path / "m.mtl").write_text("newmtl a\nmap_Kd b.png\n")
     with pytest.raises(InputError, match=r"the material file 'm.mtl' has more than 20 bytes"):
         Materials().read(tmp_path / "m.mtl", tmp_path / "m.obj")

@@ -1,9 +1,8 @@
-"""Scripts with one more step, setting or tag; the differences of two scripts; the table of a recipe for notebooks."""
+"""Scripts with one more step, setting or tag; the differences of two scripts."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from difflib import SequenceMatcher
-from html import escape
 from typing import Any
 
 from ..declaration import Filter, nearest
@@ -16,13 +15,13 @@ from ..scripts.script import Setting, is_name
 from ..scripts.value_text import parse_value
 
 
-def with_step(script: Script, known: Filter, given: Mapping[str, Any]) -> Script:
+def with_step(script: Script, declared: Filter, values: Mapping[str, Any]) -> Script:
     """The script with one more step, some of whose values may be settings."""
-    settings = {name: value for name, value in given.items() if isinstance(value, Setting)}
-    chosen = {name: parse_value(known.parameter(name), setting.default) for name, setting in settings.items()}
-    values = known.check({**given, **chosen})
-    check_expressions(known, values)
-    step = Step(known, values, settings={name: setting.name for name, setting in settings.items()})
+    settings = {name: value for name, value in values.items() if isinstance(value, Setting)}
+    defaults = {name: parse_value(declared.parameter(name), setting.default) for name, setting in settings.items()}
+    checked = declared.check({**values, **defaults})
+    check_expressions(declared, checked)
+    step = Step(declared, checked, settings={name: setting.name for name, setting in settings.items()})
     every = script.settings
     for setting in settings.values():
         every = _with_setting(every, setting)
@@ -65,52 +64,27 @@ def check_name(name: str, of_what: str) -> None:
 
 
 def differences(first: Script, second: Script) -> list[str]:
-    """One sentence for each step that only one of them has and for each value that differs; values that are not said count as
-    their defaults, so that scripts which do the same have no difference.
-    """
+    """One sentence for each step of only one script and for each value that differs; absent values count as their defaults."""
     ours, theirs = first.with_defaults().steps, second.with_defaults().steps
     names, other_names = ([step.filter.python_name for step in steps] for steps in (ours, theirs))
-    found: list[str] = []
+    sentences: list[str] = []
     for kind, i, i_end, j, j_end in SequenceMatcher(None, names, other_names, autojunk=False).get_opcodes():
         if kind == "equal":
             for k in range(i_end - i):
-                found += _changed(ours[i + k], theirs[j + k], j + k + 1)
+                sentences += _changed(ours[i + k], theirs[j + k], j + k + 1)
             continue
-        found += [f"step {k + 1}, {ours[k].filter.name}, is left out" for k in range(i, i_end)]
-        found += [f"step {k + 1}, {theirs[k].filter.name}, is new" for k in range(j, j_end)]
+        sentences += [f"step {k + 1}, {ours[k].filter.name}, is left out" for k in range(i, i_end)]
+        sentences += [f"step {k + 1}, {theirs[k].filter.name}, is new" for k in range(j, j_end)]
     if first.guards != second.guards:
-        found.append(f"limits are {second.guards.texts() or 'none'}, not {first.guards.texts() or 'none'}")
+        sentences.append(f"limits are {second.guards.texts() or 'none'}, not {first.guards.texts() or 'none'}")
     if first.unit != second.unit:
-        found.append(f"the unit of scans is {second.unit or 'none'}, not {first.unit or 'none'}")
-    return found
+        sentences.append(f"the unit of scans is {second.unit or 'none'}, not {first.unit or 'none'}")
+    return sentences
 
 
 def _changed(ours: Step, theirs: Step, number: int) -> Iterator[str]:
     for parameter in theirs.filter.parameters:
         before, after = (step.values.get(parameter.name) for step in (ours, theirs))
         if before != after:
-            said = ["what suits the mesh" if value is None else value for value in (after, before)]
-            yield f"step {number}, {theirs.filter.name}: {parameter.name} is {said[0]}, not {said[1]}"
-
-
-def recipe_table(name: str, script: Script) -> str:
-    """HTML: the title, the settings, and one row a step with the values that are not the defaults."""
-    title = script.comment.partition("\n")[0].strip() or name
-    parts = [f"<p><b>{escape(title)}</b></p>"]
-    if script.settings:
-        rows = ((s.name, s.default, s.unit, s.description) for s in script.settings)
-        parts.append(_table(("setting", "value", "unit", "meaning"), rows))
-    steps = ((str(n), step.filter.name, _values(step), step.tag) for n, step in enumerate(script.steps, 1))
-    parts.append(_table(("step", "filter", "values", "tag"), steps))
-    return "\n".join(parts)
-
-
-def _values(step: Step) -> str:
-    said = {name: value for name, value in step.values.items() if value != step.filter.defaults[name] or name in step.settings}
-    return ", ".join(f"{name} = {step.settings.get(name, value)}" for name, value in said.items())
-
-
-def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    lines = ["<table>", f"<tr>{''.join(f'<th>{escape(word)}</th>' for word in head)}</tr>"]
-    lines += [f"<tr>{''.join(f'<td>{escape(word)}</td>' for word in row)}</tr>" for row in rows]
-    return "\n".join([*lines, "</table>"])
+            now, was = ("what suits the mesh" if value is None else value for value in (after, before))
+            yield f"step {number}, {theirs.filter.name}: {parameter.name} is {now}, not {was}"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,8 +38,7 @@ class Recipe(FilterMethods):
         recipe.save("clean.mlx")
         recipe.run("scan.ply", "clean.ply")
 
-    Two recipes are equal if their scripts are: steps, values, settings, tags, comment and limits. In a notebook a recipe is shown
-    as a table.
+    Two recipes are equal if their scripts are: steps, values, settings, tags, comment and limits.
     """
 
     __hash__ = None  # type: ignore[assignment]  # it changes
@@ -64,9 +62,9 @@ class Recipe(FilterMethods):
             UnknownNameError: no recipe of that name is shipped, and there is no such file.
             ScriptError: something in the script is wrong; lists every problem.
         """
-        found = named.load_recipe(name_or_path, upgrade=upgrade)
-        recipe = cls(found.name)
-        recipe._script, recipe._changes = found.script, found.changes
+        loaded = named.load_recipe(name_or_path, upgrade=upgrade)
+        recipe = cls(loaded.name)
+        recipe._script, recipe._changes = loaded.script, loaded.changes
         return recipe
 
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
@@ -137,15 +135,6 @@ class Recipe(FilterMethods):
         return self._script
 
     @property
-    def comment(self) -> str:
-        """The words at the head of the script."""
-        return self._script.comment
-
-    @comment.setter
-    def comment(self, words: str) -> None:
-        self._script = replace(self._script, comment=words)
-
-    @property
     def changes(self) -> tuple[Change, ...]:
         """The changes by which the loaded script was upgraded."""
         return self._changes
@@ -164,9 +153,6 @@ class Recipe(FilterMethods):
 
     def __repr__(self) -> str:
         return f"<Recipe {self.name!r}: {', '.join(step.filter.python_name for step in self) or 'no steps'}>"
-
-    def _repr_html_(self) -> str:
-        return building.recipe_table(self.name, self._script)
 
     def differences(self, other: Recipe) -> list[str]:
         """The differences of `other` from this recipe, one sentence each; empty if they do the same."""
@@ -261,7 +247,7 @@ def run(
     Args:
         recipe: a shipped name, the path of an .mlx script, or a `Recipe`, which stays as it is.
         input: the mesh file.
-        output: the file to write; its extension says the format. Beside it ``OUTPUT.provenance.json`` says how it came about.
+        output: the file to write; its extension is the format. Beside it ``OUTPUT.provenance.json`` is the record of the run.
         settings: values over the recipe's own, by the names of its settings.
         set: the same as texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE``, as of the command line.
         others: mesh files for the layers 1, 2 ... that the recipe names.

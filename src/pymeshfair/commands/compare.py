@@ -97,7 +97,7 @@ def compare(
         from .reports import compared_files, page_numbers
 
         compared, left_out = compared_files(first, second, tolerance=allowed)
-        comparison, distances = compared.found, compared.distances
+        comparison, distances = compared.comparison, compared.distances
     if deviations is not None:
         kind = "csv" if deviations == STANDARD else extension(deviations)
         content = deviations_file(second.mesh, distances.after.at_vertices, kind)

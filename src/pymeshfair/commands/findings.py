@@ -86,14 +86,16 @@ def look_at_facts() -> Iterator[Finding]:
     """Whether MeshLab's filters are those that scripts and calls are checked against."""
     from ..meshlab.facts import differences_from_installed, table_version
 
+    installed, expected = importlib.metadata.version("pymeshlab"), table_version()
     differences = differences_from_installed()
-    about_filters = [d for d in differences if d.startswith("filter ")]
-    if not about_filters:
-        yield Finding("facts", True, "; ".join(["MeshLab's filters are as expected", *differences]))
+    if not differences:
+        yield Finding(
+            "facts", True, f"MeshLab's filters are as expected, those of pymeshlab {expected}; {installed} is installed"
+        )
         return
-    first = "; ".join(about_filters[:3])
-    advice = f"`python -m pip install pymeshlab=={table_version()}`, or a pymeshfair for the installed one"
-    yield Finding("facts", False, f"{len(about_filters)} of MeshLab's filters or parameters differ: {first}", advice)
+    first = "; ".join(differences[:3])
+    advice = f"`python -m pip install pymeshlab=={expected}`, or a pymeshfair for the installed {installed}"
+    yield Finding("facts", False, f"{len(differences)} of MeshLab's filters differ: {first}", advice)
 
 
 def look_at_numba() -> Iterator[Finding]:

@@ -83,7 +83,7 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], S
 def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool) -> bytes:
     compared, left_out = compared_files(before, state_of(read_mesh(result.output, self_intersections=None)))
     # How far vertices moved is what the run said, before the file rounded their coordinates.
-    compared = replace(compared, found=replace(compared.found, displacement=None))
+    compared = replace(compared, comparison=replace(compared.comparison, displacement=None))
     places = [(breach["place"], f"{breach['guard']}, vertex {breach['vertex']}") for breach in result.breaches if breach["place"]]
     record = result.provenance.read_text("utf-8")
     written = f"written to {job.output.name}" if kept else "no output was written"
@@ -95,14 +95,14 @@ def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool
             {
                 "files": {"before": job.input, "after": job.output if kept else None},
                 "change": result.change,
-                "comparison": compared.found,
+                "comparison": compared.comparison,
             }
         ),
         up=up,
         unit=result.unit,
         warnings=result.warnings,
         left_out=left_out,
-        verdict=_verdict(job, result, compared.found, kept=kept),
+        verdict=_verdict(job, result, compared.comparison, kept=kept),
         markers=[Marker(place, words) for place, words in places],
         run=json.loads(record),
         provenance=_without_folders(record, job) if kept else "A run without output leaves no provenance.",

@@ -124,7 +124,7 @@ class Filter:
     arity: Arity = Arity.SINGLE_MESH  # how many layers it reads
     parameters: tuple[Parameter, ...] = ()  # in declared order, which is the order in .mlx scripts
     references: tuple[str, ...] = ()  # keys of docs/bibliography.bib
-    origin: str = "MeshLab"  # who declares it: ``"MeshLab"`` or the name of a Python distribution
+    origin: str = "MeshLab"  # ``"MeshLab"``, or the Python distribution that declares it
     function: Callable[..., Edit] | None = field(default=None, compare=False)  # the work; None for MeshLab's own filters
     #: gives, for all values of the parameters, the filter of MeshLab's that does the same; None where there is none
     equivalent: FindEquivalent | None = field(default=None, compare=False)
@@ -150,7 +150,7 @@ class Filter:
         raise UnknownNameError(f"filter {self.python_name!r} has no parameter {name!r}{hint}", suggestion=near)
 
     def check(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The given values by parameter name, checked, in declared order; absent ones stay absent."""
+        """The values by parameter name, checked, in declared order; absent ones stay absent."""
         for name in values:
             self.parameter(name)
         return {p.name: p.check(values[p.name]) for p in self.parameters if p.name in values}
@@ -190,7 +190,7 @@ def mesh_filter(
     parameters whose annotation has none. Parameters that filters share may be the fields of a frozen, keyword-only dataclass,
     annotated alike, with help under ``Attributes:``; the function takes it as one parameter, users see its fields in that place.
     A parameter ``progress`` is not shown to users: the host passes a function that takes the share of the work done, from 0 to 1.
-    `equivalent` lets `pymeshfair export` replace the filter; tests have to prove what it says.
+    `equivalent` lets `pymeshfair export` replace the filter; tests have to prove it.
 
     Raises:
         DeclarationError: the signature, a default or a bound contradicts itself.
@@ -307,6 +307,6 @@ def _completed(described: Parameter, argument: inspect.Parameter, where: str) ->
     label, xml_name = described.label or argument.name.replace("_", " ").capitalize(), described.xml_name or argument.name
     parameter = replace(described, name=argument.name, label=label, xml_name=xml_name, default=default)
     try:
-        return replace(parameter, default=parameter.check(parameter.from_number(default)))
+        return replace(parameter, default=parameter.check(default))
     except ParameterError as error:
         raise DeclarationError(f"{where}: the default does not fit: {error}") from error

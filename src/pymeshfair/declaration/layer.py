@@ -89,12 +89,12 @@ class Edit:
 
     n and m count the vertices and faces of the layer; N = n + a and M = m + b count those that are added, too, which come last.
 
-    What the mesh has of an added element and the edit does not say comes from near by: a vertex takes scalar and texture
+    Attributes of added elements that the edit does not set come from near by: a vertex takes scalar and texture
     coordinates of the nearest old vertex that added faces use, a face the scalar of an old face at such a vertex, nearest to its
     own centre. Colours are blended: that of a vertex is the mean of those of its neighbours in added faces, that of a face goes
     on in the same way from the faces around. A face shows one place of the texture at its three corners, instead of a strip
     across it: the middle of an old face near by whose colour there is such a blend, or of the one next to it where the image is
-    not known. Of several textures, added faces have the one that most of the old vertices that they use have. Added elements are
+    not readable. Of several textures, added faces have the most frequent one among their old vertices. Added elements are
     not selected, their custom attributes are 0, normals follow from the coordinates.
 
     A layer to which elements are added stays the same one, with its id. Two things MeshLab does not leave as they were: a mesh
@@ -124,4 +124,4 @@ class Edit:
     delete_faces: Bools | None = None  # (M,) true where the face goes
     new_layers: tuple[NewLayer, ...] = ()  # layers to add; the first becomes the current one
     values: Mapping[str, Any] = field(default_factory=dict)  # what `apply_filter` returns: numbers, texts, arrays by name
-    notes: tuple[str, ...] = ()  # sentences that the user should read, such as what was left alone and why
+    notes: tuple[str, ...] = ()  # sentences for the user, such as parts that were left alone, with the reason

@@ -3,7 +3,6 @@
 import math
 import numbers
 import typing
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,10 +21,10 @@ AUTO = "auto"
 class Parameter:
     """One parameter of a filter."""
 
-    name: str = ""  # in Python, and in .mlx scripts unless `xml_name` says otherwise
+    name: str = ""  # in Python, and in .mlx scripts unless `xml_name` is set
     label: str = ""  # the words before the input field in a dialog; those of the name if it is empty
     help: str = ""  # the tooltip: what it means, in which unit, and which direction does what
-    default: Any = None  # the value when none is given; None in a built-in filter whose default depends on the mesh
+    default: Any = None  # None in a built-in filter whose default depends on the mesh
     advanced: bool = False  # whether a dialog hides it at first
     xml_name: str = ""  # in .mlx scripts, MeshLab's C++ name
     #: the number that stands for "auto" where nothing else can: in .mlx scripts, whose types are MeshLab's, and for the filter's
@@ -34,8 +33,7 @@ class Parameter:
 
     #: the word for the kind of value in messages, e.g. "a whole number"
     kind: typing.ClassVar[str] = "a value"
-    #: MeshLab's class of the parameter and the name of that class in .mlx scripts
-    rich_type: typing.ClassVar[str] = ""
+    #: MeshLab's class of the parameter, as .mlx scripts name it
     xml_type: typing.ClassVar[str] = ""
     #: the type that a filter's function receives
     python_type: typing.ClassVar[Any] = object
@@ -57,16 +55,12 @@ class Parameter:
         return self.automatic if self.automatic is not None and isinstance(value, str) and value == AUTO else value
 
     def is_automatic(self, value: Any) -> bool:
-        """Whether the value is "auto", or the number that stands for it: an old spelling, with a `FutureWarning`."""
-        if self.automatic is None or not isinstance(self.from_number(value), str):
-            return False
-        if not isinstance(value, str):
-            text = value if isinstance(value, Length) else f"{value:g}"
-            warnings.warn(f"parameter {self.name!r}: write 'auto' in place of {text}", FutureWarning, stacklevel=4)
-        return bool(self.from_number(value) == AUTO)
+        """Whether the value is "auto", or the number that stands for it."""
+        value = self.from_number(value)
+        return self.automatic is not None and isinstance(value, str) and value == AUTO
 
     def refusal(self, value: Any) -> ParameterError:
-        """The error that says what is allowed and what came."""
+        """The error with the allowed values and the refused one."""
         return ParameterError(
             f"parameter {self.name!r} takes {self.describe_allowed()}, got {value if isinstance(value, Length) else shown(value)}"
         )
@@ -83,7 +77,7 @@ class Bool(Parameter):
     """Yes or no."""
 
     kind = "True or False"
-    rich_type = xml_type = "RichBool"
+    xml_type = "RichBool"
     python_type = bool
 
     def check(self, value: Any) -> bool:
@@ -114,7 +108,7 @@ class Int(_Bounded):
     """A whole number between two bounds."""
 
     kind = "a whole number"
-    rich_type = xml_type = "RichInt"
+    xml_type = "RichInt"
     python_type = int
     minimum: int | None = None
     maximum: int | None = None
@@ -138,12 +132,8 @@ class Float(_Bounded):
     python_type = float
 
     @property
-    def rich_type(self) -> str:  # type: ignore[override]
-        return "RichFloat" if self.minimum is None or self.maximum is None else "RichDynamicFloat"
-
-    @property
     def xml_type(self) -> str:  # type: ignore[override]
-        return self.rich_type
+        return "RichFloat" if self.minimum is None or self.maximum is None else "RichDynamicFloat"
 
     def check(self, value: Any) -> float | str:
         if self.is_automatic(value):
@@ -159,11 +149,10 @@ class Float(_Bounded):
 class Percentage(_Bounded):
     """A length: the declaration and the caller use `Length`, the filter's function receives mesh units.
 
-    A default may be written as text (``"1%"``, ``"6edge"``). Zero is allowed and means what the help says, usually "not used".
+    A default may be written as text (``"1%"``, ``"6edge"``). Zero is allowed; its meaning is in the help, usually "not used".
     """
 
     kind = "a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)"
-    rich_type = "RichPercentage"
     xml_type = "RichAbsPerc"
     python_type = float
     minimum: float | None = 0.0
@@ -194,10 +183,10 @@ class Percentage(_Bounded):
 
 @dataclass(frozen=True, kw_only=True)
 class Enum(Parameter):
-    """One of several words, those of the annotated `Literal` if no others are given; in a .mlx script their index."""
+    """One of several words, by default those of the annotated `Literal`; in a .mlx script their index."""
 
     kind = "one of"
-    rich_type = xml_type = "RichEnum"
+    xml_type = "RichEnum"
     python_type = str
     choices: tuple[str, ...] = ()
 
@@ -217,7 +206,7 @@ class String(Parameter):
     """Free text."""
 
     kind = "a text"
-    rich_type = xml_type = "RichString"
+    xml_type = "RichString"
     python_type = str
 
     def check(self, value: Any) -> str:
@@ -231,7 +220,6 @@ class FileOpen(String):
     """The path of a file to read; only MeshLab's built-in filters have one."""
 
     kind = "the path of a file to read"
-    rich_type = "RichFileOpen"
     xml_type = "RichOpenFile"
 
 
@@ -240,7 +228,6 @@ class FileSave(String):
     """The path of a file to write; only MeshLab's built-in filters have one."""
 
     kind = "the path of a file to write"
-    rich_type = "RichFileSave"
     xml_type = "RichSaveFile"
 
 
@@ -249,7 +236,7 @@ class Mesh(Parameter):
     """Another layer, by its id in the mesh set."""
 
     kind = "the id of a layer (a whole number)"
-    rich_type = xml_type = "RichMesh"
+    xml_type = "RichMesh"
     python_type = int
 
     def check(self, value: Any) -> int:
@@ -263,7 +250,6 @@ class Shot(Parameter):
     """A camera; only MeshLab's built-in filters have one, and no script can give its value."""
 
     kind = "nothing: a camera cannot be given here"
-    rich_type = "RichShot"
     xml_type = "RichShotf"
 
     def check(self, value: Any) -> Any:
@@ -275,7 +261,7 @@ class Point(Parameter):
     """Three coordinates: a position or a direction."""
 
     kind = "three finite numbers"
-    rich_type = xml_type = "RichPosition"
+    xml_type = "RichPosition"
     python_type = tuple[float, float, float]
 
     def check(self, value: Any) -> tuple[float, float, float]:
@@ -287,7 +273,7 @@ class Point(Parameter):
 class Direction(Point):
     """Three coordinates that MeshLab shows as a direction."""
 
-    rich_type = xml_type = "RichDirection"
+    xml_type = "RichDirection"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -295,7 +281,7 @@ class Color(Parameter):
     """Red, green, blue and opacity, each from 0 to 255."""
 
     kind = "four whole numbers from 0 to 255 (red, green, blue, opacity)"
-    rich_type = xml_type = "RichColor"
+    xml_type = "RichColor"
     python_type = tuple[int, int, int, int]
 
     def check(self, value: Any) -> tuple[int, int, int, int]:
@@ -311,7 +297,6 @@ class Matrix(Parameter):
     """A 4 x 4 matrix, row by row."""
 
     kind = "a 4 x 4 matrix of finite numbers"
-    rich_type = "RichMatrix44"
     xml_type = "RichMatrix44f"
     python_type = tuple[tuple[float, ...], ...]
 

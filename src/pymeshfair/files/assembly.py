@@ -1,6 +1,7 @@
 """Parts of a scene, each placed by a matrix, as one mesh; polygons with values at their corners as such a part."""
 
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -46,8 +47,9 @@ class Assembly:
         """Whether anything was placed."""
         return bool(self._parts)
 
-    def enter(self, part: Hashable) -> None:
-        """Begin a part of the scene. Parts are counted: ten nested groups of ten make 10^10 placements."""
+    @contextmanager
+    def within(self, part: Hashable) -> Iterator[None]:
+        """Within a part of the scene. Parts are counted: ten nested groups of ten make 10^10 placements."""
         self._entered += 1
         if part in self._open:
             raise ContentsError("a part of it is a part of itself")
@@ -56,9 +58,7 @@ class Assembly:
         if self._entered > MOST_PLACED:
             raise ContentsError(f"it places more than {MOST_PLACED:,} parts")
         self._open.add(part)
-
-    def leave(self, part: Hashable) -> None:
-        """The part ends."""
+        yield
         self._open.discard(part)
 
     def polygons(
@@ -79,7 +79,7 @@ class Assembly:
             what: the corners in a message.
             of_corners: ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); normals
                 and colours become those of vertices if they are the same at all corners there, else colours those of faces if
-                possible. A row of nan says nothing.
+                possible. A row of nan is no value.
             of_polygons: attributes of polygons, (p, ...). If ``texture`` is -1 in all, there are no texture coordinates either.
         """
         check_range(corners, 0, len(vertices), what)
@@ -118,7 +118,7 @@ class Assembly:
         return self.add_texture(name, lambda: references.find_image(name))
 
     def add_texture(self, name: str, image: Callable[[], Path | bytes | None]) -> int:
-        """The number of the texture of a name, whose image is found once."""
+        """The number of the texture of a name; its image is loaded once."""
         if name not in self._numbers:
             self._numbers[name] = len(self.textures)
             self.textures.append(Texture(name, image()))
@@ -162,6 +162,13 @@ def triangles_of(corners: NDArray[np.int64], lengths: NDArray[np.int64], *, fans
     odd = 0 if fans else step % 2
     places = np.stack([first if fans else first + step + odd, first + step + 1 - odd, first + step + 2], axis=1)
     return np.asarray(places[proper_faces(corners[places])])
+
+
+def turn(axis: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    """(3, 3) the rotation by an angle in radians about an axis of any length; none about an axis of none."""
+    x, y, z = axis / (np.linalg.norm(axis) or 1.0)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
 
 
 def turned_over(part: MeshData) -> MeshData:

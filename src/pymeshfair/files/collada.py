@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData
-from .assembly import Assembly, levels, triangles_of, unit_of
+from .assembly import Assembly, levels, triangles_of, turn, unit_of
 from .errors import ContentsError
 from .indices import check_range, indices, numbers
 from .inputs import Reading
@@ -63,7 +63,7 @@ class _Reader:
         self._ids: dict[str, Element | None] = {}
         for part in root.iter():
             if (name := part.get("id")) is not None:
-                self._ids[name] = None if name in self._ids else part  # None of what is there twice
+                self._ids[name] = None if name in self._ids else part  # None where two have the same id
         self._sources: dict[tuple[int, str], NDArray[np.float64]] = {}
         self._geometries: dict[Any, MeshData] = {}
 
@@ -90,32 +90,31 @@ class _Reader:
         return target
 
     def _visit(self, node: Element, above: NDArray[np.float64]) -> None:
-        self.assembly.enter(node)
         matrix = above
         for part in node:
             if part.tag in ("skew", "lookat"):
                 raise ContentsError(f"a node of it is placed by a {part.tag}, which is not known here; save it with matrices")
             if part.tag in _TRANSFORMS:
                 matrix = matrix @ _transform(part)
-        for part in node:
-            if part.tag == "node":
-                self._visit(part, matrix)
-            elif part.tag == "instance_node":
-                self._visit(self._target(part, "url", "node"), matrix)
-            elif part.tag == "instance_geometry":
-                self._place(self._target(part, "url", "geometry"), part, matrix)
-            elif part.tag == "instance_controller":
-                skin = self._target(part, "url", "controller").find("skin")
-                if skin is None:
-                    raise ContentsError("a controller of it has no skin, which is not known here; save it without")
-                bound = numbers(skin.findtext("bind_shape_matrix") or _IDENTITY, "a bind_shape_matrix", 16).reshape(4, 4)
-                self._place(self._target(skin, "source", "geometry"), part, matrix @ bound)
-        self.assembly.leave(node)
+        with self.assembly.within(node):
+            for part in node:
+                if part.tag == "node":
+                    self._visit(part, matrix)
+                elif part.tag == "instance_node":
+                    self._visit(self._target(part, "url", "node"), matrix)
+                elif part.tag == "instance_geometry":
+                    self._place(self._target(part, "url", "geometry"), part, matrix)
+                elif part.tag == "instance_controller":
+                    skin = self._target(part, "url", "controller").find("skin")
+                    if skin is None:
+                        raise ContentsError("a controller of it has no skin, which is not known here; save it without")
+                    bound = numbers(skin.findtext("bind_shape_matrix") or _IDENTITY, "a bind_shape_matrix", 16).reshape(4, 4)
+                    self._place(self._target(skin, "source", "geometry"), part, matrix @ bound)
 
     def _place(self, geometry: Element, instance: Element, matrix: NDArray[np.float64]) -> None:
         mesh = geometry.find("mesh")
         if mesh is None:
-            return  # a spline or what is named in _LOST
+            return  # a spline, or another kind of _LOST
         bound = {m.get("symbol", ""): m for m in instance.iter("instance_material")}
         symbols = {p.get("material", "") for p in mesh if p.tag in _PRIMITIVES}
         looks = {symbol: self._look(bound[symbol]) for symbol in sorted(symbols) if symbol in bound}
@@ -160,10 +159,10 @@ class _Reader:
                 width = 4 if semantic == "COLOR" else len(_PARAMETERS[semantic])
                 one = np.full((len(table), width), np.nan)
                 for i, offset in matching[:1]:
-                    given = self._values(i, semantic)
-                    check_range(table[:, offset], 0, len(given), f"the corners of its {p.tag}")
-                    one[:, : given.shape[1]] = given[table[:, offset]]
-                    one[:, given.shape[1] :] = 1.0
+                    source = self._values(i, semantic)
+                    check_range(table[:, offset], 0, len(source), f"the corners of its {p.tag}")
+                    one[:, : source.shape[1]] = source[table[:, offset]]
+                    one[:, source.shape[1] :] = 1.0
                 values[attribute].append(one)
             textures.append(np.full(len(counts), look.texture))
             colours.append(np.tile(look.colour or (1.0,) * 4, (len(counts), 1)))
@@ -255,13 +254,6 @@ def _transform(part: Element) -> NDArray[np.float64]:
         case "rotate":
             matrix[:3, :3] = turn(v[:3], np.radians(v[3]))
     return matrix
-
-
-def turn(axis: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-    """(3, 3) the rotation by an angle in radians about an axis of any length; none about an axis of none."""
-    x, y, z = axis / (np.linalg.norm(axis) or 1.0)
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
 
 
 def _corners(p: Element, stride: int, own: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

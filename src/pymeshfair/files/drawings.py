@@ -9,7 +9,7 @@ from ..mesh_data import MeshData
 from .errors import ContentsError
 from .saving import Writing
 
-#: curves that leave their plane by a greater share of their extent lose a coordinate in an SVG, which is said
+#: curves that leave their plane by a greater share of their extent lose a coordinate in an SVG, with a note
 _FLAT = 1e-6
 #: the units of a mesh that SVG has too
 _UNITS = ("mm", "cm", "in")

@@ -1,4 +1,4 @@
-"""Equal arrays, and equal rows of an array, each found once."""
+"""Equality of arrays, and numbers for the different rows of one."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ def are_equal(a: NDArray[Any] | None, b: NDArray[Any] | None) -> bool:
 
 def numbered(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The (u,) first rows of different ones among (n, k), in order, and the (n,) number of each row; NaN equals nothing."""
-    values = np.ascontiguousarray(rows, np.float64) + 0.0  # of -0 it makes 0
+    values = np.ascontiguousarray(rows, np.float64) + 0.0  # -0 becomes 0
     firsts, numbers = np.empty(len(values), np.int64), np.empty(len(values), np.int64)
     size = 1 << max(2 * len(values) - 1, 1).bit_length()
     count = _number(values, values.view(np.uint64), np.full(size, -1, np.int64), firsts, numbers)

@@ -6,7 +6,7 @@ from ..errors import PymeshfairError, RunError
 
 
 class ContentsError(PymeshfairError, ValueError):
-    """A file is none of its format, or lies; the message is the reason, and says where."""
+    """A file is none of its format, or contradicts itself; the message is the reason, with the place."""
 
 
 class FileError(RunError):
@@ -26,7 +26,7 @@ class FileError(RunError):
 
 
 class InputError(FileError):
-    """The input cannot be read, or what was read is no mesh."""
+    """The input cannot be read, or is no mesh."""
 
     verb = "read"
 

@@ -67,7 +67,7 @@ _FORMATS = (
     Format(("obj",), "obj.read_obj", "obj_write.write_obj", _OBJ),
     Format(("off",), "off.read_off", "off.write_off", _OFF),
     Format(("stl",), "stl.read_stl", "stl.write_stl", frozenset(("faces", "face colours")), _FLOAT),
-    Format(("glb",), "gltf.read_gltf", "gltf_write.write_glb", _GLB, _FLOAT, ("glTF", "'glTF'"), has_unit=True),
+    Format(("glb",), "gltf.read_gltf", "gltf.write_glb", _GLB, _FLOAT, ("glTF", "'glTF'"), has_unit=True),
     Format(("gltf",), "gltf.read_gltf", has_unit=True),
     Format(("3mf",), "three_mf.read_3mf", "three_mf.write_3mf", _COLOURS, begin=("PK", "'PK'"), has_unit=True),
     Format(("dae",), "collada.read_collada", begin=_XML, has_unit=True),

@@ -45,7 +45,7 @@ _UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gl
 
 
 def check_input(path: Path, formats: Collection[str] = (*READABLE, *UNCHECKED)) -> None:
-    """Refuse what is no mesh file, of one of the formats, by its name and kind, without opening it."""
+    """Refuse a path that is no mesh file of one of the formats, by its name and kind, without opening it."""
     check_regular(path, path)
     if path.stat().st_size == 0:
         raise InputError(path, "it is empty")

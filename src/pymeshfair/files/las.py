@@ -6,7 +6,7 @@ import copy
 import logging
 import re
 import struct
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +28,7 @@ _PLACE, _COLOR = ("X", "Y", "Z"), ("red", "green", "blue")
 NORMAL = ("NormalX", "NormalY", "NormalZ")
 #: attributes of `MeshData` that have dimensions of their own names
 _NUMBERS = ("scalars", "radii")
-#: bytes of the header of LAS 1.0 and of what is read of longer ones
+#: bytes of the header of LAS 1.0, and the most that are read of a longer one
 _SHORTEST_HEADER, _LONGEST_HEADER = 227, 375
 #: points that are read or written at once
 _CHUNK = 1 << 20
@@ -72,7 +72,7 @@ def _check_records(path: Path) -> None:
     with path.open("rb") as file:
         header = file.read(_LONGEST_HEADER)
     if len(header) < _SHORTEST_HEADER or not header.startswith(b"LASF"):
-        return  # laspy says so
+        return  # laspy refuses it
     begin, points, count = struct.unpack_from("<HII", header, 94)
     room = [(count, points - begin, 54)]
     if header[24:26] >= b"\x01\x04" and len(header) >= 247:
@@ -92,7 +92,7 @@ def _laspy() -> tuple[Any, tuple[type[Exception], ...]]:
         from lazrs import LazrsError
     except ImportError as error:
         raise ContentsError(MISSING_LASPY) from error
-    logging.getLogger("laspy").addHandler(logging.NullHandler())  # it says there what it raises
+    logging.getLogger("laspy").addHandler(logging.NullHandler())  # its errors are raised as well
     return laspy, (laspy.errors.LaspyException, LazrsError, OverflowError, ValueError)  # of a buffer that ends within a point
 
 
@@ -175,65 +175,60 @@ def write_las_pieces(pieces: Callable[[], Iterator[MeshData]], target: BinaryIO)
     Raises:
         ContentsError: the format cannot hold them, or laspy is missing.
     """
-    _laspy()
-    rest = pieces()
-    first = next(rest)
-    columns = _columns(first, None)
-    extent = _Extent.of(first, columns)
-    for piece in rest:
-        extent = extent.joined(_Extent.of(piece, _columns(piece, None)))
-    notes: list[str] = []
-    header, _ = _header(first, None, notes)
-    stored = _dimensions(header, columns, extent, notes)
-    if np.isfinite(extent.least).all():
-        _choose_scale(header, extent.least, extent.most, 0.0, notes)
-    _write_points(((piece.vertices, _columns(piece, None)) for piece in pieces()), header, None, stored, target, compress=False)
-    return tuple(notes)
+    return _write(pieces, target, None, None)
 
 
 def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
     """Write the vertices of a mesh, with the header of the LAS file that they come from; compressed if the output is LAZ."""
-    _laspy()
-    document = mesh.document(LasDocument)
-    notes: list[str] = []
-    header, records = _header(mesh, document, notes)
-    columns = _columns(mesh, document)
-    stored = _dimensions(header, columns, _Extent.of(mesh, columns), notes)
-    _set_scale(header, mesh.vertices, writing, notes)
-    rows = (slice(start, start + _CHUNK) for start in range(0, max(len(mesh.vertices), 1), _CHUNK))
-    parts = ((mesh.vertices[part], {name: values[part] for name, values in columns.items()}) for part in rows)
-    _write_points(parts, header, records, stored, target, compress=writing.extension == "laz")
-    return tuple(notes)
+    return _write(lambda: iter((mesh,)), target, mesh.document(LasDocument), writing)
 
 
 #: by column, the dimension that holds it, and what its numbers are multiplied with
 _Stored: TypeAlias = dict[str, tuple[str, float]]
 
 
-def _write_points(
-    parts: Iterable[tuple[NDArray[np.float64], dict[str, NDArray[Any]]]],
-    header: Any,
-    records: Any,
-    stored: _Stored,
-    target: BinaryIO,
-    *,
-    compress: bool,
-) -> None:
-    """Write points of (m, 3) coordinates and columns."""
+def _write(
+    pieces: Callable[[], Iterator[MeshData]], target: BinaryIO, document: LasDocument | None, writing: Writing | None
+) -> tuple[str, ...]:
+    """Write the points of pieces; without `writing` in the finest steps, else in steps of the document that suffice."""
     laspy, errors = _laspy()
+    rest = pieces()
+    first = next(rest)
+    columns = _columns(first, document)
+    extent = _Extent.of(first, columns)
+    for piece in rest:
+        extent = extent.joined(_Extent.of(piece, _columns(piece, document)))
+    notes: list[str] = []
+    header, records = _header(first, document, notes)
+    stored = _dimensions(header, columns, extent, notes)
+    if writing is not None:
+        _set_scale(header, first.vertices, writing, notes)
+    elif np.isfinite(extent.least).all():
+        _choose_scale(header, extent.least, extent.most, 0.0, notes)
+    compress = writing is not None and writing.extension == "laz"
     try:
         with laspy.open(target, "w", header=header, closefd=False, do_compress=compress) as writer:
-            for places, columns in parts:
-                made = laspy.ScaleAwarePointRecord.zeros(len(places), header=header)
-                for k, name in enumerate(_PLACE):
-                    made.array[name] = np.rint((places[:, k] - header.offsets[k]) / header.scales[k])
-                for name, (dimension, factor) in stored.items():
-                    made[dimension] = columns[name] if factor == 1.0 else np.rint(columns[name] * factor)
-                writer.write_points(made)
+            for piece in pieces():
+                columns = _columns(piece, document)
+                for start in range(0, max(len(piece.vertices), 1), _CHUNK):
+                    writer.write_points(_points(header, piece.vertices, columns, stored, slice(start, start + _CHUNK)))
             if records:
                 writer.write_evlrs(records)
     except errors as error:
         raise ContentsError(f"laspy says: {error}") from error
+    return tuple(notes)
+
+
+def _points(header: Any, vertices: NDArray[np.float64], columns: dict[str, NDArray[Any]], stored: _Stored, rows: slice) -> Any:
+    """Some rows of (n, 3) coordinates and of columns as points of laspy."""
+    import laspy
+
+    points = laspy.ScaleAwarePointRecord.zeros(len(vertices[rows]), header=header)
+    for k, name in enumerate(_PLACE):
+        points.array[name] = np.rint((vertices[rows, k] - header.offsets[k]) / header.scales[k])
+    for name, (dimension, factor) in stored.items():
+        points[dimension] = columns[name][rows] if factor == 1.0 else np.rint(columns[name][rows] * factor)
+    return points
 
 
 @dataclass(frozen=True)
@@ -359,7 +354,7 @@ def _set_scale(header: Any, vertices: NDArray[np.float64], writing: Writing, not
 
 
 def _choose_scale(header: Any, least: NDArray[np.float64], most: NDArray[np.float64], fine: float, notes: list[str]) -> None:
-    """Steps that tell apart what is `fine`, or the finest ones if that is 0."""
+    """Steps that resolve a length of `fine`, or the finest ones if that is 0."""
     extent = float((most - np.floor(least)).max())
     finest = 10.0 ** np.ceil(np.log10(max(extent, 1e-9) / (2**31 - 1)))
     step = 10.0 ** np.floor(np.log10(2 * fine)) if fine > 0 else finest

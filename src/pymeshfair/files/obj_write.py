@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from ..filters.geometry import unit_vectors, vertex_normals_by_angle
 from ..mesh_data import MeshData
 from .equal_rows import are_equal, numbered
-from .obj import ObjDocument, lines_of
-from .obj_materials import MOST_MATERIALS
+from .obj import MOST_MATERIALS, ObjDocument, lines_of
 from .polygons import outlines
 from .saving import Writing
 from .texts import patched, rows, runs, words
@@ -22,7 +21,7 @@ _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 
 
 def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh; the module says how."""
+    """Write a mesh; see the module."""
     document = mesh.document(ObjDocument)
     normals, of_corners = _normals(mesh, document)
     if document is not None and document.materials.lines:
@@ -107,9 +106,9 @@ def _patched_text(
     spans = np.concatenate([where[np.stack(other, axis=1)] for where, _, other in cuts])
     texts = [w for _, n, other in cuts for w in np.stack([np.array(c, object) for c in n], axis=1)[np.stack(other, axis=1)]]
     if document.materials.lines:
-        libraries = tokens.starts[lines_of(tokens, b"mtllib")].tolist()
+        libraries = [(int(tokens.starts[k]), len(tokens.line(k))) for k in lines_of(tokens, b"mtllib").tolist()]
         named = b"mtllib " + writing.material_file.encode("utf-8", "surrogateescape")
-        places = [(start, start + len(_line(document, start))) for start in libraries] or [(0, 0)]
+        places = [(start, start + length) for start, length in libraries] or [(0, 0)]
         spans = np.concatenate([spans, np.array(places, np.int64)])
         texts += [named if libraries else named + b"\n", *([b""] * (len(places) - 1))]
     order = np.argsort(spans[:, 0], kind="stable")
@@ -131,11 +130,6 @@ def _line_normals(
     line_normals[line] = normals[normal]
     fits = np.allclose(line_normals[line], normals[normal], rtol=0.0, atol=1e-9, equal_nan=True)
     return line_normals if fits and line.min() >= 0 else None
-
-
-def _line(document: ObjDocument, start: int) -> bytes:
-    """The line of the file that begins at a byte."""
-    return document.data[start : start + 4096].replace(b"\r", b"\n").partition(b"\n")[0]
 
 
 # ---------------------------------------------------------------------------------------------------------------- new text
@@ -265,7 +259,7 @@ def _faces(
         if document is not None:
             for now, was in zip(state[:-1], current[:-1], strict=True):
                 if now >= 0 and now != was:
-                    yield _line(document, int(document.tokens.starts[now])) + b"\n"
+                    yield document.tokens.line(now) + b"\n"
         if state[-1] >= 0 and state[-1] != current[-1]:
             yield names[state[-1]]
         current = state

@@ -109,10 +109,10 @@ def _faces(
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], dict[str, NDArray[Any]]]:
     """The triangles, the edges, which are faces of two vertices, and the attributes of the triangles."""
     lengths, first = tokens.lengths[lines], tokens.first[lines]
-    said = tokens.values[first]
-    whole = (tokens.kinds[first] == INTEGER) & (said >= 2) & (said <= lengths - 1)
+    declared = tokens.values[first]
+    whole = (tokens.kinds[first] == INTEGER) & (declared >= 2) & (declared <= lengths - 1)
     refuse(tokens, lines, ~whole, "is no face: the number of its vertices and as many indices")
-    counts = said.astype(np.int64)
+    counts = declared.astype(np.int64)
     sizes = lengths - 1 - counts
     if (wrong := ~np.isin(sizes, (0, 3, 4))).any():
         k = int(np.argmax(wrong))

@@ -22,7 +22,7 @@ CORNERS = ("vertex_indices", "vertex_index")
 PLACE, NORMAL, COLOR = ("x", "y", "z"), ("nx", "ny", "nz"), ("red", "green", "blue")
 ALPHA, SCALAR, RADIUS = "alpha", "quality", "radius"
 #: the names under which vertices have texture coordinates
-TEXTURE = (("texture_u", "texture_v"), ("s", "t"), ("u", "v"))
+TEXTURE = (("texture_u", "texture_v"), ("s", "t"))
 WEDGES, TEXTURE_NUMBER = "texcoord", "texnumber"
 EDGE = ("vertex1", "vertex2")
 #: by element, the properties that become attributes of `MeshData` if all of a group are there; all others are custom ones
@@ -144,7 +144,7 @@ def colors_of(table: Table) -> NDArray[np.uint8] | None:
 
 def texture_names(table: Table) -> tuple[str, str] | None:
     """The properties with the texture coordinates of the vertices, if there are any."""
-    return next((pair for pair in TEXTURE[:2] if all(table.numbers(name) is not None for name in pair)), None)
+    return next((pair for pair in TEXTURE if all(table.numbers(name) is not None for name in pair)), None)
 
 
 def _attributes_of_vertices(table: Table) -> dict[str, Array]:

@@ -67,7 +67,7 @@ class Table:
 
 
 def indices_of_runs(starts: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The numbers from each start on, as many as its length says, one run after the other."""
+    """Runs of consecutive numbers, each from its start and of its length, one after the other."""
     ends = np.cumsum(lengths)
     positions = np.repeat(starts - (ends - lengths), lengths)
     positions += np.arange(len(positions))
@@ -196,7 +196,7 @@ def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any,
 
 
 def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
-    """The tables of what stands behind the header of a text, one row a line; and the text in tokens."""
+    """The tables of the text behind the header, one row a line; and the text in tokens."""
     body = text.rstrip(PADDING)
     piece = tokenise(body)
     piece = replace(piece, numbers=piece.numbers + len(header.text.splitlines()))
@@ -223,11 +223,11 @@ def _text_table(piece: Tokens, line: int, element: PlyElement) -> Table:
     for p in element.properties:
         lengths = np.ones(element.count, np.int64)
         if p.count_type:
-            said = piece.values[np.minimum(at, last)]
-            wrong = (at >= end) | (said != np.rint(said)) | (said < 0) | (said > end - at)
+            declared = piece.values[np.minimum(at, last)]
+            wrong = (at >= end) | (declared != np.rint(declared)) | (declared < 0) | (declared > end - at)
             wrong |= ~_fits(piece, np.minimum(at, last), p.count_type)
             refuse(piece, lines, wrong, f"does not say how long its list {p.name!r} is")
-            lengths = said.astype(np.int64)
+            lengths = declared.astype(np.int64)
             at += 1
         refuse(piece, lines, at + lengths > end, f"ends before its {p.name!r}")
         tokens = indices_of_runs(at, lengths)

@@ -259,11 +259,11 @@ def _cast(values: Array, type_: str) -> Array:
     return np.clip(np.rint(values), limits.min, limits.max).astype(kind)
 
 
-def _custom(attributes: Mapping[str, Array], known: frozenset[str]) -> dict[str, Array]:
+def _custom(attributes: Mapping[str, Array], own: frozenset[str]) -> dict[str, Array]:
     """The custom attributes by the name of a property; a vector as three numbers."""
     columns: dict[str, Array] = {}
     for name, values in attributes.items():
-        if name in known:
+        if name in own:
             continue
         if values.ndim == 1:
             columns[name] = values

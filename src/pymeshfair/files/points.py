@@ -21,7 +21,7 @@ from .texts import rows
 from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, refuse, tokenise
 
 _EXPE = b"[Expe/PointSet/Binary/0.1]\n"
-#: the properties of Expe that are known, by their bytes
+#: the types of properties of Expe
 _OF_EXPE = {"position": ("<f4", 3), "normal": ("<f4", 3), "radius": ("<f4", ()), "color": ("u1", 4)}
 _PLACE, _COLOR, _NORMAL = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
 #: other titles of columns
@@ -96,7 +96,7 @@ def _separator(data: bytes) -> str:
 
 
 def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
-    """The line of titles, what they are called here, and the line behind it. It may be a comment."""
+    """The line of titles, which may be a comment; the names of their attributes; and the line behind it."""
     first = data.removeprefix(b"\xef\xbb\xbf").lstrip().partition(b"\n")[0].rstrip()
     names = re.findall(r"\w+", first.decode("utf-8", "replace").lower().replace("normal_", "normal"))
     titled = tuple(f"{name}_" if name in VERTEX_ATTRIBUTES else name for name in (_TITLES.get(n, n) for n in names))

@@ -19,8 +19,8 @@ def triangulated(
         lengths: (p,) how many corners each polygon has, at least 3.
 
     Returns:
-        (m, 3) which of the corners those of each triangle are; (m,) the polygon of each, None if all polygons are triangles, and
-        the attribute of triangles that says so, see `outlines`.
+        (m, 3) which of the corners those of each triangle are; (m,) the polygon of each, None if all polygons are triangles; and
+        the attribute ``polygon`` of the triangles, see `outlines`.
     """
     if not len(lengths) or (lengths == 3).all():
         return np.arange(len(corners), dtype=np.int32).reshape(-1, 3), None, {}
@@ -78,7 +78,7 @@ def _end(corners: Any, e: int) -> int:
 
 @compiled
 def _walk_round(corners: Any, members: Any, counts: Any, places: Any, lengths: Any, at: Any, more: Any) -> tuple[int, int]:
-    """Fill the places and lengths of `Outlines`; how many there are of both.
+    """Fill the places and lengths of `Outlines`; the numbers of both.
 
     ``at`` has for a vertex the half-edge of a polygon that begins there, ``more`` the next one after each.
     """
@@ -172,7 +172,7 @@ def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> Non
                     ear = k
                     break
             if ear < 0:
-                break  # it crosses itself: what is left becomes a fan
+                break  # it crosses itself: the rest becomes a fan
             places[f, 0], places[f, 1], places[f, 2] = left[(ear + count - 1) % count], left[ear], left[(ear + 1) % count]
             f += 1
             count -= 1

@@ -1,7 +1,7 @@
 """``OUTPUT.provenance.json``: how an output came about, so that it can be made again and compared.
 
-The document is the same for the same run on the same machine, byte for byte, but for what stands under ``"run"``: the times, the
-memory and the command line.
+The document is the same for the same run on the same machine, byte for byte, except under ``"run"``: the times, the memory and
+the command line.
 """
 
 import hashlib

@@ -1,4 +1,4 @@
-"""The files that a mesh file names: found, confined to its folder, and checked before anything opens them.
+"""The files that a mesh file names: confined to its folder, and checked before anything opens them.
 
 A scan comes from anywhere, and what it names is copied beside the output. So a name leads only to regular files in the folder
 of the mesh, links resolved, and a texture is an image by its content.
@@ -51,7 +51,7 @@ class References:
     def find_image(self, name: str) -> Path | None:
         """The image of that name or, as other systems write paths, of its last part beside the mesh; None if there is none."""
         last = name.replace("\\", "/").rpartition("/")[2]
-        # A path of the machine that the scan was made on means what lies beside the mesh.
+        # A path of the scanner's machine means the file of that name beside the mesh.
         path = self.find(name) or self.find(last)
         if path is not None:
             check_image(path, self.mesh, path.name)
@@ -59,7 +59,7 @@ class References:
 
 
 def check_regular(path: Path, mesh: Path) -> None:
-    """Refuse what is no readable regular file; `mesh` is the input, which `path` is or which names it."""
+    """Refuse a path that is no readable regular file; `mesh` is the input: the same path, or the file that names it."""
     named = "" if path == mesh else f"{shown(str(path))}, which it names, "
     try:
         mode = path.stat().st_mode

@@ -80,7 +80,7 @@ def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any
     raise OutputError(output, f"no free name for the texture {name!r} beside it; clear the folder, or name another")
 
 
-#: the shares of a mean edge by which rounding may move a vertex: above the first a warning is given, above the second an error
+#: the shares of a mean edge by which rounding may move a vertex: above the first is a warning, above the second an error
 WORTH_A_WARNING, DESTROYED = 1e-3, 0.5
 
 

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData
-from .assembly import Assembly, levels, triangles_of, turned_over
-from .collada import turn
+from .assembly import Assembly, levels, triangles_of, turn, turned_over
 from .errors import ContentsError
 from .indices import check_range, indices, numbers, rows
 from .inputs import Reading
@@ -35,6 +34,8 @@ _VALUES = {
     **dict.fromkeys(("Coordinate", "CoordinateDouble"), ("point", 3)),
     **{"Normal": ("vector", 3), "Color": ("color", 3), "ColorRGBA": ("color", 4), "TextureCoordinate": ("point", 2)},
 }
+#: corners of each face in sets of such faces, and the field with the corners of each strip or fan
+_SIZES, _COUNTS = {"Triangle": 3, "Quad": 4}, {"TriangleStrip": "stripCount", "TriangleFan": "fanCount"}
 _TEXTS = re.compile(r'"((?:[^"\\]|\\.)*)"|\'([^\']*)\'|(\S+)')
 
 
@@ -87,21 +88,20 @@ class _Reader:
 
     def visit(self, node: Node, above: NDArray[np.float64]) -> None:
         """Place what a node shows."""
-        self.assembly.enter(id(node))
-        if not node.is_true("visible"):
-            self.assembly.lost["parts that are not visible"] = None
-        elif node.type in _GROUPS:
-            self._visit_parts(node, above)
-        elif node.type == "Shape":
-            if id(node) not in self._shapes:
-                self._shapes[id(node)] = self._shape(node)
-            if (part := self._shapes[id(node)]) is not None:
-                self.assembly.place(part, above)
-        elif id(node) not in self._harmless:
-            if _has_shape(node, self._harmless):
-                raise ContentsError(f"a {shown(node.type, 30)} of it has shapes, and such a node is not known here")
-            self.unread[node.type] += 1
-        self.assembly.leave(id(node))
+        with self.assembly.within(id(node)):
+            if not node.is_true("visible"):
+                self.assembly.lost["parts that are not visible"] = None
+            elif node.type in _GROUPS:
+                self._visit_parts(node, above)
+            elif node.type == "Shape":
+                if id(node) not in self._shapes:
+                    self._shapes[id(node)] = self._shape(node)
+                if (part := self._shapes[id(node)]) is not None:
+                    self.assembly.place(part, above)
+            elif id(node) not in self._harmless:
+                if _has_shape(node, self._harmless):
+                    raise ContentsError(f"a {shown(node.type, 30)} of it has shapes, and such a node is not known here")
+                self.unread[node.type] += 1
 
     def _visit_parts(self, node: Node, above: NDArray[np.float64]) -> None:
         """Place what the parts of a group show."""
@@ -116,7 +116,7 @@ class _Reader:
             self.visit(child, matrix)
 
     def _shape(self, shape: Node) -> MeshData | None:
-        """The part that a shape is; None if its geometry is not known."""
+        """The part of a shape; None if its geometry cannot be read."""
         look = shape.part("Appearance")
         geometry = next((p for _, p in shape.parts if p.type != "Appearance" and not p.type.startswith("Metadata")), None)
         if geometry is None or geometry.type not in _GEOMETRIES:
@@ -153,7 +153,7 @@ class _Reader:
 
 
 def _has_shape(node: Node, seen: set[int]) -> bool:
-    """Whether a part of a node, however deep, is a shape; those in `seen` have none, and what was looked at is added."""
+    """Whether a part of a node, however deep, is a shape; those in `seen` have none, and the parts are added."""
     seen.add(id(node))
     left = [node]
     while left:
@@ -203,8 +203,8 @@ def _runs(geometry: Node, name: str, count: int) -> tuple[NDArray[np.int64], NDA
     return numbers[numbers >= 0], np.diff(ends, prepend=-1) - 1
 
 
-#: types of nodes: the attribute, the field of indices, and the field that tells whether there is one a vertex or one a face
-_SAID = (
+#: types of nodes: the attribute, the field of indices, and the field for one value a vertex or one a face
+_ATTRIBUTES = (
     (("Color", "ColorRGBA"), "colors", "colorIndex", "colorPerVertex"),
     (("Normal",), "normals", "normalIndex", "normalPerVertex"),
     (("TextureCoordinate",), "wedge_texture_coordinates", "texCoordIndex", ""),
@@ -220,13 +220,13 @@ def _made(
     what: str,
     chosen: NDArray[np.int64] | None = None,
 ) -> MeshData:
-    """The part made of polygons, with what the nodes of the geometry say of them.
+    """The part made of polygons, with the colours, normals and texture coordinates of the geometry.
 
     `chosen` are the triangles, as numbers of corners, that strips and fans become.
     """
     of_corners: dict[str, Any] = {}
     of_polygons: dict[str, Any] = {}
-    for types, attribute, field_name, per_vertex in _SAID:
+    for types, attribute, field_name, per_vertex in _ATTRIBUTES:
         if (node := geometry.part(*types)) is None:
             continue
         values = _values_of(node)
@@ -260,26 +260,25 @@ def _face_set(geometry: Node, assembly: Assembly) -> MeshData:
     return _made(geometry, assembly, points, corners, lengths, "the coordIndex of a 'IndexedFaceSet'")
 
 
-def _set(kind: str, counts: str = "") -> Callable[[Node, Assembly], MeshData]:
-    """The reader of a set of triangles, quads, strips or fans; their counts stand in a field, or they have indices."""
-
-    def read(geometry: Node, assembly: Assembly) -> MeshData:
-        points, what = _points(geometry), f"the corners of a {geometry.type!r}"
-        if geometry.type.startswith("Indexed"):
-            corners, lengths = _runs(geometry, "index", len(points))
-        else:
-            corners = np.arange(len(points))
-            lengths = indices(geometry.fields.get(counts, ""), f"the {counts} of a {geometry.type}")
-        if kind in ("triangle", "quad"):
-            size = 3 if kind == "triangle" else 4
-            if len(corners) % size:
-                raise ContentsError(f"{what} are {len(corners):,}, which are no whole number of {size}")
-            return _made(geometry, assembly, points, corners, np.full(len(corners) // size, size), what)
-        if (lengths < 3).any() or lengths.sum() != len(corners):
-            raise ContentsError(f"{what} are {len(corners):,}, but {counts or 'index'} says otherwise")
-        return _made(geometry, assembly, points, corners, lengths, what, triangles_of(corners, lengths, fans=kind == "fan"))
-
-    return read
+def _set(geometry: Node, assembly: Assembly) -> MeshData:
+    """A set of triangles, quads, strips or fans: indexed, or strips and fans with counts."""
+    kind = geometry.type.removeprefix("Indexed").removesuffix("Set")
+    points, what = _points(geometry), f"the corners of a {geometry.type!r}"
+    if geometry.type.startswith("Indexed"):
+        corners, lengths = _runs(geometry, "index", len(points))
+    else:
+        corners = np.arange(len(points))
+        lengths = indices(geometry.fields.get(_COUNTS.get(kind, ""), ""), f"the {_COUNTS.get(kind, '')} of a {geometry.type}")
+    if kind in _SIZES:
+        size = _SIZES[kind]
+        if len(corners) % size:
+            raise ContentsError(f"{what} are {len(corners):,}, which are no whole number of {size}")
+        return _made(geometry, assembly, points, corners, np.full(len(corners) // size, size), what)
+    if (lengths < 3).any() or lengths.sum() != len(corners):
+        name = "index" if geometry.type.startswith("Indexed") else _COUNTS[kind]
+        raise ContentsError(f"{what} are {len(corners):,}, but {name} says otherwise")
+    chosen = triangles_of(corners, lengths, fans=kind == "TriangleFan")
+    return _made(geometry, assembly, points, corners, lengths, what, chosen)
 
 
 def _lines(geometry: Node, assembly: Assembly) -> MeshData:
@@ -318,10 +317,7 @@ def _elevation(geometry: Node, assembly: Assembly) -> MeshData:
 
 _GEOMETRIES: Mapping[str, Callable[[Node, Assembly], MeshData]] = {
     "IndexedFaceSet": _face_set,
-    **{"IndexedTriangleSet": _set("triangle"), "TriangleSet": _set("triangle")},
-    **{"IndexedQuadSet": _set("quad"), "QuadSet": _set("quad")},
-    **{"IndexedTriangleStripSet": _set("strip"), "TriangleStripSet": _set("strip", "stripCount")},
-    **{"IndexedTriangleFanSet": _set("fan"), "TriangleFanSet": _set("fan", "fanCount")},
+    **{f"{prefix}{kind}Set": _set for prefix in ("", "Indexed") for kind in (*_SIZES, *_COUNTS)},
     **dict.fromkeys(("PointSet", "IndexedLineSet", "LineSet"), _lines),
     "ElevationGrid": _elevation,
 }

@@ -137,13 +137,13 @@ def clear_up(stage: Path, output: Path) -> None:
 
 def abandoned_folders(parent: Path) -> list[Path]:
     """The folders of runs in `parent` that no process uses any more."""
-    found = []
+    abandoned = []
     with contextlib.suppress(OSError):
         for folder in sorted(path for prefix in (STAGE_PREFIX, WORK_PREFIX) for path in parent.glob(f"{prefix}*")):
             with contextlib.suppress(OSError):
                 if _is_abandoned(folder):
-                    found.append(folder)
-    return found
+                    abandoned.append(folder)
+    return abandoned
 
 
 def _is_abandoned(folder: Path) -> bool:

@@ -28,7 +28,7 @@ def rows(template: str, columns: Sequence[NDArray[Any]]) -> Iterator[bytes]:
 
 
 def runs(words: Sequence[_Word], lengths: NDArray[np.int64]) -> Iterator[Sequence[_Word]]:
-    """Words one after another, as many as each length says."""
+    """Runs of words, one for each length."""
     ends = np.cumsum(lengths)
     for start, end in zip((ends - lengths).tolist(), ends.tolist(), strict=True):
         yield words[start:end]

@@ -32,7 +32,7 @@ _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
 #: errors of the library about an archive that is damaged, encrypted, or of an unknown kind
 _BROKEN = (zipfile.BadZipFile, RuntimeError, EOFError, zlib.error, lzma.LZMAError, struct.error, ValueError, LookupError, OSError)
-#: the elements that are read with their attributes; identifiers and names of spaces say nothing of a mesh
+#: the elements that are read with their attributes; identifiers and names of spaces are no part of a mesh
 _KNOWN = {
     **{"model": {"unit", "requiredextensions", "recommendedextensions"}, "object": {"id", "type", "pid", "pindex"}},
     **{"vertex": {"x", "y", "z"}, "triangle": {"v1", "v2", "v3", "pid", "p1", "p2", "p3"}},
@@ -56,7 +56,7 @@ class _Object:
     properties: tuple[str, str]
     coordinates: list[str] = field(default_factory=list)
     corners: list[str] = field(default_factory=list)
-    said: dict[int, dict[str, str]] = field(default_factory=dict)
+    attributes: dict[int, dict[str, str]] = field(default_factory=dict)
     components: list[dict[str, str]] = field(default_factory=list)
     part: MeshData | None = None
 
@@ -84,7 +84,7 @@ class _Model:
         """An element begins."""
         kind = tag.rpartition(":")[2]
         if self._beyond or kind not in _KNOWN:
-            if not self._beyond and named.get("name") != "Application":  # which says nothing of the mesh
+            if not self._beyond and named.get("name") != "Application":  # the program, which is no part of the mesh
                 self.unread[f"elements {shown(kind, 30)}"] += 1
             self._beyond += 1
             return
@@ -105,11 +105,13 @@ class _Model:
                 self._object.coordinates += (attributes["x"], attributes["y"], attributes["z"])
             case "triangle":
                 if len(attributes) > 3:
-                    self._object.said[len(self._object.corners) // 3] = attributes
+                    self._object.attributes[len(self._object.corners) // 3] = attributes
                 self._object.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
             case "model":
                 self.unit = attributes.get("unit", self.unit)
-                _check_extensions(named)
+                for prefix in named.get("requiredextensions", "").split():
+                    if (space := named.get(f"xmlns:{prefix}", prefix)) not in _UNDERSTOOD:
+                        raise ContentsError(f"it needs the extension {shown(space, 100)}, which is not known here")
             case "object":
                 if attributes["id"] in self.objects:
                     raise ContentsError(f"it has two objects {shown(attributes['id'], 30)}")
@@ -137,14 +139,6 @@ class _Model:
         self._beyond = max(self._beyond - 1, 0)
 
 
-def _check_extensions(named: dict[str, str]) -> None:
-    """Refuse a model that cannot be understood without what is not known."""
-    for prefix in named.get("requiredextensions", "").split():
-        space = named.get(f"xmlns:{prefix}", prefix)
-        if space not in _UNDERSTOOD:
-            raise ContentsError(f"it needs the extension {shown(space, 100)}, which is not known here")
-
-
 def read_3mf(path: Path, references: References) -> Reading:
     """Read a 3MF file."""
     try:
@@ -161,7 +155,7 @@ def read_3mf(path: Path, references: References) -> Reading:
 
 
 class _Reader:
-    """Follows the references of an archive from what is to be built on."""
+    """Follows the references of an archive from its build items on."""
 
     def __init__(self, archive: zipfile.ZipFile, size: int, references: References) -> None:
         self.assembly = Assembly()
@@ -234,14 +228,13 @@ class _Reader:
         if "transform" in use:
             matrix[:3] = numbers(use["transform"], "a transform of it", 12).reshape(4, 3).T
         matrix = above @ matrix
-        self.assembly.enter(id(item))
-        if item.part is None and (item.corners or item.coordinates):
-            item.part = self._mesh(item, model, f"object {shown(use['objectid'], 30)}")
-        if item.part is not None:
-            self.assembly.place(item.part, matrix)
-        for component in item.components:
-            self._place(component, where, matrix)
-        self.assembly.leave(id(item))
+        with self.assembly.within(id(item)):
+            if item.part is None and (item.corners or item.coordinates):
+                item.part = self._mesh(item, model, f"object {shown(use['objectid'], 30)}")
+            if item.part is not None:
+                self.assembly.place(item.part, matrix)
+            for component in item.components:
+                self._place(component, where, matrix)
 
     def _mesh(self, item: _Object, model: _Model, what: str) -> MeshData:
         """The mesh of an object, with the attributes of its triangles."""
@@ -256,8 +249,8 @@ class _Reader:
         group, number = item.properties
         properties = f"the properties of {what}"
         groups: dict[str, tuple[list[int], list[str]]] = {}
-        for k in range(count) if group else item.said:
-            attributes = item.said.get(k, {})
+        for k in range(count) if group else item.attributes:
+            attributes = item.attributes.get(k, {})
             first = attributes.get("p1", number)
             places, texts = groups.setdefault(attributes.get("pid", group), ([], []))
             places.append(k)
@@ -274,7 +267,7 @@ class _Reader:
                 name = model.textures.get(image, "")
                 textures[places] = self.assembly.add_texture(name, functools.partial(self._image, name))
             elif group:
-                self.assembly.lost[f"what its property group {shown(group, 30)} says of triangles"] = None
+                self.assembly.lost[f"properties of triangles in its group {shown(group, 30)}"] = None
         of_corners = {"wedge_texture_coordinates": uvs.reshape(-1, 2)}
         of_polygons: dict[str, NDArray[Any] | None] = {"texture": textures}
         if np.array_equal(colors, np.repeat(colors[:, :1], 3, axis=1), equal_nan=True):

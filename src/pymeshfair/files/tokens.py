@@ -238,5 +238,5 @@ def refuse(tokens: Tokens, lines: NDArray[np.int64], wrong: Any, why: str, count
 
 
 def at_line(tokens: Tokens, k: int, why: str) -> ContentsError:
-    """The error about a line, counted from 0: its number, the beginning of what it says, and what is wrong with it."""
+    """The error about a line, counted from 0: its number, its beginning, and the reason."""
     return ContentsError(f"its line {tokens.numbers[k]:,}, {shown(tokens.line(k).decode('utf-8', 'replace'), 60)}, {why}")

@@ -158,7 +158,7 @@ def write_vrml(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str,
     """Write a mesh as one shape in VRML 2.0, every digit of its coordinates, with the colours of its vertices."""
     colors, colour = mesh.vertex_attributes.get("colors"), ""
     if colors is not None:
-        shares = np.minimum((colors[:, :3] + 1e-4) / 255.0, 1.0)  # MeshLab cuts off what is behind the point of a level
+        shares = np.minimum((colors[:, :3] + 1e-4) / 255.0, 1.0)  # MeshLab truncates levels
         colour = "color Color {{ color [\n{}\n] }}\n".format(
             "\n".join("{:.7g} {:.7g} {:.7g}".format(*c) for c in shares.tolist())
         )

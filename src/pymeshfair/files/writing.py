@@ -35,7 +35,7 @@ _KINDS = (
 
 
 def check_place(path: Path) -> bool:
-    """Whether there is a regular file; refuse a place where no file can be put, whatever was asked for."""
+    """Whether there is a regular file; refuse a place where no file can be put."""
     folder = path.parent
     try:
         if not folder.is_dir():
@@ -81,7 +81,7 @@ def write_file(path: Path, data: bytes, *, overwrite: bool) -> None:
     """Write one file, which appears whole or not at all.
 
     Raises:
-        OutputError: it cannot or must not be written; what was there before is there still.
+        OutputError: it cannot or must not be written; a former file is still there.
     """
     _check_free(path, overwrite=overwrite)
     made = path.with_name(f".pymeshfair-{secrets.token_hex(8)}")
@@ -105,7 +105,7 @@ def _write_whole(path: Path, data: bytes) -> None:
 
 
 def to_disk(file: BinaryIO) -> None:
-    """Wait until the disk has what was written to a file."""
+    """Wait until the disk has the contents of a file."""
     file.flush()
     os.fsync(file.fileno())
 
@@ -131,10 +131,10 @@ def place(files: Sequence[StagedFile], stage: Path, *, outdated: Path | None = N
     """Put all files in place in their order, or none; `outdated` is removed before.
 
     A rename works within a file system alone; so files for other folders than that of the staging folder are first brought into
-    a staging folder there. What is replaced is kept in the staging folder until all is done.
+    a staging folder there. Replaced files are kept in the staging folder until all is done.
 
     Raises:
-        OutputError: one could not be put in place; what was there before is there again.
+        OutputError: one could not be put in place; the former files are there again.
     """
     done: list[tuple[Path, Path | None]] = []
     stages, target = {stage.parent: stage}, files[0].target if files else stage
@@ -172,7 +172,7 @@ def place(files: Sequence[StagedFile], stage: Path, *, outdated: Path | None = N
 
 
 def _kept(target: Path, backup: Path) -> Path | None:
-    """A second name for what is at `target` now, so that it can be put back; None if there is nothing."""
+    """A second name for the file at `target`, so that it can be put back; None if there is none."""
     if not os.path.lexists(target):
         return None
     try:

@@ -40,7 +40,7 @@ def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit
 def draw_color_bar(
     picture: Image.Image, top: int, limits: Limits, colors: Callable[[Floats, Limits], Floats], label: str
 ) -> None:
-    """Draw a colour bar over half of the width, with its ends, its middle and what it tells."""
+    """Draw a colour bar over half of the width, with its ends and its label."""
     width = picture.width // 2
     left = (picture.width - width) // 2
     low, high = limits

@@ -39,7 +39,7 @@ class Coloring:
     """A measure that becomes a colour."""
 
     label: str  # the text at the colour bar
-    #: the numbers of a mesh, given a reference as well; None where the mesh has none
+    #: the numbers of a mesh, from the mesh and a reference; None where the mesh has none
     of: Callable[[MeshData, MeshData], Numbers | None]
     diverging: bool  # whether 0 is the middle, and has the middle colour
     limits: Limits | None = None  # the ends of the colour bar, where they do not follow from the numbers
@@ -71,7 +71,7 @@ class Coloring:
 
 
 def in_unit(label: str, unit: str | None) -> str:
-    """The label of a coloring with the unit of the scan in place of mesh units; as it is if that is not known."""
+    """The label of a coloring with the unit of the scan in place of mesh units; unchanged without a unit."""
     return re.sub("mesh units?", unit, label) if unit else label
 
 
@@ -140,7 +140,7 @@ def check_coloring(name: str) -> None:
 
 def numbers_of(coloring: str, meshes: Sequence[MeshData]) -> list[Numbers | None]:
     """The numbers of each mesh; the first one is the reference."""
-    found = [COLORINGS[coloring].of(mesh, meshes[0]) for mesh in meshes]
-    if not any(found):
+    numbers = [COLORINGS[coloring].of(mesh, meshes[0]) for mesh in meshes]
+    if not any(numbers):
         raise MeshError(f"nothing to colour by {coloring}: {COLORINGS[coloring].alone}")
-    return found
+    return numbers

@@ -21,7 +21,7 @@ from .mesh_state import MeshState
 
 #: mean edges of the first mesh: a place further than that from the other surface was added or removed
 _APART = 1.0
-#: of the largest coordinate: what lies no further apart is the same place
+#: of the largest coordinate: points no further apart are the same place
 _ROUNDING = 256 * float(np.finfo(np.float64).eps)
 
 #: samples whose normals are compared at a time
@@ -52,14 +52,14 @@ def areas_out_of_tolerance(name: str, mesh: MeshData, distance: SurfaceDistance,
         part = np.arange(len(over))
     order = np.lexsort((-np.abs(distance.distances[over]), part))
     starts = np.flatnonzero(np.diff(part[order], prepend=-1))
-    found = []
+    areas = []
     for rows in np.split(over[order], starts[1:]):
         places = sample_places(mesh.vertices, mesh.faces, distance.faces, rows)
         x, y, z = places[0].tolist()
         size = float(np.linalg.norm(np.ptp(places, axis=0)))
         share = float(distance.weights[rows].sum())
-        found.append(Area(name, (x, y, z), float(distance.distances[rows[0]]), size, share * area))
-    return sorted(found, key=lambda a: -abs(a.amount))
+        areas.append(Area(name, (x, y, z), float(distance.distances[rows[0]]), size, share * area))
+    return sorted(areas, key=lambda a: -abs(a.amount))
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class Deviation:
     largest: LengthIn  # the largest distance without sign, which faces were searched for
     place: tuple[float, float, float]  # (x, y, z) where that is
     at_most: LengthIn  # no place of the surface lies further
-    within: float | None  # the share of the area within the tolerance; None if none was given
+    within: float | None  # the share of the area within the tolerance; None without a tolerance
     mean_error: LengthIn  # of `mean`; of the next ones so
     mean_size_error: LengthIn
     rms_error: LengthIn
@@ -116,7 +116,7 @@ class Comparison:
     before_from_after: Deviation  # how far the first lies from the second; above 0 are places on the outer side of the second
     hausdorff: LengthIn  # the larger of the two largest distances
     hausdorff_at_most: LengthIn  # it is no larger than that
-    rounding: float  # of coordinates of such a size; what lies no further apart is the same place
+    rounding: float  # of coordinates of such a size; points no further apart are the same place
     same_surface: bool  # whether the surfaces lie no further apart than that, everywhere
     #: how far vertices have moved; None unless both meshes have as many and the same faces, so that vertices of the same number
     #: are the same
@@ -133,12 +133,12 @@ class Comparison:
     sharp_edges_kept: float | None
     added_area: float | None  # of the second mesh further than a mean edge from the first
     removed_area: float | None  # of the first further than a mean edge from the second
-    attributes_kept: tuple[str, ...]  # what the meshes have; so the next two
+    attributes_kept: tuple[str, ...]  # attributes of both meshes; then those of one alone
     attributes_lost: tuple[str, ...]
     attributes_gained: tuple[str, ...]
-    #: within which the surfaces should lie; None if none was given, and then the next two tell nothing
+    #: within which the surfaces should lie; without one, None, and the next two are empty
     tolerance: LengthIn | None = None
-    passed: bool | None = None  # whether no place of either was found further from the other than the tolerance
+    passed: bool | None = None  # whether neither lies further from the other than the tolerance
     out_of_tolerance: tuple[Area, ...] = ()  # the areas that lie further, the furthest first
     sharp_angle: float = SHARP  # degrees from which on an edge counts as sharp
 
@@ -215,18 +215,18 @@ def _moved(before: Floats, after: Floats, length: Callable[[float], LengthIn]) -
     )
 
 
-def _deviation(found: SurfaceDistance, tolerance: float | None, length: Callable[[float], LengthIn]) -> Deviation:
-    told: DistanceStatistics = found.statistics(tolerance)
-    x, y, z = found.furthest.tolist()
+def _deviation(distance: SurfaceDistance, tolerance: float | None, length: Callable[[float], LengthIn]) -> Deviation:
+    statistics: DistanceStatistics = distance.statistics(tolerance)
+    x, y, z = distance.furthest.tolist()
     return Deviation(
-        samples=told.samples,
-        percentiles={percent: length(value) for percent, value in told.percentiles.items()},
-        largest=length(found.largest),
+        samples=statistics.samples,
+        percentiles={percent: length(value) for percent, value in statistics.percentiles.items()},
+        largest=length(distance.largest),
         place=(x, y, z),
-        at_most=length(found.at_most),
-        within=told.within,
-        within_error=told.within_error,
-        **{name: length(getattr(told, name)) for name in _LENGTHS},
+        at_most=length(distance.at_most),
+        within=statistics.within,
+        within_error=statistics.within_error,
+        **{name: length(getattr(statistics, name)) for name in _LENGTHS},
     )
 
 

@@ -17,7 +17,7 @@ from ..filters.topology import boundary_loops
 from ..mesh_data import MeshData
 from ..running.read import ReadMesh
 
-#: vertices of a mesh beyond which a quarter of it says as well how noisy it is, in a quarter of the time and memory
+#: vertices of a mesh beyond which a quarter of it gives the same noise, in a quarter of the time and memory
 MOST_OF_NOISE = 100_000
 #: cells of that part along the longest side of the box
 _CELLS = 8
@@ -25,11 +25,11 @@ _CELLS = 8
 
 @dataclass(frozen=True, eq=False)
 class MeshState:
-    """One mesh and what it is like."""
+    """One mesh and its measures."""
 
     path: Path  # its file
     mesh: MeshData
-    self_intersecting: Bools | None  # (m,) which of its faces cut others, if that is known
+    self_intersecting: Bools | None  # (m,) the faces that cut others; None if not looked for
     #: `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name, and ``border_loops``; ``holes``, the border loops
     #: that do not go round the outside of a sheet; ``self_intersecting_faces``, None if not looked for; ``noise``, the standard
     #: deviation along the normals in mesh units, None of a cloud, above `MOST_OF_NOISE` vertices that of about a quarter of them;
@@ -57,7 +57,7 @@ class MeshState:
 def state_of(read: ReadMesh) -> MeshState:
     """Measure a mesh."""
     mesh = read.mesh
-    # About the middle: what follows takes squares of coordinates.
+    # About the middle, as squares of coordinates are taken below.
     local = mesh.vertices - mesh.vertices.mean(axis=0)
     border = boundary_loops(local, mesh.faces)
     holes = [outer for outer in outer_borders(border.loops, local, mesh.faces) if outer == "no"]

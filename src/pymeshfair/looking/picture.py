@@ -37,9 +37,9 @@ class Appearance:
     titles: bool = True  # whether every panel has a title
     label: str = ""  # the text at the colour bar; the words of the coloring if it is empty
     columns: int = 4  # panels beside each other; more go below
-    limits: Limits | None = None  # the ends of the colour bar; found from the numbers if it is None
+    limits: Limits | None = None  # the ends of the colour bar; those of the numbers if it is None
     tolerance: float = 0.0  # distances up to it have one colour; 0 for none
-    unit: str = ""  # of the scan; empty if it is not known
+    unit: str = ""  # of the scan, or empty
 
     def camera(self, clouds: Sequence[Floats]) -> Camera:
         """The one camera for all meshes."""
@@ -67,7 +67,7 @@ def draw_meshes(
 
     Raises:
         ParameterError: an unknown coloring, or a picture without extent.
-        MeshError: no mesh has what is to be coloured by.
+        MeshError: no mesh has the numbers to be coloured by.
     """
     check_coloring(appearance.color)
     if min(appearance.width, appearance.height) < 64 or max(appearance.width, appearance.height) > 8192:

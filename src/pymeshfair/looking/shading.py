@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
 
 from ..declaration import Bools, Floats, Ints
 from ..errors import MeshError
@@ -19,6 +16,7 @@ from ..filters.compilation import compiled
 from ..filters.geometry import face_normals
 from ..filters.inspection import mesh_normals
 from ..mesh_data import MeshData
+from ..mesh_data.continuation import read_pixels, sampled
 from .camera import Camera
 
 #: each pixel is the mean of so many by so many
@@ -37,17 +35,10 @@ _DOT = 1.1
 _LONGEST = 20_000
 
 
-class Light(NamedTuple):
-    """Shares of light: ambient, diffuse and specular."""
-
-    ambient: float
-    diffuse: float
-    specular: float
-
-
-_CLAY_LIGHT = Light(0.20, 0.85, 0.32)
-#: colours that tell numbers must stay near those of the colour bar
-_NUMBERS_LIGHT = Light(0.45, 0.58, 0.06)
+#: shares of ambient, diffuse and specular light
+_CLAY_LIGHT = (0.20, 0.85, 0.32)
+#: colours of numbers must stay near those of the colour bar
+_NUMBERS_LIGHT = (0.45, 0.58, 0.06)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +48,7 @@ class Scene:
     vertices: Floats  # (n, 3) coordinates
     faces: Ints  # (m, 3) triangles
     edges: Ints  # (e, 2) edges of polylines, drawn where there are no faces
-    #: (n, 3) or (m, 3) from 0 to 1, by vertices or faces as `by_face` says; None for the colour of clay
+    #: (n, 3) or (m, 3) from 0 to 1, by vertices, or faces with `by_face`; None for the colour of clay
     colors: Floats | None = None
     by_face: bool = False  # whether colours belong to faces
     normals: Floats | None = None  # (n, 3) of a cloud, for its light; or None
@@ -72,7 +63,7 @@ def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.
     Nothing is left out: every triangle is drawn, however many there are. Flat shading, so that noise is seen as it is.
     """
     columns, rows = width * SUPERSAMPLING, height * SUPERSAMPLING
-    buffer = DepthBuffer.empty(rows, columns)
+    buffer = DepthBuffer(np.full((rows, columns), -1, dtype=np.int32), np.full((rows, columns), -np.inf))
     screen = camera.screen(scene.vertices, columns, rows)
     if len(scene.faces):
         draw_triangles(screen, scene.faces, *buffer)
@@ -123,7 +114,7 @@ def _lit_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuff
 
 
 def _from_either_side(colors: Floats, inside: Bools) -> Floats:
-    """(k, 3) colours, those of what is seen from `inside`, (k, 1), mixed with the colour of the inner side."""
+    """(k, 3) colours; those seen from `inside`, (k, 1), are mixed with the colour of the inner side."""
     return np.where(inside, 0.45 * colors + 0.55 * _INSIDE, colors) if inside.any() else colors
 
 
@@ -133,7 +124,7 @@ def _lit_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer,
     if scene.normals is not None and not len(scene.edges):
         normals = scene.normals[points] @ camera.rows.T
         return _lit(*_reflected(np.where(normals[:, 2:] < 0.0, -normals, normals)), colors, _NUMBERS_LIGHT)
-    # Without normals the depth gives shape: what is far is paler.
+    # Without normals the depth gives shape: far points are paler.
     depths = screen[:, 2]
     far = (depths.max() - buffer.depths[seen]) / (np.ptp(depths) or 1.0)
     strength = (1.0 - 0.55 * far)[:, None]
@@ -149,9 +140,10 @@ def _reflected(normals: Floats) -> tuple[Floats, Floats]:
     return diffuse, np.clip(normals @ half, 0.0, 1.0)[:, None] ** _SHININESS
 
 
-def _lit(diffuse: Floats, shine: Floats, colors: Floats, strength: Light) -> Floats:
-    """(k, 3) colours under the light of `_reflected`."""
-    return np.asarray((strength.ambient + strength.diffuse * diffuse) * colors + strength.specular * shine * (1.0 - 0.5 * colors))
+def _lit(diffuse: Floats, shine: Floats, colors: Floats, light: tuple[float, float, float]) -> Floats:
+    """(k, 3) colours under the light of `_reflected`, of these shares."""
+    ambient, scattered, specular = light
+    return np.asarray((ambient + scattered * diffuse) * colors + specular * shine * (1.0 - 0.5 * colors))
 
 
 def _weights(screen: Floats, faces: Ints, elements: Ints, seen: Bools) -> Floats:
@@ -182,11 +174,6 @@ class DepthBuffer(NamedTuple):
 
     elements: Ints  # (h, w) the number of the face or dot; -1 where nothing is
     depths: NDArray[np.float64]  # (h, w) how near it is; -inf where nothing is
-
-    @classmethod
-    def empty(cls, height: int, width: int) -> DepthBuffer:
-        """One in which nothing is drawn yet."""
-        return cls(np.full((height, width), -1, dtype=np.int32), np.full((height, width), -np.inf))
 
 
 @compiled
@@ -244,7 +231,7 @@ Sampler = Callable[[Ints, Floats], Floats]
 def texture_of(mesh: MeshData, plain: Floats) -> Sampler | None:
     """The colours of the images at each place; None for a mesh without texture coordinates or images.
 
-    The nearest texel is taken, and the image repeats itself beyond its edges.
+    The nearest pixel is taken, and the image repeats itself beyond its edges.
 
     Args:
         mesh: the mesh.
@@ -259,27 +246,20 @@ def texture_of(mesh: MeshData, plain: Floats) -> Sampler | None:
     if corners is None or not mesh.textures:
         return None
     of_faces = mesh.face_attributes.get("texture", np.zeros(len(mesh.faces), dtype=np.int32))
-    images = [_pixels(mesh, texture.name, texture.image) for texture in mesh.textures]
+    images = []
+    for texture in mesh.textures:
+        pixels = read_pixels(texture)
+        if pixels is None:
+            why = "there is no such file" if texture.image is None else "it is no image that can be read"
+            raise MeshError(f"the texture {texture.name!r} of {mesh.label} cannot be drawn: {why}")
+        images.append(pixels)
 
     def sample(faces: Ints, weights: Floats) -> Floats:
         places = np.einsum("ki,kij->kj", weights, corners[faces])
         colors = np.broadcast_to(plain, (len(faces), 3)).copy()
-        for number, image in enumerate(images):
+        for number, pixels in enumerate(images):
             here = of_faces[faces] == number
-            rows, columns = image.shape[:2]
-            u, v = places[here].T % 1.0
-            column, row = (u * columns).astype(np.int64) % columns, ((1.0 - v) * rows).astype(np.int64) % rows
-            colors[here] = image[row, column] / 255.0
+            colors[here] = sampled(pixels, places[here])
         return colors
 
     return sample
-
-
-def _pixels(mesh: MeshData, name: str, image: Path | bytes | None) -> Floats:
-    if image is None:
-        raise MeshError(f"the texture {name!r} of {mesh.label} cannot be drawn: there is no such file")
-    try:
-        with Image.open(io.BytesIO(image) if isinstance(image, bytes) else image) as opened:
-            return np.asarray(opened.convert("RGB"))
-    except (OSError, UnidentifiedImageError) as error:
-        raise MeshError(f"the texture {name!r} of {mesh.label} cannot be drawn: {error}") from error

@@ -39,12 +39,12 @@ _POWERS = {"area": "²", "volume": "³", "mean_edge": "", "mean_spacing": "", "n
 
 
 def distance_headers(unit: str | None = None) -> tuple[str, ...]:
-    """Above the columns of `distance_rows`; `unit` is that of the scan, if it is known."""
+    """Above the columns of `distance_rows`; `unit` is that of the scan, or None."""
     return ("", unit or "mesh units", "mean edges", "% of diagonal")
 
 
 def area_headers(unit: str | None = None) -> tuple[str, ...]:
-    """Above the columns of `area_rows`; `unit` is that of the scan, if it is known."""
+    """Above the columns of `area_rows`; `unit` is that of the scan, or None."""
     length, square = (f"{unit}", f"{unit}²") if unit else ("mesh units", "mesh units²")
     return ("area out of tolerance", "furthest at", f"by ({length})", f"size ({length})", f"area ({square})")
 
@@ -57,8 +57,8 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = No
     rows = []
     for name, words, always in _MEASURES:
         # The points of a cloud wait for no face, and have no borders and no area.
-        known = [measures.get(name) for measures in (surfaces if name == "unreferenced_vertices" else columns.values())]
-        if any(known) or (always and not (clouds and all(value is None for value in known))):
+        values = [measures.get(name) for measures in (surfaces if name == "unreferenced_vertices" else columns.values())]
+        if any(values) or (always and not (clouds and all(value is None for value in values))):
             rows.append([words + powers.get(name, ""), *(_shown(measures.get(name)) for measures in columns.values())])
     return rows
 
@@ -66,21 +66,21 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = No
 def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
     """The removals, additions and moves of a run, `pymeshfair.running.shape_change.ShapeChange` by name, in one sentence.
 
-    `unit` is that of the scan, if it is known; so below.
+    `unit` is that of the scan, or None; so below.
     """
     removed, added, moved = change["removed"], change["added"], change["moved"]
-    told = []
+    parts = []
     if not moved or not moved["same"]:
-        told.append("made a new mesh")
+        parts.append("made a new mesh")
     elif removed["faces"] and added["faces"] and not (removed["vertices"] or added["vertices"]):
-        told.append(f"cut the surface otherwise: {_count(added['faces'], 'face')} of {_count(removed['faces'], 'other face')}")
+        parts.append(f"cut the surface otherwise: {_count(added['faces'], 'face')} of {_count(removed['faces'], 'other face')}")
     else:
-        told += [f"removed {_part(removed)}"] if removed["vertices"] or removed["faces"] else []
-        told += [f"added {_part(added)}"] if added["vertices"] or added["faces"] else []
+        parts += [f"removed {_part(removed)}"] if removed["vertices"] or removed["faces"] else []
+        parts += [f"added {_part(added)}"] if added["vertices"] or added["faces"] else []
     if moved:
         verb = "moved" if moved["same"] else "lies away from the input by"
-        told.append(f"{verb} {_mean_of(moved, unit)}" if moved["largest"] else "moved no vertex")
-    text = "; ".join(told)
+        parts.append(f"{verb} {_mean_of(moved, unit)}" if moved["largest"] else "moved no vertex")
+    text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}"
 
 
@@ -167,16 +167,16 @@ def _count(count: int, one: str, several: str = "") -> str:
     return f"{count:,} {one if count == 1 else several or one + 's'}"
 
 
-def verdict_text(found: Comparison, unit: str | None = None) -> str:
+def verdict_text(result: Comparison, unit: str | None = None) -> str:
     """The distance of the surfaces in a sentence or three; with a tolerance whether they lie within it."""
-    there, here, moved = found.after_from_before, found.before_from_after, found.displacement
-    if found.same_surface:
+    there, here, moved = result.after_from_before, result.before_from_after, result.displacement
+    if result.same_surface:
         text = "Both meshes are the same surface: no place lies further than rounding from the other."
-    elif found.hausdorff.mesh_units <= found.rounding:
+    elif result.hausdorff.mesh_units <= result.rounding:
         text = f"No difference between the surfaces at {there.samples + here.samples:,} samples of their faces."
     else:
         text = (
-            f"The surfaces lie {_in_edges(there.rms, unit)} apart (root mean square), and {_in_edges(found.hausdorff, unit)} at "
+            f"The surfaces lie {_in_edges(there.rms, unit)} apart (root mean square), and {_in_edges(result.hausdorff, unit)} at "
             f"most, {'outwards' if there.mean.mesh_units > 0.0 else 'inwards'} by {_in_edges(there.mean, unit, sign=False)} "
             "on average."
         )
@@ -184,26 +184,26 @@ def verdict_text(found: Comparison, unit: str | None = None) -> str:
         text += " No vertex moved."
     elif moved is not None:
         text += f" Vertices moved by {_in_edges(moved.mean, unit)} on average, and by {_in_edges(moved.largest, unit)} at most."
-    if found.tolerance is not None and there.within is not None and here.within is not None:
+    if result.tolerance is not None and there.within is not None and here.within is not None:
         parts = f"{100 * there.within:.4g} % of AFTER and {100 * here.within:.4g} % of BEFORE"
-        shares = f"{parts} lie within {_in(found.tolerance.mesh_units, unit, 6)}"
-        count = len(found.out_of_tolerance)
+        shares = f"{parts} lie within {_in(result.tolerance.mesh_units, unit, 6)}"
+        count = len(result.out_of_tolerance)
         areas = "1 area" if count == 1 else f"{count:,} areas"
-        text = f"{'Passed' if found.passed else 'Failed'}: {shares}{'' if found.passed else f', {areas} not'}. {text}"
+        text = f"{'Passed' if result.passed else 'Failed'}: {shares}{'' if result.passed else f', {areas} not'}. {text}"
     return text
 
 
-def area_rows(found: Comparison, most: int) -> list[list[str]]:
+def area_rows(result: Comparison, most: int) -> list[list[str]]:
     """The areas out of tolerance, the furthest first; see `area_headers`."""
     return [
         [f"{k}, of {a.mesh.upper()}", _at(a.place), f"{a.amount:+.4g}", f"{a.size:.4g}", f"{a.area:.4g}"]
-        for k, a in enumerate(found.out_of_tolerance[:most], 1)
+        for k, a in enumerate(result.out_of_tolerance[:most], 1)
     ]
 
 
-def distance_rows(found: Comparison) -> list[list[str]]:
+def distance_rows(result: Comparison) -> list[list[str]]:
     """The distances of the two surfaces, in three units; see `distance_headers`."""
-    there, here, moved = found.after_from_before, found.before_from_after, found.displacement
+    there, here, moved = result.after_from_before, result.before_from_after, result.displacement
     rows = [
         _length("AFTER from BEFORE, mean (above 0: outwards)", there.mean),
         _length("mean without sign", there.mean_size),
@@ -220,38 +220,35 @@ def distance_rows(found: Comparison) -> list[list[str]]:
             _length("root mean square", moved.rms),
             _length(f"largest, vertex {moved.vertex} at {_at(moved.place)}", moved.largest),
         ]
-    return [*rows, _length("Hausdorff distance", found.hausdorff)]
+    return [*rows, _length("Hausdorff distance", result.hausdorff)]
 
 
-def comparison_lines(found: Comparison, unit: str | None = None) -> list[str]:
+def comparison_lines(result: Comparison, unit: str | None = None) -> list[str]:
     """The bound for places between the samples, and other changes, one line each."""
-    there, here = found.after_from_before, found.before_from_after
+    there, here = result.after_from_before, result.before_from_after
     lines = [
         f"distances: {there.samples:,} samples of AFTER and {here.samples:,} of BEFORE, on faces by area; sampling errors of the "
         f"mean {_in(there.mean_error.mesh_units, unit, 2)}, of the root mean square {_in(there.rms_error.mesh_units, unit, 2)}; "
-        f"the Hausdorff distance is at most {_in(found.hausdorff_at_most.mesh_units, unit, 4)}"
+        f"the Hausdorff distance is at most {_in(result.hausdorff_at_most.mesh_units, unit, 4)}"
     ]
-    for words, value in (("area", found.area_change), ("volume", found.volume_change)):
+    for words, value in (("area", result.area_change), ("volume", result.volume_change)):
         if value is not None:
             lines.append(f"{words}: {value:+.4g} %")
-    if found.normal_deviation is not None:
+    if result.normal_deviation is not None:
         lines.append(
-            f"normals: {found.normal_deviation:.3g} degrees apart on average, {found.largest_normal_deviation:.3g} at most; "
-            f"{found.flipped_faces:,} faces flipped"
+            f"normals: {result.normal_deviation:.3g} degrees apart on average, {result.largest_normal_deviation:.3g} at most; "
+            f"{result.flipped_faces:,} faces flipped"
         )
-    if found.sharp_edges_kept is not None:
+    if result.sharp_edges_kept is not None:
         lines.append(
-            f"sharp edges (from {found.sharp_angle:g} degrees): {100 * found.sharp_edges_kept:.1f} % of their length kept"
+            f"sharp edges (from {result.sharp_angle:g} degrees): {100 * result.sharp_edges_kept:.1f} % of their length kept"
         )
-    if found.added_area is not None:
+    if result.added_area is not None:
         square = f" {unit}²" if unit else ""
-        lines.append(
-            f"more than a mean edge away: {found.added_area:.6g}{square} of area added, {found.removed_area:.6g}{square} removed"
-        )
-    for words, names in (("kept", found.attributes_kept), ("lost", found.attributes_lost), ("gained", found.attributes_gained)):
-        if names:
-            lines.append(f"{words}: {', '.join(names)}")
-    return lines
+        added, removed = f"{result.added_area:.6g}{square}", f"{result.removed_area:.6g}{square}"
+        lines.append(f"more than a mean edge away: {added} of area added, {removed} removed")
+    named = {words: getattr(result, f"attributes_{words}") for words in ("kept", "lost", "gained")}
+    return [*lines, *(f"{words}: {', '.join(names)}" for words, names in named.items() if names)]
 
 
 def _in_edges(length: LengthIn, unit: str | None, *, sign: bool = True) -> str:

@@ -1,6 +1,6 @@
 """The one value that travels through a run: a mesh with all its attributes, and how an edit makes the next one of it."""
 
-from .apply_edit import adds, adds_or_removes, apply_edit, as_layer, as_levels, checked_edit, moved
+from .apply_edit import adds, apply_edit, as_layer, as_levels, checked_edit, moved
 from .mesh_data import MeshData, Source, Texture
 
 __all__ = [
@@ -8,7 +8,6 @@ __all__ = [
     "Source",
     "Texture",
     "adds",
-    "adds_or_removes",
     "apply_edit",
     "as_layer",
     "as_levels",

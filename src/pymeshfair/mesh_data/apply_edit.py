@@ -103,11 +103,6 @@ def removes(edit: Edit) -> bool:
     return any(x is not None and x.any() for x in (edit.delete_vertices, edit.delete_faces))
 
 
-def adds_or_removes(edit: Edit) -> bool:
-    """Whether the edit changes how many elements or layers there are, so that it cannot be deferred."""
-    return removes(edit) or adds(edit) or bool(edit.new_layers)
-
-
 def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
     """The mesh after a checked edit (`checked_edit`), but for its new layers; see `Edit` for what added elements get."""
     if adds(edit):
@@ -122,7 +117,11 @@ def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
                 attributes[name] = as_levels(values) if name == "colors" else values
     if vertex or face:
         mesh = mesh.with_attributes(vertex, face)
-    return _with_deletions(mesh, edit)
+    if not removes(edit):
+        return mesh
+    check_deletable(edit, mesh.edges, mesh.label)
+    kept = np.ones(len(mesh.vertices), np.bool_) if edit.delete_vertices is None else ~edit.delete_vertices
+    return mesh.part(kept, None if edit.delete_faces is None else ~edit.delete_faces)
 
 
 def moved(mesh: MeshData, vertices: Floats) -> MeshData:
@@ -218,14 +217,6 @@ def _pixels(textures: tuple[Texture, ...], numbers: Any, donors: NDArray[np.intp
 
 def _extended(values: NDArray[Any], count: int) -> NDArray[Any]:
     return np.concatenate([values, np.zeros((count, *values.shape[1:]), values.dtype)])
-
-
-def _with_deletions(mesh: MeshData, edit: Edit) -> MeshData:
-    if not removes(edit):
-        return mesh
-    check_deletable(edit, mesh.edges, mesh.label)
-    kept = np.ones(len(mesh.vertices), np.bool_) if edit.delete_vertices is None else ~edit.delete_vertices
-    return mesh.part(kept, None if edit.delete_faces is None else ~edit.delete_faces)
 
 
 def check_deletable(edit: Edit, edges: Ints, label: str) -> None:

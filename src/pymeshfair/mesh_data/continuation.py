@@ -1,7 +1,7 @@
-"""Colours and textures continued into added elements, so that a filling looks like its surroundings.
+"""Colours and textures continued into added elements, so that a filling looks like its surroundings; pixels of textures.
 
 To n vertices and the (m, 3) `faces` are added a vertices and the (b, 3) `added_faces`, whose indices are from 0 to n + a - 1. For
-each added element `of` has the old one that gives what cannot be continued.
+each added element `of` has an old one, whose value it takes where none can be continued.
 """
 
 import io
@@ -21,7 +21,7 @@ _WITHIN = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0
 
 
 class Donors(NamedTuple):
-    """The old elements from which added ones take what an edit does not say."""
+    """The old elements whose values added ones take where the edit has none."""
 
     vertices: NDArray[np.intp]  # (a,) for each added vertex the old one
     faces: NDArray[np.intp]  # (b,) for each added face the old one
@@ -31,8 +31,8 @@ def find_donors(points: Floats, faces: Ints, added_faces: Ints, old: int, may_gi
     """For an added vertex the nearest old vertex that added faces use, for an added face an old face next to its centre.
 
     That is one at the nearest of these vertices. If added faces use no old vertex, all old vertices of faces may give. `points`
-    are the (n + a, 3) vertices, `old` is n, and `may_give`, (m,), says which faces may be donors, and whose vertices; at least
-    one.
+    are the (n + a, 3) vertices, `old` is n, and `may_give`, (m,), marks the faces that may be donors, with their vertices; at
+    least one.
     """
     givers = np.flatnonzero(may_give)
     at, first = np.unique(faces[givers], return_index=True)  # the first corner at each vertex
@@ -85,11 +85,11 @@ def continued_texture(
 ) -> Floats:
     """(b, 2) for each added face a place of the texture, well inside an old face, whose colour continues those around.
 
-    The image has no texels for what was not there. So an added face shows one colour: of the old faces near the added ones, that
+    The image has no pixels for added faces. So an added face shows one colour: of the old faces near the added ones, that
     of the middle of the one whose colour is nearest to a blend of the colours around. Without an image, (height, width, 3)
     `pixels`, it is the middle of a neighbour, never its corner, where the image may show what lies beside its charts.
 
-    `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_give` says which faces may give theirs.
+    `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_give` marks the faces that may give theirs.
     """
     middles = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # as MeshLab keeps them
     old = int(faces.max()) + 1
@@ -100,7 +100,7 @@ def continued_texture(
     givers = np.flatnonzero(near[faces].any(axis=1) & may_give)
     if pixels is None or len(givers) == 0:
         return np.asarray(middles[of])
-    shown = np.stack([_sampled(pixels, np.einsum("c,fcd->fd", w, wedges[givers])) for w in _WITHIN], axis=1)
+    shown = np.stack([sampled(pixels, np.einsum("c,fcd->fd", w, wedges[givers])) for w in _WITHIN], axis=1)
     mean = shown.mean(axis=1)
     used = np.zeros(old, dtype=np.bool_)
     used[faces[givers]] = True
@@ -125,17 +125,17 @@ def read_pixels(texture: Texture) -> NDArray[np.uint8] | None:
         return None
 
 
-def _sampled(pixels: NDArray[np.uint8], uv: Floats) -> Floats:
-    """(k, 3) the pixels at texture coordinates, from 0 to 1; the texture repeats."""
+def sampled(pixels: NDArray[np.uint8], uv: Floats) -> Floats:
+    """(k, 3) the nearest pixels to (k, 2) texture coordinates, from 0 to 1; the image repeats itself."""
     height, width = pixels.shape[:2]
     column = np.minimum((uv[:, 0] % 1.0 * width).astype(np.intp), width - 1)
     row = np.minimum(((1.0 - uv[:, 1]) % 1.0 * height).astype(np.intp), height - 1)
     return np.asarray(pixels[row, column] / 255.0)
 
 
-def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, known: Bools, otherwise: Floats) -> Floats:
-    """(b, k) for each added face the mean of its corners, at which known values are means of the faces there."""
-    count = max(len(known), int(added_faces.max(initial=-1)) + 1)
+def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, otherwise: Floats) -> Floats:
+    """(b, k) for each added face the mean of its corners, where values at `fixed` vertices are means of the faces there."""
+    count = max(len(fixed), int(added_faces.max(initial=-1)) + 1)
     sums, number = np.zeros((count, of_faces.shape[1])), np.zeros(count)
     for _ in range(2):  # the second time over two rings, so that a fine pattern of the texture counts as its mean
         at_vertices = sums / np.maximum(number, 1.0)[:, None]
@@ -146,17 +146,17 @@ def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, known: Bools, other
             np.add.at(number, corner, 1.0)
     values = sums / np.maximum(number, 1.0)[:, None]
     held = np.zeros(count, dtype=np.bool_)
-    held[: len(known)] = known
+    held[: len(fixed)] = fixed
     values[~held] = np.nan
     corners = _harmonic(values, added_faces, held)[added_faces].mean(axis=1)
     return np.where(np.isfinite(corners), corners, otherwise)
 
 
-def _harmonic(values: Floats, added_faces: Ints, known: Bools) -> Floats:
-    """The values, with those that are not known by `harmonic_values` on the added faces."""
+def _harmonic(values: Floats, added_faces: Ints, fixed: Bools) -> Floats:
+    """The values, those that are not `fixed` from `harmonic_values` on the added faces."""
     from ..filters.fairing import harmonic_values
 
     used, index = np.unique(added_faces, return_inverse=True)
     continued = values.copy()
-    continued[used] = harmonic_values(index.reshape(-1, 3), values[used], known[used])
+    continued[used] = harmonic_values(index.reshape(-1, 3), values[used], fixed[used])
     return continued

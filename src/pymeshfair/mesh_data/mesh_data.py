@@ -58,7 +58,7 @@ class Has:
 
 
 class Measures:
-    """What follows from the arrays of a layer."""
+    """Measures of a layer, from its arrays."""
 
     @cached_property
     def diagonal(self: Any) -> float:
@@ -118,7 +118,7 @@ class MeshData(Measures):
         textures: in the order that ``texture`` counts them.
         matrix: (4, 4) that places the coordinates, None for the identity. Files hold none.
         label: the name of the layer.
-        unit: of the coordinates, where the file says it: ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
+        unit: of the coordinates, where the file has one: ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
         source: the file that it comes from.
         vertex_ids: (n,) the vertex of the source that each is, -1 for a new one; None if they are all there in their order.
         face_ids: (m,) the same of the triangles.
@@ -211,20 +211,17 @@ class MeshData(Measures):
     @property
     def vertex_selection(self) -> Bools:
         """(n,) the selected vertices."""
-        own = self.vertex_attributes.get("selection")
-        return np.zeros(len(self.vertices), np.bool_) if own is None else own
+        return self.vertex_attributes.get("selection", np.zeros(len(self.vertices), np.bool_))
 
     @property
     def face_selection(self) -> Bools:
         """(m,) the selected faces."""
-        own = self.face_attributes.get("selection")
-        return np.zeros(len(self.faces), np.bool_) if own is None else own
+        return self.face_attributes.get("selection", np.zeros(len(self.faces), np.bool_))
 
     @property
     def vertex_scalars(self) -> Floats:
         """(n,) the scalars; 0 if it has none, as in MeshLab."""
-        own = self.vertex_attributes.get("scalars")
-        return np.zeros(len(self.vertices)) if own is None else own
+        return self.vertex_attributes.get("scalars", np.zeros(len(self.vertices)))
 
     @property
     def face_scalars(self) -> Floats:
@@ -234,8 +231,7 @@ class MeshData(Measures):
     @property
     def vertex_colors(self) -> Floats:
         """(n, 4) from 0 to 1; white if it has none, as in MeshLab."""
-        own = self.vertex_attributes.get("colors")
-        return np.ones((len(self.vertices), 4)) if own is None else own / 255.0
+        return self.vertex_attributes.get("colors", np.full((len(self.vertices), 4), 255)) / 255.0
 
     @property
     def face_colors(self) -> Floats:

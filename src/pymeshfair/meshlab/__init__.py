@@ -1,1 +1,1 @@
-"""Facts about MeshLab: its filters, their former names, and the filters of the installed pymeshlab."""
+"""Facts about MeshLab: its filters, their former names, and those with another result each time; in files of JSON."""

@@ -10,7 +10,7 @@ class UnknownFilterError(UnknownNameError, PyMeshLabException):  # type: ignore[
 
 
 class FilterParameterError(ParameterError, PyMeshLabException):  # type: ignore[misc]
-    """A filter does not take that value; the message says what it takes."""
+    """A filter does not take that value; the message has the allowed values."""
 
 
 class FilterFailedError(MeshError, PyMeshLabException):  # type: ignore[misc]

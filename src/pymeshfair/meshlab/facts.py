@@ -1,7 +1,6 @@
 """Facts about MeshLab's built-in filters, kept in ``filters.json``: names, kinds, defaults, bounds, choices.
 
 The table is generated from an installed pymeshlab (``tools/meshlab_table.py``), holds no help texts and names its version.
-`differences_from_installed` says where the pymeshlab that is installed here differs.
 """
 
 from __future__ import annotations
@@ -10,34 +9,11 @@ import functools
 import importlib.resources
 import json
 import keyword
-import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .. import declaration
 from ..declaration import Arity, Enum, Filter, FilterClass, Length, MeshElement, Parameter, Percentage
-
-if TYPE_CHECKING:
-    from .survey import InstalledParameter
-
-#: by its name in the table, the class of a parameter and the kinds that pymeshlab's own list calls it
-_KINDS: Mapping[str, tuple[type[Parameter], tuple[str, ...]]] = {
-    "Bool": (declaration.Bool, ("bool",)),
-    "Color": (declaration.Color, ("Color",)),
-    "Direction": (declaration.Direction, ("numpy.ndarray[numpy.float64[3]]",)),
-    "Enum": (declaration.Enum, ("str",)),
-    "FileOpen": (declaration.FileOpen, ("str",)),
-    "FileSave": (declaration.FileSave, ("str",)),
-    "Float": (declaration.Float, ("float", "float (bounded)")),
-    "Int": (declaration.Int, ("int",)),
-    "Matrix": (declaration.Matrix, ("numpy.ndarray[numpy.float64[4, 4]]",)),
-    "Mesh": (declaration.Mesh, ("int",)),
-    "Percentage": (declaration.Percentage, ("PercentageValue",)),
-    "Point": (declaration.Point, ("numpy.ndarray[numpy.float64[3]]",)),
-    "Shot": (declaration.Shot, ("Shotf [still unsupported]",)),
-    "String": (declaration.String, ("str",)),
-}
 
 
 @functools.cache
@@ -56,26 +32,19 @@ def table_version() -> str:
 
 
 def differences_from_installed() -> list[str]:
-    """The differences of the installed pymeshlab from the table, one sentence each; empty if there are none.
+    """The differences of the installed pymeshlab's filters, by names, from the table, one sentence each; empty without any."""
+    import pymeshlab
 
-    It takes about half a second, in a process of its own.
-
-    Raises:
-        SurveyError: pymeshlab cannot be asked, for example because a system library is missing.
-    """
-    from .survey import survey_installed
-
-    installed = survey_installed()
-    differences = []
-    if installed.version != table_version():
-        differences.append(f"pymeshlab {installed.version} is installed; the table of its filters is of {table_version()}")
-    expected = {row[0]: row[-1] for row in table("filters")["filters"]}
-    differences += [f"filter {name!r} is not in the table" for name in sorted(installed.filters.keys() - expected.keys())]
-    for name, rows in expected.items():
-        if name not in installed.filters:
-            differences.append(f"filter {name!r} is not installed")
-        else:
-            differences += [f"filter {name!r}: {text}" for text in _parameter_differences(rows, installed.filters[name])]
+    meshes = pymeshlab.MeshSet()
+    meshes.create_cube()
+    meshes.compute_scalar_by_function_per_face(q="0")  # three filters list no parameters without it
+    installed = {name: set(meshes.filter_parameter_values(name)) for name in pymeshlab.filter_list()}
+    expected = {declared.python_name: {p.name for p in declared.parameters} for declared in meshlab_filters()}
+    differences = [f"filter {name!r} is not in the table" for name in sorted(installed.keys() - expected.keys())]
+    differences += [f"filter {name!r} is not installed" for name in sorted(expected.keys() - installed.keys())]
+    for name in sorted(expected.keys() & installed.keys()):
+        if others := ", ".join(sorted(expected[name] ^ installed[name])):
+            differences.append(f"filter {name!r} has or lacks parameters: {others}")
     return differences
 
 
@@ -111,38 +80,11 @@ def _parameter(xml_name: str, kind: str, default: Any, *more: Any) -> Parameter:
         default = tuple(tuple(x) if isinstance(x, list) else x for x in default)
     if more:
         names |= {"minimum": more[0], "maximum": more[1]}
-    return _KINDS[kind][0](**names, default=default)
+    of_kind: type[Parameter] = getattr(declaration, kind)
+    return of_kind(**names, default=default)
 
 
 def python_name(xml_name: str) -> str:
     """The Python name that pymeshlab derives from MeshLab's name of a parameter: ``lambda`` gives ``lambda_``."""
     name = re.sub(r"[ /-]", "_", re.sub(r"[().,'\":+]", "", xml_name)).lower()
     return f"{name}_" if keyword.iskeyword(name) else name
-
-
-def _parameter_differences(rows: list[list[Any]], installed: Sequence[InstalledParameter]) -> Iterator[str]:
-    names, installed_names = [python_name(row[0]) for row in rows], [p.name for p in installed]
-    if names != installed_names:
-        yield f"has the parameters {', '.join(installed_names)}; in the table {', '.join(names)}"
-        return
-    for (_, kind, default, *more), parameter in zip(rows, installed, strict=True):
-        say = f"parameter {parameter.name!r} has the"
-        if parameter.kind not in _KINDS[kind][1] or (kind == "Float" and bool(more) != (parameter.bounds is not None)):
-            yield f"{say} kind {parameter.kind!r}; in the table it is {kind}"
-        elif not _same_default(kind, default, parameter.default):
-            yield f"{say} default {parameter.default!r}; in the table {default!r}"
-        elif kind == "Enum" and more[0] != list(parameter.choices):
-            yield f"{say} choices {', '.join(parameter.choices)}; in the table {', '.join(more[0])}"
-        elif kind == "Float" and more and None not in more and more != list(parameter.bounds or ()):
-            yield f"{say} bounds {parameter.bounds}; in the table {more}"
-
-
-def _same_default(kind: str, default: Any, installed: Any) -> bool:
-    if default is None:
-        return True  # it depends on the mesh or on the machine
-    if kind != "Percentage":
-        return bool(default == installed)
-    from .survey import CUBE_DIAGONAL
-
-    length = Length.parse(default).resolve(diagonal=CUBE_DIAGONAL, mean_edge=lambda: math.nan)
-    return math.isclose(length, installed, rel_tol=1e-4)  # the table gives parts of the diagonal with five digits

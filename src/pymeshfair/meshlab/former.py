@@ -19,7 +19,7 @@ class Former:
     invented: bool = False  # the name was never MeshLab's; `now` is what such scripts mean
     sets: Mapping[str, str] = field(default_factory=dict)  # values to give, by parameter, unless the script gives one
     renames: Mapping[str, str] = field(default_factory=dict)  # new names of parameters, by the old
-    #: by old parameter and value (``*`` for any), the values that say the same today; ``*`` stands for the old value and ``-*``
+    #: by old parameter and value (``*`` for any), the values that mean the same today; ``*`` stands for the old value and ``-*``
     #: for minus the old value
     turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
     #: parameters that are gone, with the value that does what MeshLab does today; None if no value matters
@@ -39,7 +39,7 @@ class Former:
         return self.now
 
     def turned(self, parameter: str, value: str) -> Mapping[str, str] | None:
-        """The values that say today what that value of an old parameter said; None if the parameter is not known."""
+        """The values that mean today the same as a value of an old parameter; None of a parameter without such a table."""
         cases = self.turns.get(parameter)
         if cases is None:
             return None
@@ -49,7 +49,7 @@ class Former:
 
 
 def former_filter(old: str) -> Former | None:
-    """Today's form of the filter of that old name; None if nothing is known of it.
+    """Today's form of the filter of that old name; None if it is in no table.
 
     Capital letters and blanks do not count: MeshLab changed those of many names on the way.
     """

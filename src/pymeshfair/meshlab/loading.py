@@ -1,4 +1,4 @@
-"""Imports pymeshlab, and says which system libraries it lacks."""
+"""Imports pymeshlab, and names the system libraries that it lacks."""
 
 import contextlib
 import importlib

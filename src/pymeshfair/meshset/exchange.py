@@ -51,7 +51,7 @@ class Arrays:
 def as_meshlab(arrays: Arrays) -> Any:
     """The arrays as a `pymeshlab.Mesh`, which lacks the values but for the scalars; see `add_values`."""
     vertices, faces = arrays.vertices, arrays.faces
-    given = {
+    optional = {
         "v_normals_matrix": arrays.normals if not len(faces) else None,  # those of meshes follow from their faces
         "v_color_matrix": arrays.colors,
         "f_color_matrix": arrays.face_colors,
@@ -59,7 +59,7 @@ def as_meshlab(arrays: Arrays) -> Any:
         "v_scalar_array": _scalar(arrays.of_vertices),
         "f_scalar_array": _scalar(arrays.of_faces),
     }
-    more: dict[str, Any] = {name: values for name, values in given.items() if values is not None and len(values)}
+    more: dict[str, Any] = {name: values for name, values in optional.items() if values is not None and len(values)}
     if len(arrays.edges):
         more["edge_matrix"] = arrays.edges
     return pymeshlab.Mesh(vertices, faces, **more)
@@ -194,9 +194,8 @@ def to_open3d(arrays: Arrays) -> Any:
 def to_meshio(arrays: Arrays) -> Any:
     """A `meshio.Mesh` with triangles and lines, or vertices where there are neither, and values of points and cells."""
     meshio = importlib.import_module("meshio")
-    cells: list[tuple[str, Any]] = [
-        (kind, found) for kind, found in (("triangle", arrays.faces), ("line", arrays.edges)) if len(found)
-    ]
+    kinds: dict[str, Any] = {"triangle": arrays.faces, "line": arrays.edges}
+    cells = [(kind, rows) for kind, rows in kinds.items() if len(rows)]
     cells = cells or [("vertex", np.arange(len(arrays.vertices)).reshape(-1, 1))]
     of_points: dict[str, Any] = {"normals": arrays.normals, **arrays.of_vertices}
     if arrays.colors is not None:
@@ -215,8 +214,8 @@ def to_pyvista(arrays: Arrays) -> Any:
     """A `pyvista.PolyData` with triangles and lines, colours as ``RGBA``, texture coordinates and all values."""
     pyvista = importlib.import_module("pyvista")
     parts = {"lines": (2, arrays.edges), "faces": (3, arrays.faces)}
-    rows = {name: np.insert(found, 0, size, axis=1).ravel() for name, (size, found) in parts.items() if len(found)}
-    made = pyvista.PolyData(arrays.vertices, **rows)
+    cells = {name: np.insert(rows, 0, size, axis=1).ravel() for name, (size, rows) in parts.items() if len(rows)}
+    made = pyvista.PolyData(arrays.vertices, **cells)
     made.point_data["Normals"] = arrays.normals
     for name, values in arrays.of_vertices.items():
         made.point_data[name] = values

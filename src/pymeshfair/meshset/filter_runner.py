@@ -1,138 +1,72 @@
-"""Applies filters of both kinds to the layers of a pymeshlab mesh set, from calls and from steps of scripts.
-
-Results of plugins' filters are written to MeshLab when something needs them.
-"""
+"""Applies filters of both kinds to the layers of a pymeshlab mesh set, from calls and from steps of scripts."""
 
 import contextlib
 import logging
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import pymeshlab
 
 from ..calling import StoppedError, call, check_needs, resolved
-from ..declaration import Arity, Edit, Filter, Layer, Percentage
+from ..declaration import Arity, Filter, Percentage
 from ..errors import MeshError, ParameterError, UnknownNameError
-from ..mesh_data import adds, adds_or_removes
-from ..meshlab.base import BASE
-from ..meshlab.builtin_filters import BuiltinFilters, constant_defaults
-from ..meshlab.errors import FilterFailedError, FilterParameterError, UnknownFilterError, UnknownLayerError, reason
-from ..meshlab.values import as_length
+from ..meshlab.builtin_filters import BuiltinFilters, as_length, constant_defaults
+from ..meshlab.errors import FilterFailedError, FilterParameterError, UnknownFilterError, reason
 from ..registry import is_known
 from ..scripts.script import Step
-from ..write_back import MeshLayer, Workbench, without_helpers, write_edit
+from ..write_back import Workbench, without_helpers, write_edit
 from .listing import known_filter
 
 _LOG = logging.getLogger("pymeshfair")
 
 
-class Layers:
-    """Reads and edits the layers of one mesh set.
+class FilterRunner:
+    """Finds a filter, applies it by its kind, and returns the values that it ran with.
+
+    Ids of layers in a step do not count the layers that the write-back makes and removes, so that a script means the same
+    whenever it is applied; see `Workbench.without_helpers`.
+
+    Filters of plugins call `on_progress` and `on_note` of the mesh set if it has them.
 
     Attributes:
-        meshset: the mesh set; any `pymeshlab.MeshSet` serves.
-        bench: runs MeshLab's filters for the write-back.
+        builtins: MeshLab's own filters.
     """
 
-    def __init__(self, meshset: Any, *, verbose: bool = False) -> None:
-        self.meshset = meshset
-        self.bench = Workbench(meshset)
-        self.bench.verbose = verbose
-        self._deferring = False
-        self._layer: MeshLayer | None = None
+    def __init__(self, bench: Workbench) -> None:
+        self._bench = bench
+        self.builtins = BuiltinFilters(bench.meshset, bench.current)
 
-    @contextlib.contextmanager
-    def deferred(self) -> Iterator[None]:
-        """Write results to MeshLab at the end of the context, or earlier when something of MeshLab's needs them."""
-        outer, self._deferring = self._deferring, True
-        try:
-            yield
-        finally:
-            self._deferring = outer
-            if not outer:
-                self.settle()
-
-    def settle(self) -> None:
-        """Write to MeshLab what waits to be written."""
-        layer, self._layer = self._layer, None
-        if layer is not None and layer.has_pending:
-            write_edit(self.bench, layer.pending)
-
-    def forget(self) -> None:
-        """Drop what was read of the current layer, because MeshLab is about to change it."""
-        self._layer = None
-
-    def clear(self) -> None:
-        """Drop everything: the mesh set loses its layers."""
-        self._layer = None
-        self.bench.helper_ids.clear()
-
-    def has_current(self) -> bool:
-        """Whether the mesh set has a current layer."""
-        try:
-            BASE.current_mesh_id(self.meshset)
-        except pymeshlab.PyMeshLabException:
-            return False
-        return True
-
-    def current(self) -> MeshLayer:
-        """The current layer, results that still wait included; an empty one if there is none."""
-        if self._layer is not None:
-            return self._layer
-        layer = self._read(BASE.current_mesh(self.meshset) if self.has_current() else None)
-        if self._deferring:
-            self._layer = layer
-        return layer
-
-    def take(self, layer: MeshLayer, edit: Edit) -> tuple[str, ...]:
-        """Make the current layer what the edit says, now or when something needs it.
+    def apply(self, filter_name: str, values: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
+        """Apply a filter with the values of a caller.
 
         Returns:
-            What could not be kept, in sentences.
+            Its report, and the step with the values that it ran with; None for a filter of a C++ plugin of MeshLab that was
+            loaded by hand, which no script of ours can name.
         """
-        if adds(edit):
-            self.settle()
-            return write_edit(self.bench, edit)
-        after = layer.edited(edit)
-        if self._deferring and not adds_or_removes(edit):
-            self._layer = after
-            return ()
-        self._layer = None
-        more = {name: getattr(edit, name) for name in ("delete_vertices", "delete_faces", "new_layers")}
-        return write_edit(self.bench, replace(after.pending, **more))
+        declared = known_filter(filter_name)
+        if declared is None:
+            return self.builtins.call(filter_name, values), None
+        return self._applied(declared, dict(values) if declared.is_builtin else self.check(declared, values))
 
-    def check(self, mesh_id: int, where: str = "") -> None:
-        """Raise `UnknownLayerError`, its message beginning with `where`, if there is no layer of that id."""
-        if mesh_id >= 0 and BASE.mesh_id_exists(self.meshset, mesh_id):
-            return
-        there = ", ".join(f"{m.id()} {m.label()!r}" for m in BASE.__iter__(self.meshset)) or "none"
-        gaps = "; ids skip numbers, see current_mesh_id() after a layer is made" if self.bench.helper_ids else ""
-        raise UnknownLayerError(f"{where}there is no layer {mesh_id} in the mesh set (it has {there}{gaps})")
+    def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
+        """Apply a step of a script, whose values are checked; its report, and the step as it was applied."""
+        values = _with_ids(step.filter, step.values, self._bench.with_helpers)
+        return self._applied(step.filter, {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values)
 
-    def check_named(self, declared: Filter, values: dict[str, Any]) -> None:
-        """Raise `UnknownLayerError` if a parameter of the filter names a layer that is not there."""
-        for name, mesh_id in declared.layers(values).items():
-            self.check(mesh_id, f"{declared.python_name}: parameter {name!r}: ")
+    def values(self, filter_name: str, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of `pymeshlab.MeshSet.filter_parameter_values`, for filters of both kinds and for file formats."""
+        if not is_known(filter_name):  # perhaps a file format, for which every file that is written asks many times
+            with contextlib.suppress(pymeshlab.PyMeshLabException):
+                return without_helpers(dict(self.builtins.ask(filter_name, **values)))
+        declared = known_filter(filter_name)
+        if declared is None:
+            return dict(self.builtins.ask(filter_name, **values))
+        if declared.is_builtin:
+            return self.builtins.values(declared, values)
+        return resolved(declared, {**declared.defaults, **self.check(declared, values)}, self._bench.current())
 
-    def _read(self, mesh: Any) -> MeshLayer:
-        return MeshLayer(mesh, self.bench, other=self._other, settle=self.settle)
-
-    def _other(self, mesh_id: int) -> Layer:
-        self.check(mesh_id)
-        if self.has_current() and mesh_id == BASE.current_mesh_id(self.meshset):
-            return self.current()
-        return self._read(BASE.mesh(self.meshset, mesh_id))
-
-
-class PluginFilters:
-    """Filters of plugins on the current layer of a mesh set, whose `on_progress` and `on_note` are called if it has them."""
-
-    def __init__(self, layers: Layers) -> None:
-        self._layers = layers
-
-    def check(self, declared: Filter, given: Mapping[str, Any]) -> dict[str, Any]:
-        """The given values, checked as declared; the only check between a caller and the filter's function.
+    def check(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Values for a filter of a plugin, checked as declared; the only check before the filter's function.
 
         Raises:
             UnknownFilterError: no such parameter.
@@ -140,131 +74,57 @@ class PluginFilters:
         """
         lengths = {p.name for p in declared.parameters if isinstance(p, Percentage)}
         try:
-            return declared.check({name: as_length(value) if name in lengths else value for name, value in given.items()})
+            return declared.check({name: as_length(value) if name in lengths else value for name, value in values.items()})
         except UnknownNameError as error:
             raise UnknownFilterError(str(error), suggestion=error.suggestion) from None
         except ParameterError as error:
             raise FilterParameterError(f"{declared.python_name}: {error}") from None
 
-    def apply(self, declared: Filter, checked: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Apply the filter with checked values; what it reports, and the values that it ran with."""
-        values = {**declared.defaults, **checked}
-        self._layers.check_named(declared, values)
-        layer = self._layers.current()
-        try:
-            check_needs(declared, layer)
-        except MeshError as error:
-            raise FilterFailedError(str(error)) from None
-        edit, losses = self._compute(declared, values, layer)
-        self.tell(edit.notes, logging.INFO)
-        self.tell_losses(losses)
-        return dict(edit.values), values
-
-    def on_mesh(self, declared: Filter, checked: Mapping[str, Any]) -> dict[str, Any]:
-        """The values that the filter would run with, lengths in mesh units."""
-        return resolved(declared, {**declared.defaults, **checked}, self._layers.current())
-
-    def tell(self, sentences: Iterable[str], level: int) -> None:
-        """Pass on sentences of a filter."""
-        on_note = getattr(self._layers.meshset, "on_note", None)
+    def note(self, sentences: Iterable[str], level: int = logging.WARNING) -> None:
+        """Hand sentences to the mesh set's `on_note`, else to the logger; the usual level is that of losses."""
+        on_note = getattr(self._bench.meshset, "on_note", None)
         for text in sentences:
             if on_note is not None:
                 on_note(text)
             else:
                 _LOG.log(level, "%s", text)
 
-    def tell_losses(self, losses: Iterable[str]) -> None:
-        """Pass on what is not kept."""
-        self.tell(losses, logging.WARNING)
+    def _applied(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], Step]:
+        """Apply a filter with checked values; its report, and the step with the values that it ran with."""
+        if declared.arity is not Arity.NONE and not self._bench.has_current():
+            raise FilterFailedError(f"{declared.python_name} needs a mesh, and the mesh set has no current one: load one first")
+        if not declared.is_builtin:
+            values = {**declared.defaults, **values}
+        for name, mesh_id in declared.layers(values).items():
+            self._bench.check(mesh_id, f"{declared.python_name}: parameter {name!r}: ")
+        if declared.is_builtin:
+            self.builtins.verbose = self._bench.verbose
+            report, values = self.builtins.apply(declared, values)
+        else:
+            report = self._apply_plugin(declared, values)
+        return report, Step(declared, _with_ids(declared, values, self._bench.without_helpers))
 
-    def _compute(self, declared: Filter, values: Mapping[str, Any], layer: MeshLayer) -> tuple[Edit, tuple[str, ...]]:
+    def _apply_plugin(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
+        layer, bench = self._bench.current(), self._bench
+        try:
+            check_needs(declared, layer)
+        except MeshError as error:
+            raise FilterFailedError(str(error)) from None
         try:
             inputs = resolved(declared, values, layer)
-            if self._layers.bench.verbose or self._layers.bench.tells_parameters:
+            if bench.verbose or bench.prints_parameters:
                 print(f"\nApplying filter {declared.python_name} with the following parameters:\n{inputs}\n")
-            edit = call(declared, inputs, layer, getattr(self._layers.meshset, "on_progress", None))
-            return edit, self._layers.take(layer, edit)
+            edit = call(declared, inputs, layer, getattr(self._bench.meshset, "on_progress", None))
+            losses = write_edit(bench, edit)
         except StoppedError as error:
             raise error.__cause__ or error from None
         except MemoryError:
             raise
         except Exception as error:
             raise FilterFailedError(f"{declared.python_name}: {reason(error)}") from error
-
-
-class FilterRunner:
-    """Finds a filter, sends it to those of its kind, and says what it ran with.
-
-    Ids of layers in a step do not count the layers that the write-back makes and removes, so that a script means the same
-    whenever it is applied; see `Workbench.without_helpers`.
-
-    Attributes:
-        plugins: the filters of plugins.
-        builtins: MeshLab's own.
-    """
-
-    def __init__(self, layers: Layers) -> None:
-        self._layers = layers
-        self.plugins = PluginFilters(layers)
-        self.builtins = BuiltinFilters(layers.meshset, layers.current, layers.forget)
-
-    def apply(self, filter_name: str, given: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
-        """Apply a filter with values as a caller gives them.
-
-        Returns:
-            What it reports, and the step that says what it ran with; None for a filter of a plugin of MeshLab's own kind, which
-            no script of ours can name.
-        """
-        declared = known_filter(filter_name)
-        if declared is None:
-            self._layers.settle()
-            return self.builtins.call(filter_name, given), None
-        self._check_mesh(declared)
-        return self._applied(declared, dict(given) if declared.is_builtin else self.plugins.check(declared, given))
-
-    def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
-        """Apply a step of a script, whose values are checked; what the filter reports, and the step as it was applied."""
-        self._check_mesh(step.filter)
-        return self._applied(step.filter, self._values_here(step))
-
-    def effective(self, step: Step, *, mesh_units: bool) -> dict[str, Any]:
-        """All values that a step would run with: relative lengths in units of the current layer, or as a script says them."""
-        declared, values = step.filter, self._values_here(step)
-        self._layers.settle()
-        if mesh_units:
-            effective = (self.builtins if declared.is_builtin else self.plugins).on_mesh(declared, values)
-        else:
-            effective = self.builtins.effective(declared, values) if declared.is_builtin else {**declared.defaults, **values}
-        return _with_ids(declared, effective, self._layers.bench.without_helpers)
-
-    def values(self, filter_name: str, given: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of `pymeshlab.MeshSet.filter_parameter_values`, for filters of both kinds and for file formats."""
-        self._layers.settle()
-        if not is_known(filter_name):  # perhaps a file format, for which every file that is written asks many times
-            with contextlib.suppress(pymeshlab.PyMeshLabException):
-                return without_helpers(dict(self.builtins.ask(filter_name, **given)))
-        declared = known_filter(filter_name)
-        if declared is None:
-            return dict(self.builtins.ask(filter_name, **given))
-        if declared.is_builtin:
-            return self.builtins.values(declared, given)
-        return self.plugins.on_mesh(declared, self.plugins.check(declared, given))
-
-    def _applied(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], Step]:
-        if declared.is_builtin:
-            self._layers.settle()
-            self._layers.check_named(declared, values)
-            self.builtins.verbose = self._layers.bench.verbose
-        result, effective = (self.builtins if declared.is_builtin else self.plugins).apply(declared, values)
-        return result, Step(declared, _with_ids(declared, effective, self._layers.bench.without_helpers))
-
-    def _check_mesh(self, declared: Filter) -> None:
-        if declared.arity is not Arity.NONE and not self._layers.has_current():
-            raise FilterFailedError(f"{declared.python_name} needs a mesh, and the mesh set has no current one: load one first")
-
-    def _values_here(self, step: Step) -> dict[str, Any]:
-        values = _with_ids(step.filter, step.values, self._layers.bench.with_helpers)
-        return {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values
+        self.note(edit.notes, logging.INFO)
+        self.note(losses)
+        return dict(edit.values)
 
 
 def _with_ids(declared: Filter, values: Mapping[str, Any], change: Callable[[int], int]) -> dict[str, Any]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import os
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 import pymeshlab
@@ -15,13 +14,13 @@ from ..meshlab.base import BASE, MESHLAB, after_failure
 from .filter_methods import FilterMethods, LateMethods
 
 if TYPE_CHECKING:
-    from .. import recipe
+    from .. import recipe, write_back
     from ..scripts.script import Script, Step
     from . import exchange, filter_runner, listing, script_log
     from .pymeshlab_classes import _MeshSet as _Typed
 else:  # importing them takes longer than importing pymeshlab
     _Typed = BASE
-    recipe = ImportedWhenUsed("pymeshfair.recipe")
+    recipe, write_back = ImportedWhenUsed("pymeshfair.recipe"), ImportedWhenUsed("pymeshfair.write_back")
     exchange, filter_runner, listing, script_log = (
         ImportedWhenUsed(f"pymeshfair.meshset.{name}") for name in ("exchange", "filter_runner", "listing", "script_log")
     )
@@ -57,8 +56,8 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     def __init__(self, verbose: bool = False) -> None:
         BASE.__init__(self, verbose)
-        self._layers = filter_runner.Layers(self, verbose=verbose)
-        self._filters = filter_runner.FilterRunner(self._layers)
+        self._bench = write_back.Workbench(self, verbose=verbose)
+        self._filters = filter_runner.FilterRunner(self._bench)
         self._script = script_log.ScriptLog()
 
     # ---------------------------------------------------------------------------------------------------------- filters
@@ -89,29 +88,18 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_step(self, step: Step) -> dict[str, Any]:
         """Apply a step of a script to the current mesh; it is not added to the filter script.
 
-        Ids of layers in the step are those of a mesh set in which only filters have made layers; see `effective_parameters`.
+        Ids of layers in the step do not count the layers that pymeshfair itself made and removed on the way, so that a script
+        means the same whenever it is applied.
 
         Raises:
             pymeshlab.PyMeshLabException: as `apply_filter`.
         """
         return self._filters.apply_step(step)[0]
 
-    def effective_parameters(self, step: Step, *, mesh_units: bool = False) -> dict[str, Any]:
-        """All values that the step would run with on the current mesh, by name, as a script says them.
-
-        Ids of layers do not count the layers that pymeshfair itself made and removed on the way, so that they mean the same
-        whenever the script is applied again.
-
-        Args:
-            step: of a script.
-            mesh_units: give lengths in mesh units; otherwise those that were given or declared as relative stay so.
-        """
-        return self._filters.effective(step, mesh_units=mesh_units)
-
     def filter_parameter_values(self, filter_name: str, /, **kwargs: Any) -> dict[str, Any]:
-        """The values that a filter would run with on the current mesh, lengths in mesh units, given some of them.
+        """The values that a filter would run with on the current mesh, lengths in mesh units; `kwargs` are some of them.
 
-        Also those of saving a file, given its extension.
+        For an extension, those of saving such a file.
         """
         return self._filters.values(filter_name, kwargs)
 
@@ -128,14 +116,11 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_filter_script(self) -> None:
         """Apply the current filter script: the filters that were loaded, and those applied since.
 
-        Consecutive filters of plugins pass arrays on to each other, and MeshLab learns of the result when it needs it.
-
         Raises:
             ScriptStepFailedError: a step failed; the message names it with file and line. The mesh is as the last complete step
                 left it.
         """
-        with self.deferred():
-            self._script.apply(self.apply_step)
+        self._script.apply(self.apply_step)
 
     def save_filter_script(self, filter_script_name: str) -> None:
         """Write the current filter script to an .mlx file, every parameter with the value that it had.
@@ -143,7 +128,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         Raises:
             PymeshfairError: the file cannot be written.
         """
-        self._script.save(filter_script_name, self._layers.current())
+        self._script.save(filter_script_name, self._bench.current())
 
     def clear_filter_script(self) -> None:
         """Forget the current filter script."""
@@ -183,19 +168,10 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             results.append(result)
             self._script.steps.append(done)
 
-        with self.deferred():
-            script_log.ScriptLog(script).apply(apply)
+        script_log.ScriptLog(script).apply(apply)
         return results
 
     # ----------------------------------------------------------------------------------------------------------- meshes
-
-    def deferred(self) -> AbstractContextManager[None]:
-        """Put off telling MeshLab of results for as long as the context lasts, or until something of MeshLab's needs them.
-
-        Telling takes longer than a fast filter. Filters of plugins see each other's results all the same, and so does everything
-        that is asked of the mesh set; only a `pymeshlab.Mesh` that was fetched before stays behind until the end.
-        """
-        return self._layers.deferred()
 
     def set_current_mesh(self, new_curr_id: int) -> None:
         """Make the layer of that id the current one.
@@ -203,8 +179,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         Raises:
             UnknownLayerError: there is none; pymeshlab would go on without a current mesh.
         """
-        self._layers.settle()
-        self._layers.check(new_curr_id)
+        self._bench.check(new_curr_id)
         BASE.set_current_mesh(self, new_curr_id)
 
     def add_mesh(self, mesh: Any, mesh_name: str = "", set_as_current: bool = True) -> Any:
@@ -216,11 +191,11 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             ForeignMeshError: it is no mesh of these packages, or has cells that are no triangles, quads, lines or vertices.
         """
         if isinstance(mesh, pymeshlab.Mesh):
-            return _settled(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
+            return _locked(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
         arrays = exchange.taken(mesh)
-        result = _settled(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
+        result = _locked(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
         exchange.add_values(max(BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
-        self._filters.plugins.tell_losses(arrays.lost)
+        self._filters.note(arrays.lost)
         return result
 
     def to_trimesh(self) -> Any:
@@ -243,9 +218,9 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self._given(exchange.to_pyvista)
 
     def _given(self, make: Callable[[exchange.Arrays], Any]) -> Any:
-        arrays = exchange.of_meshlab(self.current_mesh(), self._layers.bench)
+        arrays = exchange.of_meshlab(self.current_mesh(), self._bench)
         made = make(arrays)
-        self._filters.plugins.tell_losses(arrays.lost)
+        self._filters.note(arrays.lost)
         return made
 
     def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
@@ -253,26 +228,26 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
         MeshLab writes edges into .obj files alone. A run writes them into .ply files, too.
         """
-        _settled(self, BASE.save_current_mesh, file_name, *args, **kwargs)
+        _locked(self, BASE.save_current_mesh, file_name, *args, **kwargs)
         edges = self.current_mesh().edge_number()
         if edges and not str(file_name).lower().endswith(".obj"):
             text = f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; into an .obj file it does"
-            self._filters.plugins.tell_losses([text])
+            self._filters.note([text])
 
     def clear(self) -> None:
         """Remove all layers; the filter script stays."""
-        self._layers.clear()
+        self._bench.helper_ids.clear()
         BASE.clear(self)
 
     def set_verbosity(self, verbosity: bool) -> None:
-        """Whether filters tell on the screen what they do."""
+        """Whether filters report on the screen."""
         BASE.set_verbosity(self, verbosity)
-        self._layers.bench.verbose = verbosity
+        self._bench.verbose = verbosity
 
     def set_parameter_verbosity(self, verbosity: bool) -> None:
         """Whether the parameters of filters are printed."""
         BASE.set_parameter_verbosity(self, verbosity)
-        self._layers.bench.tells_parameters = verbosity
+        self._bench.prints_parameters = verbosity
 
     # ------------------------------------------------------------------------------------------------------------ shown
 
@@ -290,37 +265,27 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     __str__ = __repr__  # pymeshlab's own gives None
 
 
-def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-    """Call a method of pymeshlab's after waiting results were written to MeshLab."""
-    meshes._layers.settle()
+def _locked(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    """Call a method of pymeshlab's that reads or writes files or makes layers, one thread at a time."""
     with MESHLAB:
         try:
             return original(meshes, *args, **kwargs)
         except Exception:
-            if meshes._layers.bench.verbose:
+            if meshes._bench.verbose:
                 after_failure(meshes, verbose=True)
             raise
 
 
-def _settling(name: str) -> Callable[..., Any]:
-    """Pymeshlab's method of that name, which first writes waiting results to MeshLab."""
+def _locking(name: str) -> Callable[..., Any]:
+    """Pymeshlab's method of that name, under the lock."""
     original = getattr(BASE, name)
 
     @functools.wraps(original)
     def method(self: MeshSet, *args: Any, **kwargs: Any) -> Any:
-        return _settled(self, original, *args, **kwargs)
+        return _locked(self, original, *args, **kwargs)
 
     return method
 
 
-for _name in (
-    "__getitem__",
-    "__iter__",
-    "current_mesh",
-    "load_new_mesh",
-    "load_new_raster",
-    "load_project",
-    "mesh",
-    "save_project",
-):
-    setattr(MeshSet, _name, _settling(_name))
+for _name in ("load_new_mesh", "load_new_raster", "load_project", "save_project"):
+    setattr(MeshSet, _name, _locking(_name))

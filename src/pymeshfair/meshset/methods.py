@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 else:
     import pymeshlab
 
-#: What may be said for a length: ``"1%"`` of the diagonal, ``"0.5edge"``, ``"0.3"`` in mesh units, or an object that says so.
+#: A length: ``"1%"`` of the diagonal, ``"0.5edge"``, ``"0.3"`` in mesh units, or an object for one.
 LengthLike: TypeAlias = str | Length | pymeshlab.PercentageValue | pymeshlab.PureValue
 
-#: What may be said for a point, a matrix and a colour.
+#: A point, a matrix and a colour.
 PointLike: TypeAlias = Sequence[float] | NDArray[np.float64]
 MatrixLike: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
 ColorLike: TypeAlias = Sequence[int] | pymeshlab.Color
@@ -69,7 +69,7 @@ def _annotation(parameter: Parameter) -> Any:
 
 
 def shown_default(parameter: Parameter) -> Any:
-    """The default as a user would say it: a length as text."""
+    """The default as a user would write it: a length as text."""
     if isinstance(parameter.default, Length):
         return length_text(parameter.default)
     return parameter.default
@@ -109,7 +109,7 @@ def _rewrapped(paragraph: str) -> str:
 
 def _described(parameter: Parameter) -> str:
     sentences = [parameter.help or f"{parameter.xml_name!r} in scripts."]
-    if not isinstance(parameter, Bool | Enum):  # their type says it all
+    if not isinstance(parameter, Bool | Enum):  # their type has all of it
         sentences.append(f"Takes {parameter.describe_allowed()}.")
     if parameter.default is None and not parameter.help:
         sentences.append("Left out, MeshLab takes what suits the mesh.")

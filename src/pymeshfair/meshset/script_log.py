@@ -40,15 +40,12 @@ class ScriptLog:
             ScriptStepFailedError: a step failed.
         """
         for number, step in enumerate(list(self.steps), 1):
-            self._apply_numbered(number, step, apply_step)
-
-    def _apply_numbered(self, number: int, step: Step, apply_step: Callable[[Step], object]) -> None:
-        try:
-            apply_step(step)
-        except Exception as error:
-            file = self._file if step.line is not None else None
-            place = Place.of_step(number, len(self.steps), step.filter.name, file=file, line=step.line)
-            raise ScriptStepFailedError(place, reason(error)) from error
+            try:
+                apply_step(step)
+            except Exception as error:  # noqa: PERF203
+                file = self._file if step.line is not None else None
+                place = Place.of_step(number, len(self.steps), step.filter.name, file=file, line=step.line)
+                raise ScriptStepFailedError(place, reason(error)) from error
 
     def save(self, file: str, layer: Layer) -> None:
         """Write the steps to an .mlx file, with absolute lengths beside the relative ones for this layer.

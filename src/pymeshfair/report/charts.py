@@ -71,10 +71,10 @@ class Chart:
     """The data for the template of a chart."""
 
     title: str  # the subject
-    summary: str  # the same in a sentence, for those who do not see it
+    summary: str  # the same in a sentence, for screen readers
     across: str  # the quantity of the horizontal axis
     upwards: str  # the quantity of the vertical axis
-    lines: dict[str, str]  # the paths of the curves, under "before" and "after", which the style sheet tells apart
+    lines: dict[str, str]  # the paths of the curves, under "before" and "after", which the style sheet distinguishes
     ticks_across: list[tuple[float, str]]  # the marks at the horizontal axis: where each is, and its words
     ticks_upwards: list[tuple[float, str]]  # the marks at the vertical axis
     headers: tuple[str, ...]  # of the table
@@ -113,7 +113,7 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
 
 def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]], unit: str) -> Chart | None:
     """Root mean square heights of waves against their length, both axes logarithmic; None if there are no bands."""
-    bands = {name: _heights(found) for name, found in spectra.items()}
+    bands = {name: _heights(spectrum) for name, spectrum in spectra.items()}
     bands = {name: band for name, band in bands.items() if len(band[1]) and (band[1] > 0.0).any()}
     if not bands:
         return None
@@ -124,7 +124,7 @@ def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]], unit: s
     low, high = float(max(positive.min(), positive.max() - 7.0)) - 0.1, float(positive.max()) + 0.1
     lines, rows = {}, []
     for name, (edges, heights) in bands.items():
-        # Where the bands' energies were not told apart from 0 the line has a gap.
+        # The line has a gap where the energy of a band could not be distinguished from 0.
         shown = np.log10(np.where(heights > 10.0**low, heights, np.nan))
         lines[name] = _steps(np.log10(edges), shown, (left, right), (low, high), floor=False)
         rows += [(name, f"{b:.4g} to {a:.4g}", f"{heights[k]:.4g}") for k, (a, b) in _pairs(edges)]
@@ -150,10 +150,10 @@ def round_numbers(low: float, high: float, count: int) -> list[float]:
     return [k * step for k in range(first, last + 1)]
 
 
-def _heights(found: Mapping[str, Sequence[float]]) -> tuple[Floats, Floats]:
+def _heights(spectrum: Mapping[str, Sequence[float]]) -> tuple[Floats, Floats]:
     """Wavelengths at the ends of the bands, from long to short, and the root mean square height of each band."""
-    frequencies = np.asarray(found["band_edges"], dtype=np.float64)
-    energies = np.asarray(found["band_energies"], dtype=np.float64)
+    frequencies = np.asarray(spectrum["band_edges"], dtype=np.float64)
+    energies = np.asarray(spectrum["band_energies"], dtype=np.float64)
     with np.errstate(divide="ignore"):
         return 2.0 * math.pi / frequencies, np.sqrt(np.maximum(energies, 0.0))
 
@@ -208,13 +208,13 @@ class SectionChart:
     before: str  # the path of the outline of the first mesh
     after: str  # that of the second
     bar: float  # the length of the scale bar in the picture
-    bar_words: str  # its length in mesh units, with the unit if it is known
+    bar_words: str  # its length in mesh units, with the unit if there is one
     width: int = _WIDTH
     height: int = _HEIGHT
 
 
 def section_chart(before: MeshData, after: MeshData, plane: Plane, unit: str | None = None) -> SectionChart | None:
-    """The section of both meshes; None if the plane cuts neither. `unit` is that of the scan, if it is known."""
+    """The section of both meshes; None if the plane cuts neither. `unit` is that of the scan, or None."""
     outlines = [outline(mesh, plane) for mesh in (before, after)]
     every = np.concatenate(outlines).reshape(-1, 2)
     if not len(every):

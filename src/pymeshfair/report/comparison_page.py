@@ -54,13 +54,13 @@ class Verdict:
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """Two meshes and what lies between them."""
+    """Two meshes and their comparison."""
 
     before: MeshState  # the first
     after: MeshState  # the second
-    found: Comparison  # what `pymeshfair.looking.comparison.compare` found
+    comparison: Comparison  # by `pymeshfair.looking.comparison.compare`
     distances: Distances  # between the surfaces, place by place
-    #: by "before" and "after", what the filter ``get_surface_spectrum`` found; empty if it was not asked
+    #: by "before" and "after", the values of the filter ``get_surface_spectrum``; empty without it
     spectra: Mapping[str, Mapping[str, Any]]
 
 
@@ -92,32 +92,36 @@ def comparison_page(
         markers: places to show; the areas out of tolerance, or the largest distance, if there are none.
         warnings: for the reader.
         left_out: the parts that the page does not show, and why.
-        run: the record of the run between the meshes, if that is known.
+        run: the record of the run between the meshes, or None.
         provenance: the text of that record, as the page shows it.
         up: the upright axis, "y" or "z".
-        limits: the ends of the colours of distances; found from them if it is None.
+        limits: the ends of the colours of distances; those of the distances if it is None.
         planes: of the sections to show.
-        unit: of the scan, if it is known.
+        unit: of the scan, or None.
     """
     before, after = compared.before.mesh, compared.after.mesh
-    ends = limits or _limits(compared)
-    curvatures = _curvatures(compared)
-    scene, shown = _scene(compared, up, markers or _markers(compared.found, unit), ends, curvatures, unit)
+    tolerance = compared.comparison.tolerance
+    least = 1.5 * tolerance.mesh_units if tolerance else 0.0  # so that the tolerance lies well within the colour bar
+    low, high = symmetric_limits(compared.distances.after.distances)
+    ends = limits or Limits(min(low, -least), max(high, least))
+    meshes = {"before": before, "after": after}
+    curvatures = {name: mean_curvature(mesh.vertices, mesh.faces) for name, mesh in meshes.items() if len(mesh.faces)}
+    scene, shown = _scene(compared, up, markers or _markers(compared.comparison, unit), ends, curvatures, unit)
     text = render(
         "report.html",
         title=title,
         subtitle=subtitle,
-        verdict=verdict or verdict_of(compared.found, unit=unit),
+        verdict=verdict or verdict_of(compared.comparison, unit=unit),
         pictures=_pictures(compared, up, ends, unit),
         scene=scene,
         notes=[_decimation(mesh) for mesh in shown if mesh.decimated],
         change=change_lines(run["measures"]["change"], unit) if run and run["measures"]["change"] else (),
         distance_headers=distance_headers(unit),
-        distance_rows=distance_rows(compared.found),
+        distance_rows=distance_rows(compared.comparison),
         area_headers=area_headers(unit),
-        area_rows=area_rows(compared.found, _AREAS),
-        lines=comparison_lines(compared.found, unit),
-        measure_rows=measure_rows({"before": compared.found.before, "after": compared.found.after}, unit),
+        area_rows=area_rows(compared.comparison, _AREAS),
+        lines=comparison_lines(compared.comparison, unit),
+        measure_rows=measure_rows({"before": compared.comparison.before, "after": compared.comparison.after}, unit),
         sections=[c for plane in planes if (c := section_chart(before, after, plane, unit)) is not None],
         charts=_charts(compared, ends, curvatures, unit or "mesh units"),
         left_out=left_out,
@@ -132,43 +136,30 @@ def comparison_page(
     return text.encode("utf-8", "replace")  # names of files may hold bytes that are no text
 
 
-def verdict_of(found: Comparison, change: Mapping[str, Any] | None = None, unit: str | None = None) -> Verdict:
+def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, unit: str | None = None) -> Verdict:
     """The distance of the surfaces, compared with the tolerance; after a run first its removals, additions and moves."""
-    text = verdict_text(found, unit)
-    flipped = found.flipped_faces or 0
+    text = verdict_text(comparison, unit)
+    flipped = comparison.flipped_faces or 0
     lines = (f"{flipped:,} faces look to the other side now.",) if flipped else ()
     if change:
         text, lines = f"{became_text(change, unit)}.", (text, *lines)
-    if found.passed is not None:
-        return Verdict("good" if found.passed else "bad", text, lines)
-    return Verdict("good" if found.same_surface else "warn" if flipped else "info", text, lines)
+    if comparison.passed is not None:
+        return Verdict("good" if comparison.passed else "bad", text, lines)
+    return Verdict("good" if comparison.same_surface else "warn" if flipped else "info", text, lines)
 
 
-def _markers(found: Comparison, unit: str | None) -> list[Marker]:
+def _markers(comparison: Comparison, unit: str | None) -> list[Marker]:
     spoken = f" {unit}" if unit else ""
-    if found.out_of_tolerance:
+    if comparison.out_of_tolerance:
         return [
             Marker(a.place, f"out of tolerance by {abs(a.amount):.4g}{spoken}", 0 if a.mesh == "before" else 1)
-            for a in found.out_of_tolerance[:_AREAS]
+            for a in comparison.out_of_tolerance[:_AREAS]
         ]
-    there, here = found.after_from_before, found.before_from_after
+    there, here = comparison.after_from_before, comparison.before_from_after
     mesh, largest = (1, there) if there.largest.mesh_units >= here.largest.mesh_units else (0, here)
     if largest.largest.mesh_units == 0.0:
         return []
     return [Marker(largest.place, f"largest distance, {largest.largest.mesh_units:.4g}{spoken}", mesh)]
-
-
-def _limits(compared: Compared) -> Limits:
-    """The ends of the colours of distances: those of the samples, and at least half more than the tolerance."""
-    low, high = symmetric_limits(compared.distances.after.distances)
-    least = 1.5 * compared.found.tolerance.mesh_units if compared.found.tolerance else 0.0
-    return Limits(min(low, -least), max(high, least))
-
-
-def _curvatures(compared: Compared) -> dict[str, Floats]:
-    """The mean curvature of each mesh that has faces."""
-    meshes = {"before": compared.before.mesh, "after": compared.after.mesh}
-    return {name: mean_curvature(mesh.vertices, mesh.faces) for name, mesh in meshes.items() if len(mesh.faces)}
 
 
 def _scene(
@@ -183,7 +174,7 @@ def _scene(
     limits = {"distance": ends}
     scalars = {name: {"curvature": numbers} for name, numbers in curvatures.items()}
     of_after = {**scalars.get("after", {}), "distance": compared.distances.after.at_vertices}
-    if compared.found.displacement is not None:
+    if compared.comparison.displacement is not None:
         of_after["displacement"] = vector_lengths(after.vertices - before.vertices)
         limits["displacement"] = robust_limits(of_after["displacement"])
     if curvatures:
@@ -191,7 +182,7 @@ def _scene(
     same = len(before.vertices) == len(after.vertices) and np.array_equal(before.faces, after.faces)
     shown = [shown_mesh("before", before, scalars=scalars.get("before"))]
     shown.append(shown_mesh("after", after, scalars=of_after, like=shown[0] if same else None))
-    tolerance = compared.found.tolerance.mesh_units if compared.found.tolerance else 0.0
+    tolerance = compared.comparison.tolerance.mesh_units if compared.comparison.tolerance else 0.0
     return pack_scene(shown, limits, up=up, markers=markers, tolerance=tolerance, unit=unit), shown
 
 
@@ -206,7 +197,7 @@ def _decimation(mesh: Shown) -> str:
 
 def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> list[Figure]:
     """Both meshes from the front, and how far the second lies from the first from six sides."""
-    tolerance = compared.found.tolerance.mesh_units if compared.found.tolerance else 0.0
+    tolerance = compared.comparison.tolerance.mesh_units if compared.comparison.tolerance else 0.0
     plain = Appearance(up=up, width=_PICTURE, height=_PICTURE, titles=False, unit=unit or "")
     whole = draw_meshes([compared.before.mesh, compared.after.mesh], ["", ""], plain)
     panels = [whole.crop((k * _PICTURE, 0, (k + 1) * _PICTURE, _PICTURE)) for k in range(2)]
@@ -249,15 +240,13 @@ def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], 
         meshes = {"before": before, "after": after}
         every = np.concatenate(list(curvatures.values()))
         charts.append(histogram("Mean curvature", f"1 / {unit.removesuffix('s')}", curvatures, *symmetric_limits(every)))
-        edges = {name: _edge_lengths(mesh.vertices, mesh.faces) for name, mesh in meshes.items()}
+        edges = {  # of every side of every face: an inner edge counts twice
+            name: np.concatenate([edge_lengths(mesh.vertices, mesh.faces[:, [k, k - 1]]) for k in range(3)])
+            for name, mesh in meshes.items()
+        }
         charts.append(histogram("Edge lengths", unit, edges, 0.0, max(robust_limits(e).high for e in edges.values())))
         del edges  # six lengths for every vertex of either mesh
         shapes = {name: triangle_shapes(mesh.vertices, mesh.faces) for name, mesh in meshes.items()}
         charts.append(histogram("Shape of triangles", "1: equilateral, 0: degenerate", shapes, *Limits(0.0, 1.0)))
     charts.append(spectrum_chart(compared.spectra, unit))
     return [chart for chart in charts if chart is not None]
-
-
-def _edge_lengths(vertices: Floats, faces: Any) -> Floats:
-    """The length of every side of every face; an inner edge counts twice."""
-    return np.concatenate([edge_lengths(vertices, faces[:, [k, k - 1]]) for k in range(3)])

@@ -23,9 +23,9 @@ from ..filters.topology import proper_faces
 from ..looking.coloring import COLORINGS, Coloring, in_unit
 from ..mesh_data import MeshData
 
-#: faces of a mesh that a browser is given; more are decimated
+#: the most faces of a mesh in a browser; more are decimated
 MOST_FACES = 120_000
-#: points of a cloud that a browser is given
+#: the most points of a cloud in a browser
 MOST_POINTS = 200_000
 #: times the faces that are to remain: so many a grid leaves for the decimation
 _THINNED = 2
@@ -170,9 +170,9 @@ def pack_scene(
         up: the upright axis, "y" or "z".
         markers: places to show.
         box: the middle and half the side of the cube in which coordinates are kept, for scenes that are to be shown together;
-            what lies outside is moved to its sides. The least that holds all meshes if it is None.
+            points outside are moved to its sides. The least box of all meshes if it is None.
         tolerance: of distances, whose colours have a band of that size.
-        unit: of the scan, if it is known.
+        unit: of the scan, or None.
     """
     centre, half = _least_box(meshes) if box is None else box
     parts: list[bytes] = []

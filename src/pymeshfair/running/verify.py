@@ -18,7 +18,7 @@ from ..files.inputs import read_file
 from ..files.provenance import provenance_path, read_provenance, recorded_digest, sha256_of
 from ..filters.inspection import displacement
 from ..mesh_data import MeshData
-from ..meshlab.unrepeatable import UNREPEATABLE
+from ..meshlab.facts import table
 from ..processes.environment import versions
 from ..recipe import Recipe, load_recipe, shipped_recipes, superseded_recipes
 from ..scripts.guards import Guards
@@ -136,7 +136,8 @@ def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: boo
     files = tuple(Path(str(entry["path"])).name for entry in entries)
     _occupy(files[1:], again)
     names = [step.filter.python_name for step in recipe.script.steps]
-    unrepeatable = {name: UNREPEATABLE[name] for name in names if name in UNREPEATABLE}
+    apart = table("unrepeatable")["apart"]
+    unrepeatable = {name: apart[name] for name in names if name in apart}
     unrepeatable |= {"writing .3mf files": _ROUNDING} if extension(output) == "3mf" else {}
     return _Plan(job, record, options, files, unrepeatable, others, tuple(filter(None, (differs, source_of_recipe))))
 

@@ -1,8 +1,7 @@
 """Reads a pymeshlab mesh as a `Layer` and writes an `Edit` back into it; everything else leaves meshes in MeshLab alone."""
 
 from .attributes import custom_attributes, without_helpers
-from .mesh_layer import MeshLayer
 from .workbench import Workbench
 from .writing import write_edit
 
-__all__ = ["MeshLayer", "Workbench", "custom_attributes", "without_helpers", "write_edit"]
+__all__ = ["Workbench", "custom_attributes", "without_helpers", "write_edit"]

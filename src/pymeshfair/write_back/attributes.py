@@ -1,6 +1,6 @@
 """Brings arrays into a mesh as custom attributes, where MeshLab's "by function" filters can read them.
 
-pymeshlab can add a custom attribute of given values, but neither change nor remove one, and it does not free the memory of one
+pymeshlab can add a custom attribute, but neither change nor remove one, and it does not free the memory of one
 with its mesh (8 bytes a number). So a layer gets at most `MOST` of them: after that `refill` overwrites them, which takes longer.
 Point attributes are never used: MeshLab reads freed memory for them.
 """
@@ -137,7 +137,7 @@ def _reader(mesh: Any, element: Element, *, points: bool) -> Callable[[str], Flo
 
 
 def _spelled(read: Callable[[str], Floats], listed: str) -> str | None:
-    """The exact name of an attribute that MeshLab lists in lower case with _ for blanks and hyphens; None if it is not found."""
+    """The exact name of an attribute that MeshLab lists in lower case with _ for blanks and hyphens; None if no spelling fits."""
     for name in _spellings(listed):
         try:
             read(name)

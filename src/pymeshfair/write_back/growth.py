@@ -1,4 +1,4 @@
-"""Adds given vertices and faces to a mesh in place, by several filters of MeshLab in turn, as no single one does it.
+"""Adds vertices and faces to a mesh in place, by several filters of MeshLab in turn, as no single one does it.
 
 Subdivision makes vertices and faces in place, and merging vertices that coincide gives faces any vertices. So one face, the seed,
 is cut out and subdivided until there are enough faces; these are cut apart; every vertex is sent to (i, 0, 0), where i is the
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Ints
 from ..errors import MeshError
-from .workbench import Workbench, read_array
+from .workbench import Workbench, check_taken, read_array
 
 
 def check_growable(mesh: Any) -> None:
@@ -79,9 +79,8 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     target[faces[free[: len(added_faces)]]] = added_faces
     _send(bench, mesh, target)
     bench.apply("meshing_remove_duplicate_vertices")
-    wanted = np.concatenate([old_faces, added_faces])
-    if mesh.vertex_number() != count + vertices or not np.array_equal(read_array(mesh, "faces"), wanted):
-        raise MeshError(f"MeshLab did not take the new faces of {mesh.label()!r} exactly; please report this mesh")
+    check_taken(mesh, np.array(mesh.vertex_number()), np.array(count + vertices), "number of vertices")
+    check_taken(mesh, read_array(mesh, "faces"), np.concatenate([old_faces, added_faces]), "new faces")
     return seed, triangulated
 
 
@@ -138,5 +137,4 @@ def _send(bench: Workbench, mesh: Any, target: NDArray[np.intp]) -> None:
     """Move vertex i to (target[i], 0, 0)."""
     places = np.zeros((len(target), 3))
     places[:, 0] = target
-    if not bench.move_to(mesh, places):
-        raise MeshError(f"MeshLab did not take the places of the new vertices of {mesh.label()!r}; please report this mesh")
+    bench.move_to(mesh, places)

@@ -108,7 +108,7 @@ class _Line:
     """The vertices of a layer, to be laid out on a line and put back.
 
     Attributes:
-        length: how many there are.
+        length: the number of vertices.
         places: (length + 1, 3) where vertex i goes, and one more.
         points: where they were, and where they will be put.
         face_normals: those of the faces if putting back loses them, because they do not follow from

@@ -22,7 +22,7 @@ from ..meshlab.base import BASE
 from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room
 from .growth import check_growable, grow, shrink
 from .refill import move_points
-from .workbench import EDITABLE, Workbench, attributes_of, read_array
+from .workbench import EDITABLE, Workbench, attributes_of, check_taken, read_array
 
 _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
 
@@ -72,7 +72,7 @@ class _Before:
         self._wedges = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
-        """Restore the current layer; returns what could not be restored, in words."""
+        """Restore the current layer; the losses, in words."""
         lost = []
         try:
             shrink(bench, mesh, len(self._values["vertices"]), self._faces)
@@ -92,18 +92,17 @@ class _Before:
                 lost.append("texture coordinates of vertices")
         # Normals come last: they change with the coordinates. Helper attributes may use up the selection on their way in.
         for name in (*(name for name in EDITABLE if not name.endswith("selection")), "vertex_selection", "face_selection"):
-            values = self._values.get(name)
-            if values is not None and not np.array_equal(read_array(mesh, name), values, equal_nan=values.dtype.kind == "f"):
-                changes: dict[str, Any] = {name: values}
+            if name in self._values:
+                changes: dict[str, Any] = {name: self._values[name]}
                 try:
-                    write_values(bench, mesh, replace(Edit(), **changes))
+                    write_values(bench, mesh, Edit(**changes))
                 except _FAILURES:
                     lost.append(name.replace("_", " "))
         return lost
 
 
 def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
-    """Make the current layer what the edit says; the edit has been checked (`checked_edit`).
+    """Apply an edit, which has been checked (`checked_edit`), to the current layer.
 
     Coordinates keep every bit except the sign of a zero. The normals of a mesh with faces follow from new coordinates, as after
     any filter of MeshLab. New layers come last and the first becomes the current one.
@@ -111,10 +110,10 @@ def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
     If adding elements fails or is interrupted, the mesh is put back (`undone_on_failure`); an interrupted deletion is not.
 
     Returns:
-        Sentences about what could not be kept, for the user to read.
+        Sentences about losses, for the user.
 
     Raises:
-        MeshError: MeshLab cannot hold or delete what the edit says.
+        MeshError: MeshLab cannot hold the new values, or cannot delete the elements.
     """
     mesh = BASE.current_mesh(bench.meshset) if BASE.mesh_number(bench.meshset) else None
     notes: tuple[str, ...] = ()
@@ -179,8 +178,8 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
     """Add the edit's vertices and faces to the current layer, which has faces and no matrix.
 
     Returns:
-        An edit of the larger mesh that says all that remains to be written, coordinates and selection among it, and sentences
-        about what could not be kept.
+        An edit of the larger mesh with everything that remains to be written, such as coordinates and selection, and sentences
+        about losses.
 
     Raises:
         MeshError: the mesh has elements that MeshLab would not keep, or attributes that it cannot compute with.
@@ -208,13 +207,13 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
 
 
 def _as_data(mesh: Any) -> MeshData:
-    """What is continued into added elements."""
+    """The attributes that are continued into added elements."""
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
     of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
     textures: tuple[Texture, ...] = ()
     if mesh.has_wedge_tex_coord():
         of["face"]["wedge_texture_coordinates"] = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
-        # MeshLab will give its vertices some on the way.
+        # MeshLab gives its vertices texture coordinates on the way.
         uv = of["vertex"]["texture_coordinates"] = np.zeros((len(vertices), 2))
         uv[faces.ravel()[::-1]] = of["face"]["wedge_texture_coordinates"].reshape(-1, 2)[::-1]
         textures = _image(mesh)
@@ -237,7 +236,7 @@ def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints |
 
 
 def _image(mesh: Any) -> tuple[Texture, ...]:
-    """The image of a mesh that has one; which of several an index means pymeshlab does not tell."""
+    """The image of a mesh with one texture; pymeshlab does not give the indices of several."""
     image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
     if image is None or not (image.width() and image.height()):
         return ()
@@ -253,8 +252,7 @@ def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
         return
     u, v = bring_in(bench, mesh, "vertex", list(uv.T))
     bench.apply("compute_texcoord_by_function_per_vertex", u=u, v=v, onselected=False)
-    if not np.array_equal(mesh.vertex_tex_coord_matrix(), uv, equal_nan=True):
-        raise MeshError(f"MeshLab did not take the texture coordinates of {mesh.label()!r} exactly; please report this mesh")
+    check_taken(mesh, mesh.vertex_tex_coord_matrix(), uv, "texture coordinates")
 
 
 def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed: int) -> None:
@@ -270,9 +268,8 @@ def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed
         for column, (axis, name) in enumerate((("u", u), ("v", v)))
     }
     bench.apply("compute_texcoord_by_function_per_wedge", **expressions, onselected=True)
-    written = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
-    if not np.array_equal(written, np.concatenate([wedges, np.repeat(uv[:, None], 3, axis=1)]), equal_nan=True):
-        raise MeshError(f"MeshLab did not take the texture coordinates of {mesh.label()!r} exactly; please report this mesh")
+    wanted = np.concatenate([wedges, np.repeat(uv[:, None], 3, axis=1)])
+    check_taken(mesh, mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2), wanted, "texture coordinates")
 
 
 _COLOR_CHANNELS = {"vertex": "xyza", "face": "rgba"}
@@ -302,9 +299,9 @@ def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
     if np.array_equal(read_array(mesh, "vertices"), vertices):
         return
     if mesh.face_number():
-        if bench.move_to(mesh, vertices):
-            return
-    elif not has_room(bench, "vertex", 6):
+        bench.move_to(mesh, vertices)
+        return
+    if not has_room(bench, "vertex", 6):
         move_points(bench, mesh, vertices)
     else:
         normals = read_array(mesh, "vertex_normals")
@@ -337,8 +334,7 @@ def _write_colors(bench: Workbench, mesh: Any, element: Element, colors: Floats)
     below = [f"rint({name}/{256**k}-0.49999998509883881)" for k in (1, 2, 3)]
     bytes_ = (f"{name}-256*{below[0]}", f"{below[0]}-256*{below[1]}", f"{below[1]}-256*{below[2]}", below[2])
     bench.apply(f"compute_color_by_function_per_{element}", **dict(zip(_COLOR_CHANNELS[element], bytes_, strict=True)))
-    if not np.array_equal(_channels(mesh, element), channels):
-        raise MeshError(f"MeshLab did not take the new {element} colors; please report this")
+    check_taken(mesh, _channels(mesh, element), channels, f"new {element} colors")
 
 
 def _channels(mesh: Any, element: Element) -> Floats:
@@ -360,8 +356,5 @@ def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bo
 
 
 def verify(mesh: Any, name: str, wanted: NDArray[Any]) -> None:
-    """Raise `MeshError` if the mesh does not have this array."""
-    if not np.array_equal(read_array(mesh, name), wanted):
-        raise MeshError(
-            f"MeshLab did not take the new {name.replace('_', ' ')} of {mesh.label()!r} exactly; please report this mesh"
-        )
+    """Raise `MeshError` if the mesh does not have this array of `Layer`."""
+    check_taken(mesh, read_array(mesh, name), wanted, f"new {name.replace('_', ' ')}")

@@ -195,7 +195,7 @@ ROWS = (
     (
         "colour_of_nothing.3mf",
         _archive('v3="2"/>', 'v3="2" pid="77" p1="9"/>'),
-        (3, 2, "what its property group '77' says of triangles"),
+        (3, 2, "properties of triangles in its group '77'"),
     ),
     (
         "not_to_be_printed.3mf",

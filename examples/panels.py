@@ -1,4 +1,4 @@
-"""Pictures of arrays: meshes that were never in a file, side by side from one camera."""
+"""Pictures of arrays, side by side from one camera: for the examples, and for the pictures of the pages."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from PIL import Image
 
-from ..mesh_data import MeshData, as_levels
-from .picture import Appearance, draw_meshes
-from .shading import CLAY
+from pymeshfair.looking.picture import Appearance, draw_meshes
+from pymeshfair.looking.shading import CLAY
+from pymeshfair.mesh_data import MeshData, as_levels
 
 #: the colour of faces that are marked
 _MARK = np.array([0.95, 0.60, 0.22])

@@ -1,26 +1,28 @@
-"""Asks the installed pymeshlab for facts about MeshLab's filters, without applying one.
+"""The filters of the installed pymeshlab, without applying one, and how they differ from the table of facts (for maintainers).
 
-``python -u -m pymeshfair.meshlab.survey`` prints them as JSON. It is a process of its own because MeshLab prints the list of a
+``python -u tools/meshlab_survey.py`` prints the filters as JSON. It is a process of its own because MeshLab prints the list of a
 filter's parameters with C++, which bypasses Python's stdout, and after some failures it prints nothing any more.
 
 MeshLab lists a parameter's Python name, kind and bounds; it computes defaults for the current mesh; and it names the choices of
-an enumeration when it refuses a wrong one. What it tells only through the scripts that it saves, and what it does not tell at
-all, is kept in the table (`facts`).
+an enumeration when it refuses a wrong one. All else is kept in the table (`pymeshfair.meshlab.facts`).
 """
 
 import importlib.metadata
 import json
+import math
 import os
 import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from ..errors import PymeshfairError
-from .loading import load_pymeshlab
+from pymeshfair.declaration import Length
+from pymeshfair.errors import PymeshfairError
+from pymeshfair.meshlab.facts import python_name, table, table_version
+from pymeshfair.meshlab.loading import load_pymeshlab
 
 #: the bounding-box diagonal of MeshLab's unit cube, on which defaults and bounds are listed
 CUBE_DIAGONAL = 3.0**0.5
@@ -57,7 +59,7 @@ class Survey:
 def survey_installed() -> Survey:
     """The facts about the installed pymeshlab, read by a process of its own in about half a second."""
     # Unbuffered: output in a buffer would appear after stdout has been redirected.
-    command = [sys.executable, "-u", "-m", __name__]
+    command = [sys.executable, "-u", __file__]
     done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False)
     if done.returncode != 0:
         last = done.stderr.strip().rpartition("\n")[2]
@@ -139,6 +141,66 @@ def _choices(meshes: Any, filter_name: str, name: str) -> tuple[str, ...]:
         _, _, words = str(error).partition("Possible values are '")
         return tuple(words.rstrip().removesuffix("';").split("'; '"))
     return ()
+
+
+#: the kinds that pymeshlab's own list has for those of the table
+_KINDS: Mapping[str, tuple[str, ...]] = {
+    "Bool": ("bool",),
+    "Color": ("Color",),
+    "Direction": ("numpy.ndarray[numpy.float64[3]]",),
+    "Enum": ("str",),
+    "FileOpen": ("str",),
+    "FileSave": ("str",),
+    "Float": ("float", "float (bounded)"),
+    "Int": ("int",),
+    "Matrix": ("numpy.ndarray[numpy.float64[4, 4]]",),
+    "Mesh": ("int",),
+    "Percentage": ("PercentageValue",),
+    "Point": ("numpy.ndarray[numpy.float64[3]]",),
+    "Shot": ("Shotf [still unsupported]",),
+    "String": ("str",),
+}
+
+
+def differences_from_table(installed: Survey) -> list[str]:
+    """The differences of a survey from the table of facts, one sentence each; empty if there are none."""
+    differences = []
+    if installed.version != table_version():
+        differences.append(f"pymeshlab {installed.version} is installed; the table of its filters is of {table_version()}")
+    expected = {row[0]: row[-1] for row in table("filters")["filters"]}
+    differences += [f"filter {name!r} is not in the table" for name in sorted(installed.filters.keys() - expected.keys())]
+    for name, rows in expected.items():
+        if name not in installed.filters:
+            differences.append(f"filter {name!r} is not installed")
+        else:
+            differences += [f"filter {name!r}: {text}" for text in _parameter_differences(rows, installed.filters[name])]
+    return differences
+
+
+def _parameter_differences(rows: list[list[Any]], installed: Sequence[InstalledParameter]) -> Iterator[str]:
+    names, installed_names = [python_name(row[0]) for row in rows], [p.name for p in installed]
+    if names != installed_names:
+        yield f"has the parameters {', '.join(installed_names)}; in the table {', '.join(names)}"
+        return
+    for (_, kind, default, *more), parameter in zip(rows, installed, strict=True):
+        say = f"parameter {parameter.name!r} has the"
+        if parameter.kind not in _KINDS[kind] or (kind == "Float" and bool(more) != (parameter.bounds is not None)):
+            yield f"{say} kind {parameter.kind!r}; in the table it is {kind}"
+        elif not _same_default(kind, default, parameter.default):
+            yield f"{say} default {parameter.default!r}; in the table {default!r}"
+        elif kind == "Enum" and more[0] != list(parameter.choices):
+            yield f"{say} choices {', '.join(parameter.choices)}; in the table {', '.join(more[0])}"
+        elif kind == "Float" and more and None not in more and more != list(parameter.bounds or ()):
+            yield f"{say} bounds {parameter.bounds}; in the table {more}"
+
+
+def _same_default(kind: str, default: Any, installed: Any) -> bool:
+    if default is None:
+        return True  # it depends on the mesh or on the machine
+    if kind != "Percentage":
+        return bool(default == installed)
+    length = Length.parse(default).resolve(diagonal=CUBE_DIAGONAL, mean_edge=lambda: math.nan)
+    return math.isclose(length, installed, rel_tol=1e-4)  # the table gives parts of the diagonal with five digits
 
 
 if __name__ == "__main__":
