@@ -90,7 +90,7 @@ def _independent(
         if evidence is not None:
             evidence = calmed.few_flipped(tried, tried.labels, evidence)
             # 5. In doubt nothing is done.
-            evidence = scan.or_nothing(evidence) if even else evidence
+            evidence = scan.or_nothing(evidence) if calmed is scan else evidence
             setting = evidence.chosen.label
     if repertoire.outliers is not None:
         setting = replace(setting, outliers=repertoire.outliers)

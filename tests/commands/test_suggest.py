@@ -9,7 +9,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.commands.suggest import _by_evidence, _trials
+from pymeshfair.commands.suggest import _behind, _by_evidence, _trials
 from pymeshfair.filters.denoising.automatic import automatic_choice
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import shipped_recipes
@@ -155,3 +155,9 @@ def test_noise_of_impulses_counts_by_what_removing_it_moves() -> None:
     traits = {"noise": 0.0}
     assert _by_evidence(traits, {"shape": "noisy", "drift": 0.07}) == {"noise": 0.07, "camera noise": 0.0}
     assert _by_evidence({"noise": 0.06}, {"shape": "clean", "drift": 0.0})["noise"] == 0.0
+
+
+def test_settings_for_rounded_coordinates_have_no_standard_errors() -> None:
+    """The best is the best, others are behind; where there are standard errors they are told."""
+    trials = [{"excess": 0.0, "uncertainty": 0.0}, {"excess": 0.2, "uncertainty": 0.0}, {"excess": 0.2, "uncertainty": 0.1}]
+    assert [_behind(trial) for trial in trials] == ["best", "behind", "2.0 standard errors behind"]

@@ -313,6 +313,18 @@ def test_uneven_noise_is_noise() -> None:
     assert _share_left(result, vertices, true_vertices, faces) < 0.5
 
 
+def test_exact_planes_over_a_grid_have_no_uneven_noise() -> None:
+    """Few corners of roofs stand out, and what is beside them is off, too: that is the surface, and every bit is kept."""
+    vertices, faces = grid(40, 40)
+    x, y, _ = vertices.T
+    planes = [a * (x - 20.0) + b * (y - 20.0) + 9.0 * c for a, b, c in np.random.default_rng(109).uniform(-1.0, 1.0, (5, 3))]
+    vertices[:, 2] = np.median(planes, axis=0)
+    assert Scan.of(vertices, faces).without_impulses[1]
+    result, choice = denoise_automatically(vertices, faces)
+    assert choice.kind == "clean"
+    assert np.array_equal(result, vertices)
+
+
 def test_a_choice_is_sure_where_noise_is_independent() -> None:
     """Of a torus with noise of 0.3 edges the choice is sure; of a fine cube with 0.03, whose edges look like it, it is not."""
     vertices, faces = torus(45, 22)

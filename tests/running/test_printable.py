@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 import pymeshfair
+from pymeshfair.files.inputs import read_file
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.errors import GuardBroken
 from pymeshfair.running.guarding import print_faults
@@ -29,7 +30,7 @@ def _saved(path: Path, *meshes: Mesh) -> Path:
 
 
 def _faults(path: Path, folder: Path) -> list[str]:
-    return [fault.message for fault in print_faults(path, folder / "meshlab")]
+    return [fault.message for fault in print_faults(read_file(path).mesh, folder / "meshlab")]
 
 
 def test_a_cube_of_loose_triangles_is_printable(tmp_path: Path) -> None:
@@ -63,7 +64,7 @@ def test_a_wrap_is_no_remedy_for_a_wrap(tmp_path: Path) -> None:
     """Where faces of a wrap cut each other the way out is not wrap_for_print."""
     vertices, faces = cube()
     written = _saved(tmp_path / "cubes.stl", (vertices, faces), (vertices + 0.4, faces))
-    (told,) = (fault.message for fault in print_faults(written, tmp_path / "meshlab", wrapped=True))
+    (told,) = (fault.message for fault in print_faults(read_file(written).mesh, tmp_path / "meshlab", wrapped=True))
     assert told.endswith("mend these places, or wrap with another alpha or offset")
 
 
@@ -98,7 +99,8 @@ def test_balls_that_cut_each_other_are_wrapped_in_one_surface(tmp_path: Path) ->
     """The wrapped file is closed and oriented for trimesh too, in one piece, a little larger than the two balls."""
     vertices, faces = icosphere(3)
     scan = _saved(tmp_path / "balls.ply", (vertices, faces), (vertices + np.array([1.0, 0.0, 0.0]), faces))
-    pymeshfair.run("wrap_for_print", scan, tmp_path / "out.stl", settings={"alpha": "4%", "offset": "0.5%"})
+    result = pymeshfair.run("wrap_for_print", scan, tmp_path / "out.stl", settings={"alpha": "4%", "offset": "0.5%"})
+    assert not any("prepare_for_print" in text for text in result.warnings)
     made = trimesh.load(tmp_path / "out.stl", force="mesh")
     assert isinstance(made, trimesh.Trimesh)
     assert made.is_watertight
@@ -113,6 +115,7 @@ def test_a_wrap_tells_what_it_closes_in(tmp_path: Path) -> None:
     scan = _saved(tmp_path / "balls.ply", (vertices, faces), (np.sqrt(0.5) * vertices, faces))
     result = pymeshfair.run("wrap_for_print", scan, tmp_path / "out.stl", settings={"alpha": "10%", "offset": "0.5%"})
     assert result.steps[-1].messages[-1].startswith("33.3% of the scanned area is closed in")
+    assert "take prepare_for_print" in result.warnings[-1]  # it prints as it is
 
 
 def test_the_walls_are_told(tmp_path: Path) -> None:

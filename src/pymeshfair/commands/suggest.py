@@ -217,4 +217,7 @@ def _families(values: dict[str, Any]) -> list[str]:
 
 
 def _behind(trial: dict[str, Any]) -> str:
-    return f"{trial['excess'] / trial['uncertainty']:.1f} standard errors behind" if trial["excess"] else "best"
+    if not trial["excess"]:
+        return "best"
+    # Settings for rounded coordinates have none.
+    return f"{trial['excess'] / trial['uncertainty']:.1f} standard errors behind" if trial["uncertainty"] else "behind"

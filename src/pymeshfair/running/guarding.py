@@ -11,7 +11,6 @@ import numpy as np
 
 from ..declaration import Floats, Ints
 from ..files.equal_rows import numbered
-from ..files.inputs import read_file
 from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import SHARP, share_kept, sharp_edges
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
@@ -115,12 +114,11 @@ PRINTABLE = "printable"
 _PLACES = 3
 
 
-def print_faults(written: Path, folder: Path, *, wrapped: bool = False) -> Iterator[Breach]:
+def print_faults(mesh: MeshData, folder: Path, *, wrapped: bool = False) -> Iterator[Breach]:
     """Faults by which a slicer cannot tell inside from outside: borders, edges of many faces, faces turned over or cut.
 
     `folder` takes files for MeshLab, which looks for the cuts. A `wrapped` mesh is not mended by another wrap.
     """
-    mesh = read_file(written).mesh
     firsts, numbers = numbered(mesh.vertices)
     vertices, faces = mesh.vertices[firsts], numbers[mesh.faces].astype(np.int32)
     measures = surface_measures(vertices, faces)

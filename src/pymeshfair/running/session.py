@@ -296,10 +296,13 @@ class Session:
         if (PRINTABLE, None) not in self._job.all_guards.require:
             return saved
         wrapped = any(step.filter.python_name == "generate_alpha_wrap" for step in self._steps)
-        faults = list(print_faults(saved.staged[0].staged, self._stage / "checked", wrapped=wrapped))
+        written = read_file(saved.staged[0].staged).mesh
+        faults = list(print_faults(written, self._stage / "checked", wrapped=wrapped))
         broken = (*saved.breaches, *(plain(asdict(fault)) for fault in faults))
         if broken:
             return replace(saved if self._job.keep_broken or not faults else unsaved, breaches=broken)
+        if wrapped and not any(print_faults(scan, self._stage / "scan")):
+            self._warn("the scan is watertight and no face of it cuts another: take prepare_for_print, which keeps its surface")
         last = saved.steps[-1]
         words = [text for text in (wall_words(mesh, self._unit), wrapped and wrap_words(scan, mesh)) if text]
         for text in words:
