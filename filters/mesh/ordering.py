@@ -62,13 +62,16 @@ def order_by_place(points: Floats, faces: Ints, middle: Floats | None = None, sc
     starts, ends = (points[sample[:, 0]] - middle) * scale, (points[sample[:, 1]] - middle) * scale
     edge = float(np.median(np.linalg.norm(starts - ends, axis=1)))
     low, high = np.quantile(starts, (_STRAY, 1.0 - _STRAY), axis=0)
-    order, slabs = np.arange(n, dtype=np.int32), np.empty(n, dtype=np.uint16)
+    order, other = np.arange(n, dtype=np.int32), np.empty(n, dtype=np.int32)
+    slabs = np.empty(n, dtype=np.uint16)
     for axis in np.argsort(high - low, kind="stable"):
         count = min(_MOST_SLABS, 1 + int((high[axis] - low[axis]) / (_THICK * edge))) if edge > 0.0 else 1
         if count > 1:
             per_length = count / (high[axis] - low[axis])
             over_range(_find_slabs, n, points, axis, middle[axis], scale, low[axis], per_length, count, slabs)
-            order = order[np.argsort(slabs[order], kind="stable")]  # numbers of 16 bits are sorted by counting
+            with threads_for(n):
+                _sort_by_slab(slabs, np.zeros((_PARTS, count), dtype=np.int32), order, other)
+            order, other = other, order
     return order
 
 
@@ -106,21 +109,39 @@ def _find_slabs(
 
 
 @compiled(parallel=True)
-def _sort_faces(faces: Ints, starts: Ints, ordered: Ints) -> None:
-    """Sort by counting, stable: each part of the triangles counts its own, and writes after those of the parts before it.
+def _sort_by_slab(slabs: Any, starts: Ints, order: Ints, ordered: Ints) -> None:
+    """Sort by counting, stable: each part of `order` counts its own, and writes after those of the parts before it."""
+    parts, n = starts.shape[0], order.shape[0]
+    for part in prange(parts):
+        for k in range(part * n // parts, (part + 1) * n // parts):
+            starts[part, slabs[order[k]]] += 1
+    _counts_to_starts(starts)
+    for part in prange(parts):
+        for k in range(part * n // parts, (part + 1) * n // parts):
+            i = order[k]
+            ordered[starts[part, slabs[i]]] = i
+            starts[part, slabs[i]] += 1
 
-    `starts` are 0, one for every part and run of lowest vertices.
-    """
+
+@compiled
+def _counts_to_starts(counts: Ints) -> None:
+    """In place, the number before each of (parts, bins): of all lower bins, and of the parts before it in its own."""
+    total = 0
+    for k in range(counts.shape[1]):
+        for part in range(counts.shape[0]):
+            count = counts[part, k]
+            counts[part, k] = total
+            total += count
+
+
+@compiled(parallel=True)
+def _sort_faces(faces: Ints, starts: Ints, ordered: Ints) -> None:
+    """As `_sort_by_slab`, for triangles by the run of their lowest vertex."""
     parts, m = starts.shape[0], faces.shape[0]
     for part in prange(parts):
         for f in range(part * m // parts, (part + 1) * m // parts):
             starts[part, min(faces[f, 0], faces[f, 1], faces[f, 2]) // _RUN] += 1
-    total = 0
-    for run in range(starts.shape[1]):
-        for part in range(parts):
-            count = starts[part, run]
-            starts[part, run] = total
-            total += count
+    _counts_to_starts(starts)
     for part in prange(parts):
         for f in range(part * m // parts, (part + 1) * m // parts):
             run = min(faces[f, 0], faces[f, 1], faces[f, 2]) // _RUN
