@@ -234,7 +234,8 @@ def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: An
         wrong |= ((entry >> _VERTEX) ^ _U(vertex)) | ((entry ^ tagged) & _TAGS) | _U((k > _U(0)) & (vertex == begin))
         if k > _U(0):
             walks[place] = vertex
-        vertex, slot = ends[first + (entry >> _PLACE & _PLACES) + _U(1)], entry & _SLOTS
+        # An entry of another vertex may lead beyond the last pair.
+        vertex, slot = ends[min(first + (entry >> _PLACE & _PLACES), last - _U(2)) + _U(1)], entry & _SLOTS
         place += way
         k += _U(1)
     found: bool = (vertex == begin) & (wrong == _U(0)) & (size > _U(1))

@@ -10,7 +10,7 @@ from hypothesis import given
 from numpy.typing import NDArray
 
 from pymeshfair.filters import topology
-from pymeshfair.filters.topology import CLOSED, IRREGULAR, NO_STAR, OPEN, Stars, stars
+from pymeshfair.filters.topology import CLOSED, IRREGULAR, NO_STAR, OPEN, Stars, ring_ends, stars, vertex_stars
 from tests.filters.test_topology import any_faces
 from tests.meshes import AWKWARD, book, bow_tie, icosphere, moebius_strip, tube, wheel
 
@@ -109,3 +109,18 @@ def test_kinds_of_known_vertices() -> None:
     assert stars(book()[1], 5).kinds.tolist() == [IRREGULAR, IRREGULAR, OPEN, OPEN, OPEN]
     assert stars(wheel(64)[1], 65).kinds[0] == CLOSED
     assert stars(wheel(65)[1], 66).kinds[0] == IRREGULAR
+
+
+def test_walks_stay_inside_the_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kernels read no entry behind the last: run as Python, where numpy checks indices, on borders in many numberings."""
+    for name in ("order_ends", "_walk_round", "_name", "slot_of", "_write_walk", "_chain"):
+        monkeypatch.setattr(vertex_stars, name, getattr(vertex_stars, name).py_func)
+    monkeypatch.setattr(vertex_stars, "prange", range)
+    vertices, faces = tube()
+    n, rng = len(vertices), np.random.default_rng(3)
+    with np.errstate(over="ignore"):
+        for _ in range(10):
+            offsets, ends = ring_ends(rng.permutation(n).astype(np.int32)[faces], n)
+            kinds, walks = np.empty(n, np.uint8), np.empty(len(ends) // 2, np.int32)
+            vertex_stars.order_ends(offsets, ends, None, kinds, walks)
+            assert set(kinds) == {CLOSED, OPEN}
