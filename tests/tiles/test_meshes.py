@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pymeshfair.errors import FilterInputError
+from pymeshfair.files.errors import ContentsError
 from pymeshfair.filters.denoising import FIXED, REPERTOIRE, automatic_choice, denoise_automatically, denoised, preparation
 from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
 from pymeshfair.filters.inspection import folded_faces
@@ -212,3 +213,20 @@ def test_what_is_chosen_but_cannot_be_cut_is_said() -> None:
 def test_what_needs_the_whole_mesh_is_said(values: dict[str, Any], said: str) -> None:
     """Parameters of normal filtering that look at more than rings of faces are refused by their names."""
     assert said in str(why_not(NORMALS, find_filter(NORMALS).defaults | values))
+
+
+@pytest.mark.parametrize(
+    ("corners", "row", "said"),
+    [
+        ("list uchar int vertex_indices", b"\4" + bytes(16), "its first face has 4 corners"),
+        ("list uchar int vertex_index", b"\0", "its first face has 0 corners"),
+        ("int vertex_indices", bytes(4), "it has no faces"),
+    ],
+)
+def test_files_without_triangles_are_refused(corners: str, row: bytes, said: str, tmp_path: Path) -> None:
+    """Faces of other sizes, and corners that are a number and no list, are named."""
+    places = "".join(f"property float {axis}\n" for axis in "xyz")
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex 1\n{places}element face 1\nproperty {corners}\nend_header\n"
+    (tmp_path / "in.ply").write_bytes(head.encode() + bytes(12) + row)
+    with pytest.raises(ContentsError, match=said):
+        MeshFile(tmp_path / "in.ply").check()

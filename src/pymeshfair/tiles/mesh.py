@@ -28,7 +28,7 @@ from .columns import Part, in_order
 from .division import Floats
 from .memory import slice_rows, surface_vertices
 from .plan import NORMALS, Filtering, Move, apply, chosen, filtering_of, rings_of
-from .sources import PlyCloud, PlySlices
+from .sources import PlyCloud, PlySlices, SlicedTable
 from .surface import Surface, tile_with_rings
 from .workers import Tasks
 
@@ -194,6 +194,10 @@ class Unfolding:
 _SAMPLE, _PATCH = 60_000, 4
 
 
+def _lists_of_corners(table: SlicedTable) -> list[str]:
+    return [p.name for p in table.element.properties if p.name in CORNERS and p.count_type]
+
+
 class MeshFile(PlySlices):
     """A binary PLY file of triangles."""
 
@@ -201,9 +205,9 @@ class MeshFile(PlySlices):
         """Refuse what is no mesh of triangles."""
         self.vertices  # noqa: B018 - is checked
         table = self.tables.get("face")
-        if table is None or not table.element.count or not any(p.name in CORNERS for p in table.element.properties):
+        if table is None or not table.element.count or not _lists_of_corners(table):
             raise ContentsError("it has no faces; by tiles, vertices are moved on meshes of triangles")
-        corners = next(table.dtype[p.name].shape[0] for p in table.element.properties if p.name in CORNERS)
+        corners = table.dtype[_lists_of_corners(table)[0]].shape[0]
         if corners != 3:
             raise ContentsError(f"its first face has {corners} corners; by tiles, all faces must be triangles")
         others = [e for e in self.header.elements if e.name not in ("vertex", "face") and e.count]
@@ -213,7 +217,7 @@ class MeshFile(PlySlices):
     def faces(self, size: int) -> Iterator[NDArray[Any]]:
         """(m, 3) numbers of vertices, so many faces at a time."""
         table = self.tables["face"]
-        name = next(p.name for p in table.element.properties if p.name in CORNERS)
+        name = _lists_of_corners(table)[0]
         for rows in table.slices(size):
             yield rows[name].astype(np.int64)
 
