@@ -163,6 +163,7 @@ def serve(guarded: Guarded, listening: socket.socket, *, ready: Callable[[], Non
         ws="websockets-sansio",
         ws_max_size=1 << 20,
         lifespan="on",
+        loop="asyncio",  # wherever another one is installed, too
         timeout_graceful_shutdown=2,
     )
     with contextlib.suppress(KeyboardInterrupt):
