@@ -80,7 +80,7 @@ def _plain(name: str) -> str:
 
 
 def _slips(first: str, second: str, most: int) -> int:
-    """How many letters are added, dropped, changed or swapped with the next; of words that differ more in length, `most` + 1."""
+    """How many letters are added, dropped, changed or moved; of words that differ more in length, `most` + 1."""
     if abs(len(first) - len(second)) > most:
         return most + 1
     blocks = SequenceMatcher(None, first, second, autojunk=False).get_matching_blocks()
