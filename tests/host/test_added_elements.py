@@ -469,7 +469,7 @@ def test_scalars_that_are_nan_stay_when_an_addition_fails(monkeypatch: pytest.Mo
     meshes.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]]), v_scalar_array=np.array([0.0, np.nan, 1.0])))
     monkeypatch.setattr(writing, "grow", lambda *_: (_ for _ in ()).throw(MeshError("no room")))
     monkeypatch.setattr(writing, "bring_in", lambda *_: pytest.fail("values were written"))
-    with pytest.raises(MeshError, match="no room$"):
+    with pytest.raises(MeshError, match=r"no room$"):
         write_edit(Workbench(meshes), Edit(added_vertices=np.ones((1, 3)), added_faces=np.array([[0, 1, 3]])))
     assert same(meshes.current_mesh().vertex_scalar_array(), np.array([0.0, np.nan, 1.0]))
 
