@@ -54,7 +54,7 @@ def test_names_of_filters_and_parameters_are_compared_in_this_process(monkeypatc
     assert differences_from_installed() == [
         f"filter {second.python_name!r} is not in the table",
         "filter 'create_teapot' is not installed",
-        f"filter {first.python_name!r} has or lacks parameters: {first.parameters[0].name}",
+        f"filter {first.python_name!r} has parameters that the table lacks: {first.parameters[0].name}",
     ]
 
 

@@ -242,6 +242,20 @@ def test_written_anew_with_groups_and_materials(tmp_path: Path) -> None:
     assert save(broken, tmp_path / "out" / "b.obj")[1] == "b.obj: polygons that are not whole are written as triangles (1)"
 
 
+def test_lines_of_any_length_are_written_whole(tmp_path: Path) -> None:
+    """A line of group names, and one of material files that another name replaces, of more than 4096 bytes."""
+    for k in range(2):
+        (tmp_path / f"{k}.mtl").write_text(f"newmtl {k}\nKd 1 0 0\n")
+    groups = "g " + " ".join(f"group_{k:04d}" for k in range(600))
+    mesh = read(tmp_path / "a.obj", f"mtllib 0.mtl{' ' * 5000}1.mtl\n{SQUARE}{groups}\nf 1 2 3\ng other\nf 1 3 4\n")
+    cut = mesh.part(np.ones(4, np.bool_), np.arange(2) < 1)
+    for output, changed in (("moved", moved(mesh, mesh.vertices + 1.0)), ("cut", cut)):
+        save(changed, tmp_path / output / "b.obj")
+        lines = (tmp_path / output / "b.obj").read_text().splitlines()
+        assert "mtllib b.obj.mtl" in lines
+        assert groups in lines
+
+
 def test_normals_of_vertices_are_written_anew(tmp_path: Path) -> None:
     """Vertices that are left keep the normals of the file if they did not move; others get those of their faces."""
     mesh = read_file(SAMPLES / "bunny.obj").mesh

@@ -13,7 +13,7 @@ from matplotlib.image import imsave
 from pymeshfair.declaration import Edit
 from pymeshfair.errors import MeshError
 from pymeshfair.meshset import MeshSet
-from pymeshfair.write_back import Workbench, attributes, refill
+from pymeshfair.write_back import Workbench, attributes, refill, write_edit, writing
 from tests.host.snapshots import PER_FACE, PER_VERTEX, add_attributes, differences, everything, give_back, same, sample, wild
 from tests.host.test_write_back import as_read, coloured_ply, textured_obj
 from tests.meshes import icosphere
@@ -461,6 +461,17 @@ def test_an_interrupted_addition_leaves_no_trace(make: Any, late: bool, monkeypa
         assert [(m.id(), m.label()) for m in meshes] == layers, stop_at
         assert meshes.current_mesh_id() == before["id"]
     assert 20 < stop_at < 999
+
+
+def test_scalars_that_are_nan_stay_when_an_addition_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are equal to themselves: putting the mesh back writes nothing, so that it gets no helper attribute."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]]), v_scalar_array=np.array([0.0, np.nan, 1.0])))
+    monkeypatch.setattr(writing, "grow", lambda *_: (_ for _ in ()).throw(MeshError("no room")))
+    monkeypatch.setattr(writing, "bring_in", lambda *_: pytest.fail("values were written"))
+    with pytest.raises(MeshError, match=r"no room$"):
+        write_edit(Workbench(meshes), Edit(added_vertices=np.ones((1, 3)), added_faces=np.array([[0, 1, 3]])))
+    assert same(meshes.current_mesh().vertex_scalar_array(), np.array([0.0, np.nan, 1.0]))
 
 
 @pytest.mark.parametrize("size", [1e-300, 1e156, 1e300])

@@ -192,6 +192,16 @@ def test_the_own_colours_of_a_textured_mesh_are_those_of_its_texture(tmp_path: P
         pixels(lost, color="own")
 
 
+def test_texture_coordinates_that_are_not_finite_count_as_0(tmp_path: Path) -> None:
+    """Files have NaN where a program knew no place of the texture; the picture is drawn all the same."""
+    vertices, faces = grid(4, 4, spacing=0.25)
+    Image.new("RGB", (2, 2), "red").save(tmp_path / "t.png")
+    for value in (np.nan, np.inf, -np.inf):
+        uv = {"texture_coordinates": np.full((len(vertices), 2), value)}
+        mesh = mesh_of(vertices, faces, textures=(Texture("t.png", tmp_path / "t.png"),), vertex_attributes=uv)
+        assert (pixels(mesh, color="own")[..., 1] < 200).any()
+
+
 def test_what_cannot_be_shown_is_refused() -> None:
     """Unknown names, views and numbers that no mesh has are refused with what there is."""
     vertices, faces = cube()

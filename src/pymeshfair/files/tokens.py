@@ -175,8 +175,8 @@ class Tokens:
 
     def line(self, k: int) -> bytes:
         """The bytes of a line, without its end."""
-        start = int(self.starts[k])
-        return self.text[start : start + 4096].tobytes().replace(b"\r", b"\n").partition(b"\n")[0]
+        start, end = self.starts[k], self.starts[k + 1] if k + 1 < len(self.starts) else len(self.text)
+        return self.text[start:end].tobytes().replace(b"\r", b"\n").partition(b"\n")[0]
 
 
 def word(text: bytes) -> np.uint64:

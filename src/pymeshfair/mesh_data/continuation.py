@@ -126,10 +126,11 @@ def read_pixels(texture: Texture) -> NDArray[np.uint8] | None:
 
 
 def sampled(pixels: NDArray[np.uint8], uv: Floats) -> Floats:
-    """(k, 3) the nearest pixels to (k, 2) texture coordinates, from 0 to 1; the image repeats itself."""
+    """(k, 3) the nearest pixels to (k, 2) texture coordinates, from 0 to 1; the image repeats itself, NaN counts as 0."""
     height, width = pixels.shape[:2]
-    column = np.minimum((uv[:, 0] % 1.0 * width).astype(np.intp), width - 1)
-    row = np.minimum(((1.0 - uv[:, 1]) % 1.0 * height).astype(np.intp), height - 1)
+    u, v = np.nan_to_num(uv).T
+    column = np.minimum((u % 1.0 * width).astype(np.intp), width - 1)
+    row = np.minimum(((1.0 - v) % 1.0 * height).astype(np.intp), height - 1)
     return np.asarray(pixels[row, column] / 255.0)
 
 

@@ -231,7 +231,8 @@ class MeshData(Measures):
     @property
     def vertex_colors(self) -> Floats:
         """(n, 4) from 0 to 1; white if it has none, as in MeshLab."""
-        return self.vertex_attributes.get("colors", np.full((len(self.vertices), 4), 255)) / 255.0
+        own = self.vertex_attributes.get("colors")
+        return np.ones((len(self.vertices), 4)) if own is None else own / 255.0
 
     @property
     def face_colors(self) -> Floats:

@@ -32,7 +32,7 @@ def table_version() -> str:
 
 
 def differences_from_installed() -> list[str]:
-    """The differences of the installed pymeshlab's filters, by names, from the table, one sentence each; empty without any."""
+    """One sentence for each name of a filter that pymeshlab or the table lacks, and for each filter whose parameters differ."""
     import pymeshlab
 
     meshes = pymeshlab.MeshSet()
@@ -43,8 +43,9 @@ def differences_from_installed() -> list[str]:
     differences = [f"filter {name!r} is not in the table" for name in sorted(installed.keys() - expected.keys())]
     differences += [f"filter {name!r} is not installed" for name in sorted(expected.keys() - installed.keys())]
     for name in sorted(expected.keys() & installed.keys()):
-        if others := ", ".join(sorted(expected[name] ^ installed[name])):
-            differences.append(f"filter {name!r} has or lacks parameters: {others}")
+        for others, where in ((installed[name] - expected[name], "the table"), (expected[name] - installed[name], "pymeshlab")):
+            if others:
+                differences.append(f"filter {name!r} has parameters that {where} lacks: {', '.join(sorted(others))}")
     return differences
 
 

@@ -296,7 +296,7 @@ def write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:
 
 
 def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
-    if np.array_equal(read_array(mesh, "vertices"), vertices):
+    if np.array_equal(read_array(mesh, "vertices"), vertices, equal_nan=True):
         return
     if mesh.face_number():
         bench.move_to(mesh, vertices)
@@ -315,7 +315,7 @@ def _write_numbers(bench: Workbench, mesh: Any, element: Element, kind: str, val
     """Write "normal"s or "scalar"s of vertices or faces."""
     name = f"{element}_{kind}s"
     had = kind == "normal" or getattr(mesh, f"has_{element}_scalar")()
-    if had and np.array_equal(read_array(mesh, name), values):
+    if had and np.array_equal(read_array(mesh, name), values, equal_nan=True):
         return
     brought = bring_in(bench, mesh, element, list(np.atleast_2d(values.T)))
     bench.apply(
