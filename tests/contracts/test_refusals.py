@@ -107,8 +107,10 @@ def functions_of(declared: Filter) -> Iterator[Callable[..., Any]]:
         if not inspect.isfunction(caller) or caller in seen:
             continue
         seen.add(caller)
-        for name in names_in(caller.__code__):
-            called = caller.__globals__.get(name)
+        names = list(names_in(caller.__code__))
+        families = (caller.__globals__.get(name) for name in names)
+        spaces = (caller.__globals__, *(vars(family) for family in families if inspect.ismodule(family)))
+        for called in (space.get(name) for space in spaces for name in names):
             if not inspect.isfunction(called):
                 continue
             if called.__module__.startswith("pymeshfair.filters."):

@@ -149,7 +149,7 @@ def test_where_neighbours_share_the_noise_the_border_is_named(rough: Mesh) -> No
     """An open mesh gets a note that nothing speaks for its border; a closed one has none."""
     for (vertices, faces), named in ((irregular_grid(5, 5), True), (rough, False)):
         made = AutomaticChoice("correlated", Setting(), estimate_noise(vertices, faces))
-        with mock.patch("pymeshfair.plugins.denoising.denoise_automatically", return_value=(vertices, made)):
+        with mock.patch("pymeshfair.filters.denoising.denoise_automatically", return_value=(vertices, made)):
             notes = apply(apply_coord_normal_filtering, Surface(vertices, faces)).notes
         assert [("at the border" in note) for note in notes] == [True] * named
 
@@ -185,7 +185,7 @@ def test_with_everything_given_the_mesh_is_not_estimated(rough: Mesh, monkeypatc
     def refuse(*_: object, **__: object) -> None:
         raise AssertionError("the mesh was estimated")
 
-    monkeypatch.setattr("pymeshfair.plugins.denoising.automatic_choice", refuse)
+    monkeypatch.setattr("pymeshfair.filters.denoising.automatic_choice", refuse)
     assert "shape" not in filtered(rough, **DEFAULTS)[1]
     _, fixed = filtered(rough, choice="fixed")
     assert {name: fixed[name] for name in vars(FIXED)} == vars(FIXED)

@@ -4,13 +4,14 @@ import errno
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from ..calling import StoppedError
-from ..errors import FilterInputError, Place, StepFailedError
+from ..errors import FilterInputError, Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError
 from ..files.formats import ATTRIBUTES, attributes_of
 from ..files.inputs import Reading, read_file
@@ -301,8 +302,10 @@ class Session:
         broken = (*saved.breaches, *(plain(asdict(fault)) for fault in faults))
         if broken:
             return replace(saved if self._job.keep_broken or not faults else unsaved, breaches=broken)
-        if wrapped and not any(print_faults(scan, self._stage / "scan")):
-            self._warn("the scan is watertight and no face of it cuts another: take prepare_for_print, which keeps its surface")
+        if wrapped:
+            with suppress(RunError):  # where MeshLab ends on the scan, the run goes on
+                if not any(print_faults(scan)):
+                    self._warn("the scan is watertight, none of its faces cuts another: prepare_for_print keeps its surface")
         last = saved.steps[-1]
         words = [text for text in (wall_words(mesh, self._unit), wrapped and wrap_words(scan, mesh)) if text]
         for text in words:
