@@ -199,7 +199,7 @@ CONTESTS = (
         "triangles of a vertex in order takes 35 ns, in a chain of reads that wait for each other. Vertices sorted by their "
         "number of neighbours gain nothing: the processor learns the branches in two sweeps; three neighbours at a time take "
         "1.1 of the time of two. At 1M sorting by place takes a fifth of the clock, ordering triangles a quarter. MeshLib has "
-        "its half-edges before the clock starts, and takes twice our processor time at 10k; three runs gave 1.04 to 1.29 there "
+        "its half-edges before the clock starts, and takes twice our processor time at 10k; six runs gave 0.98 to 1.3 there "
         "by the clock.",
         {
             "MeshLib": Peer(meshlib_relax, "meshlib", goal=1.3),
