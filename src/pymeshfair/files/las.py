@@ -194,13 +194,13 @@ def _write(
     laspy, errors = _laspy()
     rest = pieces()
     first = next(rest)
-    columns = _columns(first, document)
-    extent = _Extent.of(first, columns)
+    first_columns = _columns(first, document)
+    extent = _Extent.of(first, first_columns)
     for piece in rest:
         extent = extent.joined(_Extent.of(piece, _columns(piece, document)))
     notes: list[str] = []
     header, records = _header(first, document, notes)
-    stored = _dimensions(header, columns, extent, notes)
+    stored = _dimensions(header, first_columns, extent, notes)
     if writing is not None:
         _set_scale(header, first.vertices, writing, notes)
     elif np.isfinite(extent.least).all():
@@ -209,7 +209,7 @@ def _write(
     try:
         with laspy.open(target, "w", header=header, closefd=False, do_compress=compress) as writer:
             for piece in pieces():
-                columns = _columns(piece, document)
+                columns = first_columns if piece is first else _columns(piece, document)
                 for start in range(0, max(len(piece.vertices), 1), _CHUNK):
                     writer.write_points(_points(header, piece.vertices, columns, stored, slice(start, start + _CHUNK)))
             if records:
