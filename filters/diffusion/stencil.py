@@ -73,10 +73,11 @@ def explicit_stencil(
         surface = _of_meshlab(moving.surface, Rings(star.offsets, star.neighbours), counts, 1.0)
     if moving.curve is None:
         return surface
+    moves, rings = moving.curve
     if update == "euler":
-        curve = curve_stencil(mesh.points, operator, moving.curve, moving.curve_rings)
+        curve = curve_stencil(mesh.points, operator, moves, rings)
     else:
-        curve = _of_meshlab(moving.curve, moving.curve_rings, np.ones(len(moving.curve_rings.neighbours)), 2.0)
+        curve = _of_meshlab(moves, rings, np.ones(len(rings.neighbours)), 2.0)
     return lambda now, out, step: max(surface(now, out, step), curve(now, out, step))
 
 
@@ -183,8 +184,8 @@ class MovingVertices(NamedTuple):
     """The vertices that move, by the neighbours that count for them."""
 
     surface: Kinds  # (n,) the kind of the star of those that move with their whole star, `NO_STAR` of all others
-    curve: Kinds | None  # (n,) the same of those that move with their neighbours on the border, under the policy "along"
-    curve_rings: Rings  # those neighbours, for all n vertices
+    #: (n,) the same of those that move with their neighbours on the border, and these of all n; None where none does
+    curve: tuple[Kinds, Rings] | None
 
 
 def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -> MovingVertices:
@@ -203,11 +204,10 @@ def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -
     edges = np.empty((0, 2), dtype=np.int32) if border == "free" else stars.border_edges()
     kinds = stars.kinds if movable is None else np.where(movable, stars.kinds, np.uint8(NO_STAR))
     if len(edges) == 0:
-        return MovingVertices(kinds, None, Rings(np.zeros(n + 1, dtype=np.int64), np.empty(0, dtype=np.int32)))
+        return MovingVertices(kinds, None)
     on_border = mask_of(edges, n)
-    curves = one_rings(edges, n)
-    return MovingVertices(
-        surface=np.where(on_border, np.uint8(NO_STAR), kinds),
-        curve=np.where(on_border, kinds, np.uint8(NO_STAR)) if border == "along" else None,
-        curve_rings=Rings(curves.offsets, curves.neighbours),
-    )
+    inside, curve = np.where(on_border, np.uint8(NO_STAR), kinds), np.where(on_border, kinds, np.uint8(NO_STAR))
+    if border == "fixed" or not curve.any():
+        return MovingVertices(inside, None)
+    rings = one_rings(edges, n)
+    return MovingVertices(inside, (curve, Rings(rings.offsets, rings.neighbours)))
