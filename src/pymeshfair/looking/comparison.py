@@ -12,6 +12,7 @@ import numpy as np
 
 from ..declaration import Floats
 from ..files.ply_write import write_ply
+from ..filters.execution import blocks
 from ..filters.geometry import angles_between, face_normals, vector_lengths
 from ..filters.inspection import SHARP, DistanceStatistics, Surface, SurfaceDistance, sample_places, share_kept, surface_distance
 from ..filters.mesh import scaled_to_unit
@@ -23,9 +24,6 @@ from .mesh_state import MeshState
 _APART = 1.0
 #: of the largest coordinate: points no further apart are the same place
 _ROUNDING = 256 * float(np.finfo(np.float64).eps)
-
-#: samples whose normals are compared at a time
-_BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -243,8 +241,7 @@ def _faces(before: MeshState, after: MeshState, distances: Distances, *, same_fa
     there, here = distances
     old, new = (face_normals(scaled_to_unit(m.vertices)[0], m.faces) for m in (before.mesh, after.mesh))
     angles, counted = np.empty(len(there.faces)), np.empty(len(there.faces), dtype=np.bool_)
-    for start in range(0, len(angles), _BLOCK):
-        part = slice(start, start + _BLOCK)
+    for part in blocks(len(angles)):
         normals, ground = new[there.faces[part]], old[(there.faces if same_faces else there.elements)[part]]
         angles[part] = np.degrees(angles_between(ground, normals))
         counted[part] = normals.any(axis=1) & ground.any(axis=1)

@@ -270,7 +270,8 @@ class Session:
         texts = []
         # A recipe of curves makes them of a surface, and that the surface is gone is no news.
         of_curves = self._job.recipe.info.task == "curves"
-        if not of_curves and (gone := [a for a in ATTRIBUTES if a in attributes_of(read) - attributes_of(result)]):
+        lost = attributes_of(read) - attributes_of(result)
+        if not of_curves and (gone := [a for a in ATTRIBUTES if a in lost]):
             texts.append(f"after the steps the mesh has no {' and no '.join(gone)} any more")
         if result.source is not read.source and read.source is not None and read.source.extras:
             texts.append(f"a step made a new mesh, without what {read.label} has besides: {'; '.join(read.source.extras)}")

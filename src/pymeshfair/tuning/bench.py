@@ -110,12 +110,13 @@ def _stoppable(stage: Path) -> Callable[[Event], None]:
 
 # ------------------------------------------------------------------------------------------------ tasks of a process that stays
 
-#: the bench of a scan, which this process reads once
+#: the bench of a scan, which this process reads once after it was opened
 _bench = cache(Bench)
 
 
 def open_scan(scan: Path) -> Result:
-    """What the page shows of a scan before a run."""
+    """What the page shows of a scan before a run; the scan is read anew."""
+    _bench.cache_clear()
     return _bench(scan).opening()
 
 
