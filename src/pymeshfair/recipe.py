@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
 #: the tasks of recipes, in the usual order of work
-TASKS = ("clean", "denoise", "smooth", "repair", "prepare", "change the shape", "curves", "look")
+TASKS = ("clean", "denoise", "smooth", "repair", "prepare", "remesh", "change the shape", "curves", "look")
 
 
 @dataclass(frozen=True)
