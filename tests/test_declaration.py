@@ -39,9 +39,7 @@ from pymeshfair.declaration import (
 )
 from pymeshfair.errors import DeclarationError, ParameterError, UnknownNameError
 from pymeshfair.registry import custom_filters
-from pymeshfair.scripts.step_builder import read_value
-from pymeshfair.scripts.value_text import parse_value
-from pymeshfair.scripts.write import param_attributes
+from pymeshfair.scripts.values import param_attributes, parse_value, read_value
 
 INT = Int(name="n", minimum=1, maximum=9)
 FLOAT = Float(name="x", minimum=-1.0, maximum=1.0)

@@ -6,12 +6,29 @@ The errors of `pymeshfair.filters` are exported here too, so that a caller impor
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from .filters.checks import ConvergenceError as ConvergenceError
 from .filters.checks import FilterInputError as FilterInputError
 from .filters.checks import PymeshfairError as PymeshfairError
+
+
+def nearest(name: str, names: Iterable[str]) -> str | None:
+    """The one of `names` that `name` was most likely meant to be, upper and lower case, spaces and underscores aside; or None."""
+    import difflib
+    import re
+
+    plain = {re.sub(r"[\s_-]+", "", n.casefold()): n for n in names}
+    near = difflib.get_close_matches(re.sub(r"[\s_-]+", "", name.casefold()), plain, n=1, cutoff=0.6)
+    return plain[near[0]] if near else None
+
+
+def hint(name: str, names: Collection[str], otherwise: str = "") -> str:
+    """The end of a sentence about a wrong name: the one that was meant, or else all that there are."""
+    near = nearest(name, names)
+    return f"did you mean {near!r}?" if near else otherwise or f"there are {', '.join(names)}"
 
 
 class UnknownNameError(PymeshfairError, LookupError):

@@ -12,14 +12,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .declaration import nearest
-from .errors import ParameterError, UnknownNameError
+from .errors import ParameterError, UnknownNameError, nearest
 from .mlx_scripts import WITHDRAWN
+from .scripts.changing import override
 from .scripts.fits import Condition, parse_fits
-from .scripts.overrides import override
-from .scripts.problems import Change
 from .scripts.read import parse_document, parse_script, read_bytes
-from .scripts.script import KEYWORDS, Script, Setting, paragraphs
+from .scripts.script import KEYWORDS, Change, Script, Setting, paragraphs
 from .scripts.upgrade import upgrade_script
 from .scripts.write import format_script
 
@@ -103,7 +101,7 @@ class Recipe:
     def override(self, overrides: Sequence[str]) -> Recipe:
         """The recipe with these values over its own, each ``NAME=VALUE`` or ``STEP.PARAM=VALUE``.
 
-        See `pymeshfair.scripts.overrides.override`.
+        See `pymeshfair.scripts.changing.override`.
         """
         return replace(self, script=override(self.script, overrides))
 
@@ -131,7 +129,7 @@ class RecipeHead:
 def shipped_heads() -> list[RecipeHead]:
     """The heads of all shipped recipes; reads no declaration, so no plugin and no compiled code is loaded."""
     documents = ((name, parse_document(file.read_bytes(), file.name)) for name, file in sorted(_scripts().items()))
-    return [RecipeHead(name, head_info(read.comment), read.settings, len(read.filters)) for name, read in documents]
+    return [RecipeHead(name, head_info(read.comment), tuple(read.settings), len(read.filters)) for name, read in documents]
 
 
 def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:
@@ -157,12 +155,9 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
     if text in WITHDRAWN:
         raise UnknownNameError(f"the recipe {text!r} is shipped no more: {WITHDRAWN[text]}")
     near = nearest(text, shipped)
-    hint = f"; did you mean {near!r}?" if near else ""
-    names = ", ".join(sorted(shipped)) or "none"
-    raise UnknownNameError(
-        f"there is no recipe {text!r}{hint} (shipped: {names}; a script of your own is given by its path, with .mlx)",
-        suggestion=near,
-    )
+    meant = f"; did you mean {near!r}?" if near else ""
+    listed = f"shipped: {', '.join(sorted(shipped))}; a script of your own is given by its path, with .mlx"
+    raise UnknownNameError(f"there is no recipe {text!r}{meant} ({listed})", suggestion=near)
 
 
 def parse_recipe(data: bytes, name: str, *, upgrade: bool = False, path: Path | None = None) -> Recipe:

@@ -19,8 +19,8 @@ from pymeshfair.running.errors import GuardBroken
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
 from pymeshfair.scripts.guards import NO_GUARDS, Guards
-from pymeshfair.scripts.problems import ScriptError
 from pymeshfair.scripts.read import parse_script
+from pymeshfair.scripts.script import ScriptError
 from pymeshfair.scripts.write import format_script
 from tests.meshes import icosphere, noisy
 from tests.running.runs import BONE, SMOOTH, names_in, ply_bytes, recipe_of, xyz

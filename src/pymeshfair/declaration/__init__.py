@@ -16,6 +16,7 @@ usual way to make one is the decorator `mesh_filter` on a function with an annot
 This module imports neither pymeshlab nor any plugin.
 """
 
+from ..errors import nearest
 from .filter import Arity, Equivalent, Filter, FilterClass, MeshElement, mesh_filter
 from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
 from .parameters import (
@@ -37,7 +38,6 @@ from .parameters import (
     String,
 )
 from .units import Length, LengthUnit
-from .values import nearest
 
 __all__ = [
     "AUTO",

@@ -11,10 +11,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeAlias, TypeGuard
 
-from ..errors import DeclarationError, ParameterError, UnknownNameError
+from ..errors import DeclarationError, ParameterError, UnknownNameError, hint, nearest
 from .layer import Edit, Layer
 from .parameters import Enum, Mesh, Parameter
-from .values import nearest
 
 
 class FilterClass(enum.IntFlag):
@@ -145,9 +144,9 @@ class Filter:
             if parameter.name == name:
                 return parameter
         names = [p.name for p in self.parameters]
-        near = nearest(name, names)
-        hint = f"; did you mean {near!r}?" if near else f"; it has {', '.join(names)}" if names else "; it has none"
-        raise UnknownNameError(f"filter {self.python_name!r} has no parameter {name!r}{hint}", suggestion=near)
+        meant = hint(name, names, f"it has {', '.join(names) or 'none'}")
+        words = f"filter {self.python_name!r} has no parameter {name!r}; {meant}"
+        raise UnknownNameError(words, suggestion=nearest(name, names))
 
     def check(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The values by parameter name, checked, in declared order; absent ones stay absent."""

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ParameterError
+from ..errors import ParameterError, nearest
 from .layer import Floats
-from .units import METRES, Length
-from .values import as_float, nearest, shown
+from .units import METRES, Length, as_float, shown
 
 #: the word for a value that the filter chooses for the mesh
 AUTO = "auto"

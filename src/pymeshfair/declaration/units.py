@@ -1,15 +1,17 @@
-"""Lengths: in mesh units, relative ones that carry over from mesh to mesh, and those with a unit such as 0.05mm."""
+"""Numbers and lengths: in mesh units, relative ones that carry over from mesh to mesh, and those with a unit such as 0.05mm."""
 
 from __future__ import annotations
 
 import math
+import numbers
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, cast
+from typing import Any, Literal, TypeAlias, cast
+
+import numpy as np
 
 from ..errors import ParameterError
-from .values import as_float, shown
 
 LengthUnit: TypeAlias = Literal["absolute", "percent", "edge", "mm", "cm", "m", "in"]
 #: the units that a scan may be in, in metres
@@ -17,6 +19,22 @@ METRES: Mapping[str, float] = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
 _LENGTH_SUFFIX = {"absolute": "", "percent": "%", "edge": "edge"} | {unit: unit for unit in METRES}
 _WITH_UNIT = re.compile(rf"(.*?)\s*(?<![a-z])({'|'.join(METRES)})", re.DOTALL)
 _LENGTH = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(%|edges?)?")
+
+
+def as_float(value: Any) -> float | None:
+    """The float of a real number of Python or numpy; None of anything else, truth values included."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
+        return None
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def shown(value: Any) -> str:
+    """The value as it would be written in Python, cut to a length that a message can hold."""
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 @dataclass(frozen=True)

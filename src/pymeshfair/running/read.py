@@ -1,12 +1,12 @@
 """Reads a mesh file and measures it, its spectrum too, for commands that look at meshes and change none."""
 
 import tempfile
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..declaration import Bools
+from ..declaration import Bools, Length
 from ..errors import FilterInputError, RunError
 from ..files.errors import InputError
 from ..files.formats import ATTRIBUTES, UNCHECKED, attributes_of, extension
@@ -14,8 +14,9 @@ from ..files.inputs import read_file
 from ..mesh_data import MeshData
 from ..recipe import Recipe
 from ..registry import find_filter
+from ..scripts.guards import NO_GUARDS
 from ..scripts.script import Script, Step
-from .job import Event, Job
+from .job import Event, Job, StepReport
 from .measuring import MeasuredMesh, measure
 from .plain_values import plain
 from .self_intersections import self_intersecting_apart
@@ -128,3 +129,21 @@ def reported_values(
     with tempfile.TemporaryDirectory() as folder:
         job = Job(Recipe(filter, script), mesh, Path(folder) / "result.ply", timeout=timeout, measures=False)
         return dict(run_job(job, on_event).steps[0].values)
+
+
+def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
+    """By step, the relative lengths of a script in mesh units, by Python parameter name, on the mesh that the step meets.
+
+    The steps up to the last one that has any are run on the mesh, since they may change its size.
+    """
+    steps = script.with_defaults().steps
+    count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
+    done: Sequence[StepReport] = ()
+    if count:
+        with tempfile.TemporaryDirectory(prefix="pymeshfair-export-") as folder:
+            first = replace(script, steps=script.steps[:count], guards=NO_GUARDS)
+            done = run_job(Job(Recipe("export", first), path, Path(folder) / "mesh.ply", measures=False)).steps
+    made = [
+        {name: Length(report.parameters[name]) for name in s.relative_lengths} for s, report in zip(steps, done, strict=False)
+    ]
+    return [*made, *({} for _ in steps[count:])]

@@ -11,8 +11,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..declaration import nearest
-from ..errors import ParameterError
+from ..errors import ParameterError, hint, nearest
 
 #: of what a part of a surface must bend at sharp edges for the whole to be a sharp one: machine parts under noise have 0.7 and
 #: more, figures and land up to 0.66
@@ -97,7 +96,6 @@ def _condition(text: str) -> Condition:
             raise ParameterError(f"Fits: {text!r}: nothing lies between these bounds")
         return Condition(text, name, least, most)
     names = [*WORDS, *QUANTITIES]
-    near = nearest(re.split(r"\s+(?:from|up|[0-9.])", plain)[0], names)
-    hint = f"did you mean {near!r}?" if near else f"there are {', '.join(names)}"
-    bounds = ", with bounds such as 'up to 3', 'from 1' or '1 to 3'" if near in QUANTITIES else ""
-    raise ParameterError(f"Fits: {text!r} is no condition; {hint}{bounds}")
+    name = re.split(r"\s+(?:from|up|[0-9.])", plain)[0]
+    bounds = ", with bounds such as 'up to 3', 'from 1' or '1 to 3'" if nearest(name, names) in QUANTITIES else ""
+    raise ParameterError(f"Fits: {text!r} is no condition; {hint(name, names)}{bounds}")

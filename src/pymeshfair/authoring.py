@@ -8,22 +8,20 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..filters.libraries import ImportedWhenUsed
-from ..meshset.filter_methods import FilterMethods
+from .filters.libraries import ImportedWhenUsed
+from .meshset.filter_methods import FilterMethods
 
 if TYPE_CHECKING:
-    from .. import recipe as named
-    from .. import registry, scripts
-    from ..meshset import MeshSet
-    from ..running import job, read, supervise
-    from ..running.job import Event, RunResult
-    from ..scripts import Change, Step, overrides, warnings
-    from . import building
+    from . import recipe as named
+    from . import registry, scripts
+    from .meshset import MeshSet
+    from .running import job, read, supervise
+    from .running.job import Event, RunResult
+    from .scripts import Change, Step, changing, warnings
 else:  # importing them takes longer than importing pymeshlab, and a program may only ask for this class
-    named, registry, building = (ImportedWhenUsed(f"pymeshfair.{name}") for name in ("recipe", "registry", "authoring.building"))
+    named, registry, scripts = (ImportedWhenUsed(f"pymeshfair.{name}") for name in ("recipe", "registry", "scripts"))
     job, read, supervise = (ImportedWhenUsed(f"pymeshfair.running.{name}") for name in ("job", "read", "supervise"))
-    scripts = ImportedWhenUsed("pymeshfair.scripts")
-    overrides, warnings = (ImportedWhenUsed(f"pymeshfair.scripts.{name}") for name in ("overrides", "warnings"))
+    changing, warnings = (ImportedWhenUsed(f"pymeshfair.scripts.{name}") for name in ("changing", "warnings"))
 
 
 class Recipe(FilterMethods):
@@ -82,7 +80,7 @@ class Recipe(FilterMethods):
             UnknownNameError: no such filter or parameter; the message gives the nearest name.
             ParameterError: a value that the filter does not take.
         """
-        self._script = building.with_step(self._script, registry.find_filter(filter_name), kwargs)
+        self._script = changing.with_step(self._script, registry.find_filter(filter_name), kwargs)
         return {}
 
     def setting(self, name: str, default: str, *, unit: str = "", description: str = "") -> Any:
@@ -97,7 +95,7 @@ class Recipe(FilterMethods):
         Raises:
             ParameterError: the name has other characters.
         """
-        building.check_name(name, "the name of a setting")
+        changing.check_name(name, "the name of a setting")
         return scripts.Setting(name, str(default), unit, description)
 
     def tag(self, name: str, step: int = -1) -> None:
@@ -110,7 +108,7 @@ class Recipe(FilterMethods):
         Raises:
             ParameterError: the name has other characters, or there is no such step.
         """
-        self._script = building.with_tag(self._script, step, name)
+        self._script = changing.with_tag(self._script, step, name)
 
     def set(self, *texts: str, **settings: object) -> None:
         """Put other values over those of the recipe: settings by name, or texts ``STEP.PARAM=VALUE`` as of the command line.
@@ -119,7 +117,7 @@ class Recipe(FilterMethods):
             UnknownNameError: no setting, step or parameter is called so.
             ParameterError: a value that is not allowed; nothing is changed.
         """
-        self._script = overrides.override(self._script, [*texts, *(f"{name}={value}" for name, value in settings.items())])
+        self._script = changing.override(self._script, [*texts, *(f"{name}={value}" for name, value in settings.items())])
 
     def limit(self, **limits: str) -> None:
         """Set what a result of `run` must not do, as of the command line: ``limit(max_displacement="5%")``.
@@ -127,7 +125,7 @@ class Recipe(FilterMethods):
         Raises:
             ParameterError: there is no such limit, or the text is none of what it takes.
         """
-        self._script = building.with_limits(self._script, limits)
+        self._script = changing.with_limits(self._script, limits)
 
     @property
     def script(self) -> scripts.Script:
@@ -156,7 +154,7 @@ class Recipe(FilterMethods):
 
     def differences(self, other: Recipe) -> list[str]:
         """The differences of `other` from this recipe, one sentence each; empty if they do the same."""
-        return building.differences(self._script, other._script)
+        return list(changing.differences(self._script, other._script))
 
     def check(self, mesh: MeshSet | str | os.PathLike[str] | None = None, *, layers: int = 1) -> list[str]:
         """Warnings about the recipe, one sentence each; its steps and values are valid in any case.

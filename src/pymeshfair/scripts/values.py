@@ -1,0 +1,258 @@
+"""Values of parameters as texts: in a command line and in settings, and in the attributes of a ``<Param>``.
+
+MeshLab drops what it cannot read, or takes 0 in its place. Here everything that is wrong with a ``<Param>`` is a complaint.
+"""
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from ..declaration import (
+    Bool,
+    Color,
+    Enum,
+    FileOpen,
+    Float,
+    Int,
+    Length,
+    Matrix,
+    Mesh,
+    Parameter,
+    Percentage,
+    Point,
+    Shot,
+    String,
+)
+from ..errors import ParameterError
+from .expressions import expression_error, is_expression
+from .script import shortened
+
+Attributes = Mapping[str, str]
+#: the mistake, and the text to write instead
+Complaint = tuple[str, "str | None"]
+
+#: the attributes that have the numbers of a value, by the type of the parameter; of all others ``value``
+_ATTRIBUTES: Mapping[str, Sequence[str]] = {
+    **dict.fromkeys(("RichPosition", "RichDirection"), "xyz"),
+    "RichColor": "rgba",
+    "RichMatrix44f": [f"val{i}" for i in range(16)],
+}
+_NUMBERS = frozenset({"RichFloat", "RichDynamicFloat", "RichAbsPerc"})
+_POINTS = frozenset({"RichPosition", "RichDirection"})
+#: the types that MeshLab reads into the same kind of value, by the parameter's own type
+_ACCEPTED: Mapping[str, frozenset[str]] = {
+    **dict.fromkeys(_NUMBERS, _NUMBERS),
+    **dict.fromkeys(_POINTS, _POINTS),
+    "RichEnum": frozenset({"RichEnum", "RichInt"}),
+    "RichMesh": frozenset({"RichMesh", "RichInt"}),
+    "RichOpenFile": frozenset({"RichOpenFile", "RichString"}),
+    "RichSaveFile": frozenset({"RichSaveFile", "RichString"}),
+}
+#: the attributes that MeshLab needs to keep a parameter of that type, and whether each is a whole number
+_REQUIRED: Mapping[str, Mapping[str, bool]] = {
+    "RichDynamicFloat": {"min": False, "max": False},
+    "RichAbsPerc": {"min": False, "max": False},
+    "RichEnum": {"enum_cardinality": True},
+    "RichOpenFile": {"exts_cardinality": True},
+}
+#: names that types once had
+OLD_TYPES = frozenset({"RichPoint3f"})
+#: MeshLab allocates as many words as a script announces
+_MOST_CHOICES = 1000
+
+_WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_MOST_DIGITS = 400
+_SWITCH = dict.fromkeys(("true", "yes", "on", "1"), True) | dict.fromkeys(("false", "no", "off", "0"), False)
+
+
+def parse_value(parameter: Parameter, text: str) -> Any:
+    """The value that a text gives to a parameter, as a command line and the settings of a recipe write it.
+
+    "auto" where a number or a length may be automatic. Switches are true or false (also yes, no, on, off, 1, 0); lengths ``1%``,
+    ``0.5edge`` or mesh units; choices their word; points ``1,2,3``; colours ``255,128,0`` or with an opacity; matrices sixteen
+    numbers row by row.
+
+    Raises:
+        ParameterError: the text is no value of the parameter's kind, or lies outside its bounds.
+    """
+    plain = text.strip()
+    value: Any = text if isinstance(parameter, String) else plain
+    if isinstance(parameter, Bool):
+        value = _SWITCH.get(plain.lower(), text)
+    elif isinstance(parameter, Int | Mesh | Float):
+        value = _spelled(parameter, plain)
+    elif isinstance(parameter, Point | Color | Matrix):
+        numbers = [_or_text(parsed(part), part) for part in re.split(r"[,;\s]+", plain)]
+        value = _assembled(parameter, [*numbers, 255] if isinstance(parameter, Color) and len(numbers) == 3 else numbers)
+    return parameter.check(value)
+
+
+def parsed(text: str) -> float | None:
+    """The finite number that the text spells as MeshLab reads it, with blanks around it; None if it spells none."""
+    if len(text) > _MOST_DIGITS or _NUMBER.fullmatch(text.strip()) is None:
+        return None
+    number = float(text)
+    return number if math.isfinite(number) else None
+
+
+def number_text(number: float) -> str:
+    """The shortest text that reads back as the same number: 0.1, 10, 1e-05."""
+    return repr(float(number)).removesuffix(".0")
+
+
+def _or_text(number: float | None, text: str) -> float | str:
+    return text if number is None else number
+
+
+def _spelled(parameter: Parameter, text: str) -> float | str:
+    """The number that a text spells, whole where the parameter's are; else the text."""
+    if isinstance(parameter, Int | Mesh | Enum | Color):
+        return int(text) if _WHOLE.fullmatch(text) else text
+    return _or_text(parsed(text), text)
+
+
+def spelled(parameter: Parameter, attributes: Attributes) -> list[float | str]:
+    """The numbers of a ``<Param>``; a text in the place of each that is none or is missing."""
+    return [_spelled(parameter, attributes.get(name, "")) for name in _names(parameter)]
+
+
+def _names(parameter: Parameter) -> Sequence[str]:
+    return _ATTRIBUTES.get(parameter.xml_type, ("value",))
+
+
+def _assembled(parameter: Parameter, numbers: Sequence[Any]) -> Any:
+    """One value of its numbers; those of a matrix stand row by row."""
+    if isinstance(parameter, Matrix) and len(numbers) == 16:
+        return [numbers[i : i + 4] for i in range(0, 16, 4)]
+    return numbers if isinstance(parameter, Point | Color | Matrix) else numbers[0]
+
+
+def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Complaint]:
+    """Faults by which MeshLab cannot read the value: a type of another kind, or a missing attribute."""
+    written, wanted = attributes.get("type"), parameter.xml_type
+    dropped = "is missing; MeshLab would drop the parameter and take its default"
+    if written is None:
+        yield f"the attribute type {dropped}", wanted
+    elif written in OLD_TYPES:
+        yield f"type {written!r} is an old name", wanted
+    elif written not in _ACCEPTED.get(wanted, {wanted}):
+        yield f"has the type {wanted}, not {shortened(written)!r}; MeshLab would take 0 or the default", wanted
+    else:
+        for name, whole in _REQUIRED.get(written, {}).items():
+            text = attributes.get(name)
+            if text is None:
+                yield f"the attribute {name} {dropped}", None
+            elif not (_WHOLE.fullmatch(text) and 0 <= int(text) <= _MOST_CHOICES if whole else parsed(text) is not None):
+                needed = f"a whole number from 0 to {_MOST_CHOICES}" if whole else "a number"
+                yield f"the attribute {name} must be {needed}, got {shortened(text)!r}", None
+
+
+class _RefusedError(Exception):
+    """The value cannot be read; its arguments are the complaint."""
+
+
+def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str) -> tuple[Any, list[Complaint]]:
+    """The value that the attributes of a ``<Param>`` give to the parameter, and everything that is wrong with them."""
+    complaints = list(type_complaints(parameter, attributes))
+    try:
+        value = parameter.check(_read(parameter, attributes))
+        is_text = isinstance(parameter, String) and is_expression(filter_name, parameter.xml_name)
+        if is_text and (error := expression_error(value)):
+            raise _RefusedError(f"{shortened(value)!r} is no expression that MeshLab can evaluate: {error}", None)
+    except ParameterError as wrong:
+        return None, [*complaints, (str(wrong).removeprefix(f"parameter {parameter.name!r} "), None)]
+    except _RefusedError as wrong:
+        return None, [*complaints, wrong.args]
+    return value, complaints
+
+
+def _read(parameter: Parameter, attributes: Attributes) -> Any:
+    """The value that the attributes spell, which its parameter has to check."""
+    if isinstance(parameter, Shot):
+        words = "cannot be given in a script: MeshLab reads and writes no cameras there; leave the parameter out"
+        raise _RefusedError(words, None)
+    for name in _names(parameter):
+        if name not in attributes:
+            raise _RefusedError(f"the attribute {name} is missing", None)
+    text = attributes.get("value", "")
+    if isinstance(parameter, String):
+        return text
+    if isinstance(parameter, Bool):
+        if text not in ("true", "false"):
+            meant = {True: "true", False: "false"}.get(_SWITCH.get(text.strip().lower()))  # type: ignore[arg-type]
+            note = "; MeshLab would read it as true" if text.lower() == "false" else ""
+            raise _RefusedError(f"takes true or false in small letters, got {shortened(text)!r}{note}", meant)
+        return text == "true"
+    if isinstance(parameter, Enum):
+        return _read_choice(parameter, attributes)
+    if isinstance(parameter, Float) and "relative" in attributes:
+        raise _RefusedError("relative= belongs to lengths alone, and this parameter is a plain number", None)
+    numbers = spelled(parameter, attributes)
+    for number in numbers:
+        if isinstance(number, str):
+            mended = parsed(number.replace(",", "."))
+            likely = "" if mended is None else number_text(mended)
+            hint = None if isinstance(_spelled(parameter, likely), str) else likely
+            raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(number)!r}", hint)
+    if isinstance(parameter, Percentage):
+        return _read_length(float(numbers[0]), attributes.get("relative"))
+    return _assembled(parameter, numbers)
+
+
+def _read_length(amount: float, relative: str | None) -> Length:
+    if relative is None:
+        return Length(amount)
+    try:
+        length = Length.parse(relative)
+    except ParameterError:
+        raise _RefusedError(f"relative= takes a length such as 1% or 0.5edge, got {shortened(relative)!r}", None) from None
+    if length.unit == "absolute":
+        raise _RefusedError(f"relative= takes a length with a unit, got {shortened(relative)!r}", f"{relative}%")
+    return length
+
+
+def _read_choice(parameter: Enum, attributes: Attributes) -> str:
+    text, choices = attributes["value"], parameter.choices
+    allowed = "; ".join(f"{i}: {shortened(word)}" for i, word in enumerate(choices))
+    index = _spelled(parameter, text)
+    if isinstance(index, str) or not 0 <= index < len(choices):
+        hint = str(choices.index(text)) if text in choices else None
+        raise _RefusedError(f"takes the number of a choice ({allowed}), got {shortened(text)!r}", hint)
+    today = choices[int(index)]
+    word = attributes.get(f"enum_val{index}", today)
+    if word != today and word in choices:
+        said = f"says that {index} means {word!r}, but here it means {today!r}"
+        raise _RefusedError(f"{said}: the script was written for other choices ({allowed})", str(choices.index(word)))
+    return today
+
+
+def param_attributes(parameter: Parameter, value: Any, *, diagonal: float, mean_edge: float) -> dict[str, str]:
+    """The attributes of the ``<Param>`` that gives a checked value, in the order in which they are written."""
+    written = {"type": parameter.xml_type, "name": parameter.xml_name}
+    value = parameter.to_number(value)
+    if isinstance(parameter, Bool):
+        written["value"] = "true" if value else "false"
+    elif isinstance(parameter, Float):
+        written["value"] = number_text(value)
+        if parameter.minimum is not None and parameter.maximum is not None:
+            least = min(parameter.minimum, parameter.minimum if parameter.automatic is None else parameter.automatic)
+            written |= {"min": number_text(least), "max": number_text(parameter.maximum)}
+    elif isinstance(parameter, Percentage):
+        value = value if isinstance(value, Length) else Length(value)
+        amount = value.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
+        written |= {"value": number_text(amount), "min": number_text(min(0.0, amount)), "max": number_text(max(diagonal, amount))}
+        if value.unit != "absolute":
+            written["relative"] = f"{number_text(value.amount)}{'%' if value.unit == 'percent' else 'edge'}"
+    elif isinstance(parameter, Enum):
+        written |= {"value": str(parameter.choices.index(value)), "enum_cardinality": str(len(parameter.choices))}
+        written |= {f"enum_val{i}": word for i, word in enumerate(parameter.choices)}
+    elif isinstance(parameter, Point | Color | Matrix):
+        numbers = [x for row in value for x in row] if isinstance(parameter, Matrix) else value
+        written |= dict(zip(_names(parameter), map(number_text, numbers), strict=True))
+    else:
+        written["value"] = str(value)
+        if isinstance(parameter, FileOpen):
+            written["exts_cardinality"] = "0"
+    return written
