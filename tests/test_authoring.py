@@ -17,7 +17,7 @@ from pymeshfair.declaration import Length
 from pymeshfair.errors import ParameterError, UnknownNameError
 from pymeshfair.meshlab.errors import ScriptStepFailedError
 from pymeshfair.recipe import load_recipe
-from pymeshfair.running.errors import GuardBroken
+from pymeshfair.running.job import GuardBroken
 from pymeshfair.scripts import parse_script
 from tests.meshes import icosphere
 

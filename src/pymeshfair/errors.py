@@ -32,17 +32,12 @@ def hint(name: str, names: Collection[str], otherwise: str = "") -> str:
 
 
 class UnknownNameError(PymeshfairError, LookupError):
-    """A filter, parameter, choice or recipe of that name does not exist.
-
-    Attributes:
-        suggestion: the nearest name that does exist, or None.
-        cause: why a filter of that name is not there, if a plugin that declares it cannot be used; else None.
-    """
+    """A filter, parameter, choice or recipe of that name does not exist."""
 
     def __init__(self, message: str, *, suggestion: str | None = None, cause: str | None = None) -> None:
         super().__init__(message)
-        self.suggestion = suggestion
-        self.cause = cause
+        self.suggestion = suggestion  # the nearest name that does exist, or None
+        self.cause = cause  # why a filter of that name is not there, if a plugin that declares it cannot be used; else None
 
 
 class ParameterError(PymeshfairError, ValueError):
@@ -90,7 +85,7 @@ class Place:
 
     @classmethod
     def of_step(cls, step: int, total: int, filter: str, *, file: Path | None = None, line: int | None = None) -> Place:
-        """The place of a step; see the class."""
+        """The place of a step."""
         return cls(f"step {step} of {total}, {filter!r}", step, total, filter, file, line)
 
     def __str__(self) -> str:
@@ -100,14 +95,9 @@ class Place:
 
 
 class StepFailedError(RunError):
-    """A step failed: its filter refused the mesh or its parameters, or gave a result that no file may hold.
-
-    Attributes:
-        place: which step.
-        reason: the filter's own words.
-    """
+    """A step failed: its filter refused the mesh or its parameters, or gave a result that no file may hold."""
 
     def __init__(self, place: Place, reason: str) -> None:
         super().__init__(f"{place}: {reason}")
-        self.place = place
-        self.reason = reason
+        self.place = place  # which step
+        self.reason = reason  # the filter's own words

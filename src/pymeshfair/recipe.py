@@ -30,11 +30,7 @@ TASKS = ("clean", "denoise", "smooth", "repair", "prepare", "change the shape", 
 
 @dataclass(frozen=True)
 class RecipeInfo:
-    """The comment at the head of a recipe, taken apart.
-
-    The comment is a title on the first line and paragraphs, some of which begin with a word and a colon: ``Task:``, ``For:``,
-    ``Fits:``, ``Judged:``, ``Does:``, ``Tune:`` and ``Superseded:``. Any of them may be missing.
-    """
+    """The comment at the head of a recipe, taken apart: a title, and paragraphs that begin with one of `KEYWORDS`, if at all."""
 
     title: str = ""  # the first line
     purpose: str = ""  # for which scans the recipe is (``For:``)
@@ -99,10 +95,7 @@ class Recipe:
         return self.script.comment.partition("\n")[2].strip()
 
     def override(self, overrides: Sequence[str]) -> Recipe:
-        """The recipe with these values over its own, each ``NAME=VALUE`` or ``STEP.PARAM=VALUE``.
-
-        See `pymeshfair.scripts.changing.override`.
-        """
+        """The recipe with these values over its own, as `pymeshfair.scripts.changing.override` puts them."""
         return replace(self, script=override(self.script, overrides))
 
 
@@ -135,14 +128,11 @@ def shipped_heads() -> list[RecipeHead]:
 def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:
     """A shipped recipe by its name, or a script by its path; a path ends in ``.mlx`` or has a folder.
 
-    Recipes that are superseded are shipped too, without being listed; a run of one says what to take instead.
-
-    With `upgrade` a script of an older MeshLab is brought up to date as `pymeshfair.scripts.upgrade_script` does; the recipe's
-    `changes` say how.
+    Recipes that are superseded are shipped too, without being listed; a run of one says what to take instead. With `upgrade` a
+    script of an older MeshLab is brought up to date; the recipe's `changes` say how.
 
     Raises:
-        UnknownNameError: no recipe of that name is shipped, and there is no such file. Of one that was shipped once, it says what
-            to take instead.
+        UnknownNameError: no recipe of that name is shipped, and there is no such file.
         ScriptError: something in the script is wrong; lists every problem.
     """
     text = os.fspath(name_or_path)

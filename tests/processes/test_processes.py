@@ -19,8 +19,7 @@ from pymeshfair.processes.order import DefectError
 from pymeshfair.processes.pool import Pool
 from pymeshfair.processes.process import LostProcessError, Process
 from pymeshfair.processes.worker import use_up
-from pymeshfair.running.errors import RunTimeout, WorkerDied
-from pymeshfair.running.job import Job
+from pymeshfair.running.job import Job, RunTimeout, WorkerDied
 from pymeshfair.running.supervise import MODULES, run_job, workers_of_runs
 from tests.running.runs import BONE, CRASHES, SLOW, SMOOTH, Given, names_in, recipe_of
 

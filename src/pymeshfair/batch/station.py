@@ -22,9 +22,8 @@ from ..operating_system import this_system
 from ..processes.cluster import LostSchedulerError
 from ..processes.pool import Pool
 from ..processes.process import Items
-from ..running.errors import OutOfMemory, WorkerDied
 from ..running.interrupts import Interrupted
-from ..running.job import Job, RunResult
+from ..running.job import Job, OutOfMemory, RunResult, WorkerDied
 from ..running.supervise import run_job, workers_of_runs
 from .journal import Journal, Outcome, now
 from .page import draw, page_path

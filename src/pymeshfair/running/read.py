@@ -17,9 +17,8 @@ from ..registry import find_filter
 from ..scripts.guards import NO_GUARDS
 from ..scripts.script import Script, Step
 from .job import Event, Job, StepReport
-from .measuring import MeasuredMesh, measure
-from .plain_values import plain
-from .self_intersections import self_intersecting_apart
+from .measuring import MeasuredMesh, measure, self_intersecting_apart
+from .report import plain
 from .suitability import traits_of
 from .supervise import run_job
 

@@ -6,13 +6,14 @@ Every failure of the worker becomes an exception that says at which step it happ
 from __future__ import annotations
 
 import math
+import re
 import shutil
 import signal
 import time
 from collections import defaultdict, deque
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from functools import partial
 from pathlib import Path
@@ -33,12 +34,24 @@ from ..processes.process import Items, LostProcessError, Process
 from ..processes.worker import report as report_event
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
-from .errors import GuardBroken, OutOfMemory, RunTimeout, WorkerDied, WorkerError
 from .interrupts import Interrupted, Interrupts
-from .job import Compiling, Event, Job, Message, PhaseStarted, RunResult, StepProgress, StepStarted
+from .job import (
+    Compiling,
+    Event,
+    GuardBroken,
+    Job,
+    Message,
+    OutOfMemory,
+    PhaseStarted,
+    RunResult,
+    RunTimeout,
+    StepProgress,
+    StepStarted,
+    WorkerDied,
+    WorkerError,
+)
 from .origins import removed_path
 from .report import Report, record_of, result_of
-from .talk import parse_talk
 
 #: seconds between two looks at a silent worker
 _PULSE = 0.5
@@ -51,6 +64,44 @@ _TAIL_LINES = 60
 #: seconds that reading any file may take, compilation not among them, and bytes a second besides: ten times as long as the
 #: slowest format takes
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
+
+
+_MARK = "pymeshfair-step"
+_LOG = re.compile(r"LOG: (\d+) (.*?)\s*(?:\[ (\d{1,3})% \])?\s*")
+#: lines about nothing, and numbers that the values of the step have
+_NOTHING = re.compile(
+    r"(?:Successfully )?(?:removed|deleted|split|closed) 0 .*|Nothing done: .*"
+    r"|\|.*\||(?:Inertia Tensor is|Principal axes are|axis momenta are) :",
+    re.IGNORECASE,
+)
+
+
+def mark(step: int) -> bytes:
+    """The line on stderr after which MeshLab's lines belong to that step; 0 for none."""
+    return f"\n{_MARK} {step}\n".encode("ascii")
+
+
+@dataclass(frozen=True)
+class Talk:
+    """One line that a worker wrote to stderr."""
+
+    text: str  # what it says, without MeshLab's prefix; empty of MeshLab's lines that say that nothing was done, and of tensors
+    level: int | None = None  # of MeshLab's log (0 system, 1 warning, 2 filter, 3 debug); None if the line is not MeshLab's
+    fraction: float | None = None  # how far a filter is, from 0 to 1, if the line tells that and nothing else
+    step: int | None = None  # the step that begins here, if the line is a mark
+
+
+def parse_talk(line: str) -> Talk:
+    """Parse one line of stderr."""
+    words = line.split()
+    if len(words) == 2 and words[0] == _MARK and words[1].isdigit():
+        return Talk("", step=int(words[1]))
+    match = _LOG.fullmatch(line)
+    if match is None:
+        return Talk(line)
+    level, text, percent = match.groups()
+    text = "" if _NOTHING.fullmatch(text.strip()) else text.strip()
+    return Talk(text, int(level), None if percent is None else min(int(percent), 100) / 100)
 
 
 class Watch:
@@ -107,23 +158,15 @@ class Watch:
             self._load_seconds = _LOAD_SECONDS + path.stat().st_size / _LOAD_RATE if event.phase == "reading" else math.inf
             self._load_deadline = time.monotonic() + self._load_seconds
         elif isinstance(event, StepStarted):
-            self._last_step = self._place = self._step(event)
+            script = self._job.recipe.script
+            line = script.steps[event.index - 1].line
+            self._last_step = self._place = Place.of_step(event.index, event.total, event.filter, file=script.path, line=line)
             self._load_deadline = self._load_left = math.inf
+        elif isinstance(event, Compiling) and event.is_going_on:  # a slow machine needs minutes for it, in which nothing is read
+            self._load_left, self._load_deadline = self._load_deadline - time.monotonic(), math.inf
         elif isinstance(event, Compiling):
-            self._pause_load(event)
-        self._on_event(event)
-
-    def _pause_load(self, event: Compiling) -> None:
-        """Stop the time that reading has while filters are compiled, which a slow machine needs minutes for."""
-        if event.is_going_on:
-            self._load_left = self._load_deadline - time.monotonic()
-            self._load_deadline = math.inf
-        else:
             self._load_deadline = time.monotonic() + self._load_left
-
-    def _step(self, event: StepStarted) -> Place:
-        step = self._job.recipe.script.steps[event.index - 1]
-        return Place.of_step(event.index, event.total, event.filter, file=self._job.recipe.script.path, line=step.line)
+        self._on_event(event)
 
     def _hear(self, line: str) -> None:
         talk = parse_talk(line)
@@ -135,27 +178,25 @@ class Watch:
         else:
             self._tail.append(line)
             if talk.level is not None and talk.text:
-                (self._warned if talk.level == _WARNING else self._said)[self._speaker].append(talk.text)
+                is_warning = talk.level == _WARNING
+                (self._warned if is_warning else self._said)[self._speaker].append(talk.text)
                 if self._speaker:
-                    self._on_event(Message(talk.text, "warning" if talk.level == _WARNING else "info", self._speaker))
+                    self._on_event(Message(talk.text, "warning" if is_warning else "info", self._speaker))
 
     def _with_talk(self, report: Report, peak_memory: int | None) -> Report:
         """The report with what MeshLab said meanwhile."""
         warnings = [f"MeshLab says: {text}" for text in self._warned[0]]
         warnings += [f"step {n}: {text}" for n in sorted(self._warned) if n for text in self._warned[n]]
-        steps = (
-            replace(step, messages=(*self._said[number], *step.messages)) if self._said[number] else step
-            for number, step in enumerate(report.steps, 1)
-        )
-        return replace(report, steps=tuple(steps), warnings=(*report.warnings, *warnings), peak_memory=peak_memory)
+        steps = tuple(replace(step, messages=(*self._said[n], *step.messages)) for n, step in enumerate(report.steps, 1))
+        return replace(report, steps=steps, warnings=(*report.warnings, *warnings), peak_memory=peak_memory)
 
     def _death(self, status: int) -> RunError:
         if self._place.doing.startswith("writing") and self._disk_is_full():
             return OutputError(self._job.output, "the disk is full")
         is_crash = status != -getattr(signal, "SIGKILL", 0) and self._place.doing.startswith("reading")
         advice = "the file is probably damaged" if is_crash else ""
-        limit = self._job.memory_limit
-        return WorkerDied(self._place, status, "\n".join(self._tail), memory_limit=limit, advice=advice)
+        tail, limit = "\n".join(self._tail), self._job.memory_limit
+        return WorkerDied(self._place, status, tail, memory_limit=limit, advice=advice)
 
     def _failure(self, error: Exception, details: str) -> Exception:
         match error:
@@ -206,18 +247,14 @@ def run_job(
         on_event: called with each event, in this thread. An exception that it raises stops the run and is passed on.
         workers: lends the process that does the work; None starts one.
         work: does the work otherwise.
-        also: makes further files, which appear with the output or not at all. It is given the result while the output, its side
-            files and its provenance are still in the staging folder, all in one.
+        also: makes further files, which appear with the output or not at all; it is given the result as it is staged.
 
     Raises:
         ScriptError: a step needs layers or rasters that the run does not have.
         ParameterError: there are limits, but no measures are to be taken; or one has a unit, and that of the scan is not known.
-        InputError: the input, or another file, cannot be read.
-        OutputError: the output cannot or must not be written.
-        StepFailedError: a filter could not do its work.
-        WorkerDied: the worker process crashed or was killed.
-        GuardBroken: the result goes beyond a limit.
-        RunTimeout, OutOfMemory: the run needed more than it was given.
+        InputError, OutputError: a file cannot be read; the output cannot or must not be written.
+        StepFailedError, WorkerDied: a filter could not do its work, or ended the worker process.
+        GuardBroken, RunTimeout, OutOfMemory: the result goes beyond a limit, or the run needed more than it was given.
         KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.
     """
     started, clock = datetime.now(timezone.utc), time.monotonic()

@@ -1,4 +1,4 @@
-"""Scripts with other values, steps, tags and limits, and what differs between two of them.
+"""Scripts with other values or one more step, and what differs between two of them.
 
 A command line sets a setting, ``detail_size=4edge``, or a step's parameter, ``taubin.lambda=0.4``.
 """
@@ -12,9 +12,7 @@ from typing import Any
 from ..declaration import Filter
 from ..errors import ParameterError, UnknownNameError, hint, nearest
 from .expressions import check_expressions
-from .guards import ATTRIBUTES as LIMITS
-from .guards import Guards
-from .script import Script, Setting, Step, is_name
+from .script import Script, Setting, Step
 from .values import parse_value
 
 
@@ -117,30 +115,6 @@ def with_step(script: Script, declared: Filter, values: Mapping[str, Any]) -> Sc
             raise ParameterError(f"the recipe has another setting {new.name!r}, whose default is {there}")
     step = Step(declared, checked, settings={name: setting.name for name, setting in used.items()})
     return replace(script, steps=(*script.steps, step), settings=tuple(settings.values()))
-
-
-def with_tag(script: Script, index: int, name: str) -> Script:
-    """The script with a tag on the step of that index."""
-    check_name(name, "a tag")
-    steps = list(script.steps)
-    if not -len(steps) <= index < len(steps):
-        raise ParameterError(f"there is no step {index}; the recipe has {len(steps)}")
-    steps[index] = replace(steps[index], tag=name)
-    return script.with_steps(steps)
-
-
-def with_limits(script: Script, limits: Mapping[str, str]) -> Script:
-    """The script with these limits over its own."""
-    for name in limits:
-        if name not in LIMITS:
-            raise ParameterError(f"there is no limit {name!r}; {hint(name, LIMITS)}")
-    return replace(script, guards=script.guards.overridden(Guards.parse(limits)))
-
-
-def check_name(name: str, of_what: str) -> None:
-    """Check that a setting or a tag can be called so; the message begins with `of_what`."""
-    if not is_name(name):
-        raise ParameterError(f"{of_what} takes letters, digits and underscores, got {name!r}")
 
 
 def differences(first: Script, second: Script) -> Iterator[str]:

@@ -8,8 +8,9 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from ..declaration import Filter, String
+from ..declaration import Filter, Parameter, String
 from ..errors import ParameterError
+from .script import shortened
 
 #: muParser's functions as MeshLab registers them, with the fewest and the most arguments
 FUNCTIONS: dict[str, tuple[int, int | None]] = {
@@ -39,12 +40,16 @@ def is_expression(filter_name: str, parameter_name: str) -> bool:
 def check_expressions(declared: Filter, values: Mapping[str, Any]) -> None:
     """Check the values of a filter, by Python parameter name, that are expressions."""
     for parameter in declared.parameters:
-        if parameter.name in values and isinstance(parameter, String) and is_expression(declared.python_name, parameter.xml_name):
-            text = values[parameter.name]
-            if (error := expression_error(text)) is not None:
-                raise ParameterError(
-                    f"parameter {parameter.name!r}: {text!r} is no expression that MeshLab can evaluate: {error}"
-                )
+        if parameter.name in values:
+            check_expression(declared.python_name, parameter, values[parameter.name])
+
+
+def check_expression(filter_name: str, parameter: Parameter, text: Any) -> None:
+    """Check the value of a parameter if it is an expression."""
+    is_one = isinstance(parameter, String) and is_expression(filter_name, parameter.xml_name)
+    if is_one and (error := expression_error(text)) is not None:
+        words = f"{shortened(text)!r} is no expression that MeshLab can evaluate: {error}"
+        raise ParameterError(f"parameter {parameter.name!r}: {words}")
 
 
 def expression_error(text: str) -> str | None:

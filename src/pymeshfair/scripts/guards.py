@@ -15,12 +15,8 @@ from ..errors import ParameterError, hint
 #: the requirements on a result, and whether each takes a number
 REQUIREMENTS = dict.fromkeys(("watertight", "manifold", "oriented", "printable"), False) | {"components": True, "genus": True}
 #: the attributes of ``<FilterScript>`` that set guards, by the names of the fields of `Guards`
-ATTRIBUTES = {
-    "max_displacement": "maxDisplacement",
-    "max_volume_change": "maxVolumeChange",
-    "require": "require",
-    "keep_sharp": "keepSharp",
-}
+ATTRIBUTES = {"max_displacement": "maxDisplacement", "max_volume_change": "maxVolumeChange"}
+ATTRIBUTES |= {"require": "require", "keep_sharp": "keepSharp"}
 _PERCENT = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%?")
 
 
@@ -43,17 +39,21 @@ class Guards:
 
     @classmethod
     def parse(cls, texts: Mapping[str, str]) -> Guards:
-        """The guards that texts spell, by the names of the fields.
-
-        Raises:
-            ParameterError: a text that is none of what its guard takes; the message names the guard.
-        """
+        """The guards that texts spell, by the names of the fields; raise `ParameterError` for other names and texts."""
+        for name in texts.keys() - ATTRIBUTES.keys():
+            raise ParameterError(f"there is no limit {name!r}; {hint(name, ATTRIBUTES)}")
         readers: Mapping[str, Callable[[str, str], Any]] = {"max_displacement": _length, "require": _requirements}
         return cls(**{name: readers.get(name, _percent)(name, text) for name, text in texts.items()})
 
     def texts(self) -> dict[str, str]:
         """The texts that `parse` reads, of the guards that are set."""
-        return {name: _text(limit) for name, limit in self._limits.items()}
+
+        def text(limit: Any) -> str:
+            if isinstance(limit, tuple):
+                return ",".join(word if number is None else f"{word}={number}" for word, number in limit)
+            return str(limit) if isinstance(limit, Length) else f"{limit!r}%"
+
+        return {name: text(limit) for name, limit in self._limits.items()}
 
     def overridden(self, others: Guards) -> Guards:
         """These guards with the ones that `others` sets in their places."""
@@ -82,12 +82,6 @@ def refuse_unmeasured(guards: Guards) -> None:
             f"limits need measures: {named}; leave out --no-measures (measures=False), or the limits (those of a recipe are "
             "attributes of its <FilterScript>)"
         )
-
-
-def _text(limit: Any) -> str:
-    if isinstance(limit, tuple):
-        return ",".join(word if number is None else f"{word}={number}" for word, number in limit)
-    return str(limit) if isinstance(limit, Length) else f"{limit!r}%"
 
 
 def _length(name: str, text: str) -> Length:

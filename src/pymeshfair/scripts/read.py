@@ -22,8 +22,8 @@ from ..meshlab.former import former_filter, former_parameters
 from ..registry import find_filter
 from .guards import ATTRIBUTES as GUARDS
 from .guards import NO_GUARDS, Guards
-from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Setting, Step, clean_comment, is_name, shortened
-from .suggestions import close_spelling, former_parameter_hint, gone, invented, renamed, same_but_case, suggested_filter
+from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Setting, Step, checked_name, clean_comment, shortened
+from .suggestions import about_former, close_spelling, former_parameter_hint, same_but_case, suggested_filter
 from .values import Complaint, parse_value, read_value
 
 #: So many problems of a script are listed at most; so many usually have one cause.
@@ -253,10 +253,11 @@ class _Reader:
         elif unknown:
             words = f"<setting> has no attribute {shortened(unknown[0])!r}; {takes}"
             self._problem(words, nearest(unknown[0], SETTING_ATTRIBUTES))
-        elif not is_name(attributes["name"]):
-            self._problem(f"<setting> has the name {shortened(attributes['name'])!r}; it takes letters, digits and underscores")
         else:
-            self._read.settings.append(Setting(**attributes, line=line))
+            try:
+                self._read.settings.append(Setting(**attributes, line=line))
+            except ParameterError as error:
+                self._problem(str(error))
 
 
 # ---------------------------------------------------------------------------------------------------- from elements to steps
@@ -305,9 +306,10 @@ def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Ste
         message = "that is the filter's name in Python; scripts use the one in MeshLab's menus"
         return None, [complain(message=message, line=line, suggestion=declared.name)]
     problems: list[Problem] = []
-    if element.tag and not is_name(element.tag):
-        words = f"the tag {shortened(element.tag)!r} takes letters, digits and underscores"
-        problems.append(complain(message=words, line=line))
+    try:
+        checked_name(element.tag or "none", "a tag")
+    except ParameterError as error:
+        problems.append(complain(message=str(error), line=line))
     values: dict[str, Any] = {}
     for param in element.params:
         of_param = partial(complain, line=param.line, parameter=param.attributes.get("name"))
@@ -323,9 +325,7 @@ def _unknown(name: str, cause: str | None) -> Complaint:
     if former is None:
         why = f": {cause}" if cause else ""
         return f"there is no filter of that name{why}", None if cause else same_but_case(name) or suggested_filter(name)
-    if former.now is None:
-        return gone(former), None
-    return (invented(former) if former.invented else renamed(former)), former.now
+    return about_former(former), former.now
 
 
 def _add_param(declared: Filter, param: ParamElement, values: dict[str, Any]) -> list[Complaint]:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from ..declaration import Filter, Length
-from ..errors import PymeshfairError
+from ..errors import ParameterError, PymeshfairError
 from ..registry import find_filter
 from .guards import NO_GUARDS, Guards
 
@@ -83,9 +83,11 @@ def shortened(text: str) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def is_name(text: str) -> bool:
-    """Whether the text can name a setting or tag a step: letters, digits and underscores, a letter first."""
-    return re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,79}", text) is not None
+def checked_name(name: str, of_what: str) -> str:
+    """The name of a setting or the tag of a step: letters, digits and underscores, a letter first."""
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,79}", name):
+        raise ParameterError(f"{of_what} takes letters, digits and underscores, got {shortened(name)!r}")
+    return name
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,9 @@ class Setting:
     unit: str = ""  # in which it is, or what kind of value it is, for readers; may be empty
     description: str = ""  # its effect; may be empty
     line: int | None = field(default=None, compare=False)  # where it stands in its file, counted from 1; None without a file
+
+    def __post_init__(self) -> None:
+        checked_name(self.name, "the name of a setting")
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,9 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bo
     aged, always_current, current = False, set[int | None](), _CurrentLayer()
     for element in document.filters:
         former = former_filter(element.name or "")
-        aged = aged or _is_old(element, former)
+        # Only an older MeshLab can have written some elements.
+        aged |= element.kind == "xmlfilter" or (former is not None and not former.invented)
+        aged |= any(p.attributes.get("type") in OLD_TYPES for p in element.params)
         values = {p.attributes.get("name", ""): p.attributes.get("value", "") for p in element.params}
         if current.is_asked_for(element, values):
             what = "left out: in a run of one mesh file the layer that it selects is already current today"
@@ -82,12 +84,6 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bo
     return Upgrade(script, tuple(sorted([*changes, *of_steps], key=lambda change: change.line)))
 
 
-def _is_old(element: FilterElement, former: Former | None) -> bool:
-    """Whether only an older MeshLab can have written the element."""
-    old_types = any(p.attributes.get("type") in OLD_TYPES for p in element.params)
-    return element.kind == "xmlfilter" or old_types or (former is not None and not former.invented)
-
-
 # ----------------------------------------------------------------------------------------------------------- one element
 
 
@@ -96,23 +92,27 @@ def _upgraded(element: FilterElement, values: Attributes, *, mend: bool) -> tupl
     name = element.name
     if name is None:
         return element, []
-    note = partial(Change, line=element.line, filter=name)
-    former, today = _today(name, values)
-    if former is not None and former.idle:
-        return None, [note(what="left out, as it never changed a mesh")]
-    if today is None:
-        return element, []
+    note, former = partial(Change, line=element.line, filter=name), None
+    try:
+        today = find_filter(name)
+    except UnknownNameError:
+        former = former_filter(name)
+        if former is not None and former.idle:
+            return None, [note(what="left out, as it never changed a mesh")]
+        called = same_but_case(name) if former is None else former.today(values)
+        if called is None:
+            return element, []
+        today = find_filter(called)
     changes: list[Change] = []
     if element.kind == "xmlfilter":
         changes.append(note(what="is written as <filter>, with the types of its parameters"))
+    facts = [former_parameters(today.name)] if former is None else [former, former_parameters(today.name)]
     sets = {} if former is None else former.sets
     if today.name != name:
-        meaning = "" if former is None else former.note
-        if former is not None and former.invented and not meaning:
-            meaning = "no MeshLab has had a filter of that name"
+        invented = "no MeshLab has had a filter of that name" if facts[0].invented else ""
         added = "".join(f", with {parameter}={text}" for parameter, text in sets.items())
+        meaning = "" if former is None else former.note or invented
         changes.append(note(what=f"is {today.name!r} now{added}", meaning=meaning))
-    facts = [f for f in (former, former_parameters(today.name)) if f is not None]
     params, of_params = _upgraded_params(element, today, facts, mend=mend)
     declared, written = {p.xml_name: p for p in today.parameters}, {p.attributes.get("name") for p in params}
     for parameter, text in sets.items():
@@ -120,16 +120,6 @@ def _upgraded(element: FilterElement, values: Attributes, *, mend: bool) -> tupl
             attributes = {"type": declared[parameter].xml_type, "name": parameter, "value": text}
             params.append(_typed(declared[parameter], attributes, element.line))
     return replace(element, kind="filter", name=today.name, params=params), changes + of_params
-
-
-def _today(name: str, values: Attributes) -> tuple[Former | None, Filter | None]:
-    """The facts about a former name, and the filter that it means today with these values."""
-    try:
-        return None, find_filter(name)
-    except UnknownNameError:
-        former = former_filter(name)
-    today = same_but_case(name) if former is None else former.today(values)
-    return former, None if today is None else find_filter(today)
 
 
 def _upgraded_params(

@@ -25,7 +25,7 @@ from ..declaration import (
     String,
 )
 from ..errors import ParameterError
-from .expressions import expression_error, is_expression
+from .expressions import check_expression
 from .script import shortened
 
 Attributes = Mapping[str, str]
@@ -158,11 +158,9 @@ def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str
     complaints = list(type_complaints(parameter, attributes))
     try:
         value = parameter.check(_read(parameter, attributes))
-        is_text = isinstance(parameter, String) and is_expression(filter_name, parameter.xml_name)
-        if is_text and (error := expression_error(value)):
-            raise _RefusedError(f"{shortened(value)!r} is no expression that MeshLab can evaluate: {error}", None)
+        check_expression(filter_name, parameter, value)
     except ParameterError as wrong:
-        return None, [*complaints, (str(wrong).removeprefix(f"parameter {parameter.name!r} "), None)]
+        return None, [*complaints, (str(wrong).removeprefix(f"parameter {parameter.name!r}").lstrip(": "), None)]
     except _RefusedError as wrong:
         return None, [*complaints, wrong.args]
     return value, complaints

@@ -28,9 +28,8 @@ from ..processes.cluster import LostSchedulerError, Scheduler, check_workers, co
 from ..processes.order import Answer, DefectError, answer
 from ..processes.pool import Pool
 from ..processes.process import Items, LostProcessError
-from ..running.errors import RunTimeout
 from ..running.interrupts import Interrupted
-from ..running.job import Job
+from ..running.job import Job, RunTimeout
 from .memory import Budget
 
 _JOURNAL = "journal"
