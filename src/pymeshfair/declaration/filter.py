@@ -19,47 +19,20 @@ from .parameters import Enum, Mesh, Parameter
 class FilterClass(enum.IntFlag):
     """The menus of MeshLab that a filter appears in, with MeshLab's own bits."""
 
-    SELECTION = 0x1
-    CLEANING = 0x2
-    REMESHING = 0x4
-    FACE_COLORING = 0x8
-    VERTEX_COLORING = 0x10
-    MESH_COLORING = 0x20
-    MESH_CREATION = 0x40
-    SMOOTHING = 0x80
-    QUALITY = 0x100
-    LAYER = 0x200
-    RASTER_LAYER = 0x400
-    NORMAL = 0x800
-    SAMPLING = 0x1000
-    TEXTURE = 0x2000
-    RANGE_MAP = 0x4000
-    POINT_SET = 0x8000
-    MEASURE = 0x10000
-    POLYGONAL = 0x20000
-    CAMERA = 0x40000
-    OTHER = 0x80000
+    SELECTION, CLEANING, REMESHING, FACE_COLORING = 0x1, 0x2, 0x4, 0x8
+    VERTEX_COLORING, MESH_COLORING, MESH_CREATION, SMOOTHING = 0x10, 0x20, 0x40, 0x80
+    QUALITY, LAYER, RASTER_LAYER, NORMAL = 0x100, 0x200, 0x400, 0x800
+    SAMPLING, TEXTURE, RANGE_MAP, POINT_SET = 0x1000, 0x2000, 0x4000, 0x8000
+    MEASURE, POLYGONAL, CAMERA, OTHER = 0x10000, 0x20000, 0x40000, 0x80000
 
 
 class MeshElement(enum.IntFlag):
     """Parts of a mesh that a filter needs or changes, with the bits of MeshLab's ``MeshModel::MeshElement``."""
 
     NONE = 0
-    VERTCOORD = 0x1
-    VERTNORMAL = 0x2
-    VERTFLAG = 0x4
-    VERTCOLOR = 0x8
-    VERTQUALITY = 0x10
-    VERTNUMBER = 0x800
-    FACEVERT = 0x1000
-    FACENORMAL = 0x2000
-    FACEFLAG = 0x4000
-    FACECOLOR = 0x8000
-    FACEQUALITY = 0x10000
-    FACENUMBER = 0x80000
-    WEDGTEXCOORD = 0x200000
-    VERTFLAGSELECT = 0x1000000
-    FACEFLAGSELECT = 0x2000000
+    VERTCOORD, VERTNORMAL, VERTFLAG, VERTCOLOR, VERTQUALITY, VERTNUMBER = 0x1, 0x2, 0x4, 0x8, 0x10, 0x800
+    FACEVERT, FACENORMAL, FACEFLAG, FACECOLOR, FACEQUALITY, FACENUMBER = 0x1000, 0x2000, 0x4000, 0x8000, 0x10000, 0x80000
+    WEDGTEXCOORD, VERTFLAGSELECT, FACEFLAGSELECT = 0x200000, 0x1000000, 0x2000000
     #: the edges of polylines; MeshLab has no bit for them and does not use this one
     EDGENUMBER = 0x4000000
 
@@ -67,10 +40,7 @@ class MeshElement(enum.IntFlag):
 class Arity(enum.IntEnum):
     """The number of layers that a filter reads, with MeshLab's numbers."""
 
-    NONE = 0
-    SINGLE_MESH = 1
-    FIXED = 2
-    VARIABLE = 3
+    NONE, SINGLE_MESH, FIXED, VARIABLE = 0, 1, 2, 3
 
 
 @dataclass(frozen=True)

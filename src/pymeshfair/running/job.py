@@ -82,11 +82,7 @@ class Job:
         return (f"the recipe is for scans in {meant}, and this one is in {unit}: its plain numbers mean {unit}",)
 
     def check_unit(self) -> None:
-        """Refuse a length with a unit where nothing says that of the scan, as far as that is known before the file is read.
-
-        Raises:
-            ParameterError: there is such a limit, or `unit` is none of `METRES`.
-        """
+        """Refuse a length with a unit where nothing says that of the scan, as far as that is known before the file is read."""
         unit, kind = self.unit_of(None), READABLE.get(extension(self.input))
         if kind is None or not kind.has_unit:
             self.lengths_in(unit)
@@ -94,9 +90,6 @@ class Job:
     def lengths_in(self, unit: str | None) -> tuple[Guards, Length]:
         """The limits, and the tolerance of the map, on a scan in that unit."""
         return self.all_guards.in_mesh_units(unit), (self.map_tolerance or Length(0.0)).in_mesh_units(unit)
-
-
-# ------------------------------------------------------------------------------------------------------------------- events
 
 
 @dataclass(frozen=True)
@@ -153,9 +146,6 @@ class Compiling:
 Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Message | Compiling
 
 
-# ------------------------------------------------------------------------------------------------------------------- result
-
-
 @dataclass(frozen=True)
 class StepReport:
     """The report of one step."""
@@ -202,9 +192,6 @@ class RunResult:
     def record(self) -> dict[str, Any]:
         """The provenance document, read from its file; empty if that is gone."""
         return read_provenance(self.output) or {}
-
-
-# ----------------------------------------------------------------------------------------------------------------- failures
 
 
 class PlacedError(RunError):

@@ -49,14 +49,10 @@ class ReadMesh:
 def read_mesh(
     path: Path, *, self_intersections: bool | None = False, allow_outside: bool = False, unchecked: bool = False
 ) -> ReadMesh:
-    """Read and measure a mesh file.
+    """Read and measure a mesh file, which may be `allow_outside` and `unchecked` as that of a `Job`.
 
-    Args:
-        path: the file.
-        self_intersections: whether to find the faces that cut others, too, with MeshLab in a process of its own. If it crashes
-            over that a warning says so. None: in meshes of at most `MOST_CUTS` vertices.
-        allow_outside: see `pymeshfair.running.job.Job`.
-        unchecked: see there; MeshLab reads such a file in a process of its own.
+    With `self_intersections` the faces that cut others are found, too, by MeshLab in a process of its own; if it crashes over
+    that a warning says so. None: in meshes of at most `MOST_CUTS` vertices.
 
     Raises:
         InputError: it cannot be read.
@@ -77,9 +73,7 @@ def read_mesh(
     except FilterInputError as error:
         raise InputError(path, "it has coordinates that are not finite") from error
     cuts = None
-    if self_intersections is None:
-        self_intersections = len(reading.mesh.vertices) <= MOST_CUTS
-    if self_intersections:
+    if self_intersections or (self_intersections is None and len(reading.mesh.vertices) <= MOST_CUTS):
         try:
             cuts = self_intersecting_apart(reading.mesh)
         except RunError:

@@ -159,8 +159,6 @@ class Session:
 
         return load_unchecked(path, self._stage / "meshlab")
 
-    # --------------------------------------------------------------------------------------------------------------- steps
-
     def _carried_out(self, earlier: Earlier) -> tuple[StepReport, ...]:
         """Carry out the steps, but for the first ones that were carried out earlier."""
         state, done = earlier.longest(self._steps)
@@ -221,8 +219,6 @@ class Session:
         if self._number and abs(fraction - self._told) >= _SMALLEST_PROGRESS:
             self._told = fraction
             self._event(StepProgress(self._number, min(max(fraction, 0.0), 1.0)))
-
-    # ------------------------------------------------------------------------------------------------------------- writing
 
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
         """Write the files to the staging folder, unless a limit is broken; the report for the supervisor."""

@@ -118,8 +118,7 @@ class Watch:
         self._speaker = 0
         self._load_seconds = 0.0
         self._load_deadline = self._load_left = math.inf
-        self._said: defaultdict[int, list[str]] = defaultdict(list)
-        self._warned: defaultdict[int, list[str]] = defaultdict(list)
+        self._heard: defaultdict[tuple[int, bool], list[str]] = defaultdict(list)  # by step, warnings or not
         self._tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
     def until_done(self, order: Order, started: float) -> Report:
@@ -179,16 +178,19 @@ class Watch:
             self._tail.append(line)
             if talk.level is not None and talk.text:
                 is_warning = talk.level == _WARNING
-                (self._warned if is_warning else self._said)[self._speaker].append(talk.text)
+                self._heard[self._speaker, is_warning].append(talk.text)
                 if self._speaker:
                     self._on_event(Message(talk.text, "warning" if is_warning else "info", self._speaker))
 
     def _with_talk(self, report: Report, peak_memory: int | None) -> Report:
         """The report with what MeshLab said meanwhile."""
-        warnings = [f"MeshLab says: {text}" for text in self._warned[0]]
-        warnings += [f"step {n}: {text}" for n in sorted(self._warned) if n for text in self._warned[n]]
-        steps = tuple(replace(step, messages=(*self._said[n], *step.messages)) for n, step in enumerate(report.steps, 1))
-        return replace(report, steps=steps, warnings=(*report.warnings, *warnings), peak_memory=peak_memory)
+        said = [
+            [text for speaker, warns, text in self._heard if speaker == n and not warns] for n in range(len(report.steps) + 1)
+        ]
+        steps = tuple(replace(step, messages=(*said[n], *step.messages)) for n, step in enumerate(report.steps, 1))
+        told = sorted((heard for heard in self._heard if heard[1]), key=lambda heard: heard[0])
+        warnings = [f"step {n}: {text}" if n else f"MeshLab says: {text}" for n, _, text in told]
+        return replace(report, steps=tuple(steps), warnings=(*report.warnings, *warnings), peak_memory=peak_memory)
 
     def _death(self, status: int) -> RunError:
         if self._place.doing.startswith("writing") and self._disk_is_full():

@@ -22,10 +22,6 @@ def override(script: Script, overrides: Sequence[str]) -> Script:
     Each is written ``NAME=VALUE``, where NAME is a setting of the recipe, or ``STEP.PARAM=VALUE``. STEP is the tag of one step or
     several, a number, counted from 1, or a filter's Python or MeshLab name, or a part of one that fits a single step. PARAM is a
     parameter's name in Python or in scripts. How VALUE is written depends on the parameter: see `parse_value`.
-
-    Raises:
-        UnknownNameError: no setting, step or parameter is called so, or several steps are.
-        ParameterError: the text has another form, or the value is not allowed.
     """
     for text in overrides:
         place, equals, value = text.partition("=")

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..declaration import Length
-from ..declaration.units import parse_length
 from ..errors import ParameterError, hint
 
 #: the requirements on a result, and whether each takes a number
@@ -85,7 +84,7 @@ def refuse_unmeasured(guards: Guards) -> None:
 
 
 def _length(name: str, text: str) -> Length:
-    length = parse_length(text)
+    length = Length.parse(text)
     if length.amount < 0.0:
         raise ParameterError(f"{name} {text!r} is below 0")
     return length

@@ -75,11 +75,7 @@ class Document:
 
 
 def read_script(path: str | Path) -> Script:
-    """The script in a file.
-
-    Raises:
-        ScriptError: the file cannot be read or its contents are wrong; lists every problem.
-    """
+    """The script in a file; raise `ScriptError`, which lists every problem, if it cannot be read or its contents are wrong."""
     return parse_script(read_bytes(path), str(path), path=Path(path))
 
 
@@ -97,20 +93,13 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def parse_script(data: bytes, name: str, *, path: Path | None = None) -> Script:
-    """The script in the bytes of an .mlx file; `name` stands for the file in messages.
-
-    Raises:
-        ScriptError: something is wrong; lists every problem.
-    """
+    """The script in the bytes of an .mlx file, as by `read_script`; `name` stands for the file in messages."""
     return build_script(parse_document(data, name), path)
 
 
 def parse_document(data: bytes, name: str) -> Document:
     """The elements in the bytes of an .mlx file."""
     return _Reader(name).read(data)
-
-
-# ---------------------------------------------------------------------------------------------------- from bytes to elements
 
 
 class _EndedError(Exception):
@@ -260,15 +249,8 @@ class _Reader:
                 self._problem(str(error))
 
 
-# ---------------------------------------------------------------------------------------------------- from elements to steps
-
-
 def build_script(document: Document, path: Path | None = None) -> Script:
-    """The script that the elements make.
-
-    Raises:
-        ScriptError: something is wrong; lists every problem.
-    """
+    """The script that the elements make; raise `ScriptError` if something is wrong with them."""
     problems, steps = list(document.problems), list[Step]()
     for element in document.filters:
         step, wrong = _step(element, partial(Problem, file=document.name, filter=element.name))

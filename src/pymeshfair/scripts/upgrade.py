@@ -44,12 +44,9 @@ class Upgrade:
 
 
 def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bool = False) -> Upgrade:
-    """The upgraded script in the bytes of an .mlx file; `name` stands for the file in messages.
+    """The upgraded script in the bytes of an .mlx file, as by `parse_script`.
 
     A value without a type, which every MeshLab ignores, is left out; with `mend` it is kept.
-
-    Raises:
-        ScriptError: something is wrong that no upgrade cures; lists every problem.
     """
     changes: list[Change] = []
     # blanks in the place of the second, so that all else stays in its place
@@ -82,9 +79,6 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bo
     names = {element.line: element.name or "" for element in document.filters}
     script, of_steps = _upgraded_steps(script, names, aged, always_current)
     return Upgrade(script, tuple(sorted([*changes, *of_steps], key=lambda change: change.line)))
-
-
-# ----------------------------------------------------------------------------------------------------------- one element
 
 
 def _upgraded(element: FilterElement, values: Attributes, *, mend: bool) -> tuple[FilterElement | None, list[Change]]:

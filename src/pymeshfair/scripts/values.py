@@ -34,20 +34,18 @@ Complaint = tuple[str, "str | None"]
 
 #: the attributes that have the numbers of a value, by the type of the parameter; of all others ``value``
 _ATTRIBUTES: Mapping[str, Sequence[str]] = {
-    **dict.fromkeys(("RichPosition", "RichDirection"), "xyz"),
+    "RichPosition": "xyz",
+    "RichDirection": "xyz",
     "RichColor": "rgba",
     "RichMatrix44f": [f"val{i}" for i in range(16)],
 }
-_NUMBERS = frozenset({"RichFloat", "RichDynamicFloat", "RichAbsPerc"})
-_POINTS = frozenset({"RichPosition", "RichDirection"})
+_NUMBERS, _POINTS = ("RichFloat", "RichDynamicFloat", "RichAbsPerc"), ("RichPosition", "RichDirection")
 #: the types that MeshLab reads into the same kind of value, by the parameter's own type
-_ACCEPTED: Mapping[str, frozenset[str]] = {
+_ACCEPTED: Mapping[str, Sequence[str]] = {
     **dict.fromkeys(_NUMBERS, _NUMBERS),
     **dict.fromkeys(_POINTS, _POINTS),
-    "RichEnum": frozenset({"RichEnum", "RichInt"}),
-    "RichMesh": frozenset({"RichMesh", "RichInt"}),
-    "RichOpenFile": frozenset({"RichOpenFile", "RichString"}),
-    "RichSaveFile": frozenset({"RichSaveFile", "RichString"}),
+    **{name: (name, "RichInt") for name in ("RichEnum", "RichMesh")},
+    **{name: (name, "RichString") for name in ("RichOpenFile", "RichSaveFile")},
 }
 #: the attributes that MeshLab needs to keep a parameter of that type, and whether each is a whole number
 _REQUIRED: Mapping[str, Mapping[str, bool]] = {
@@ -73,9 +71,6 @@ def parse_value(parameter: Parameter, text: str) -> Any:
     "auto" where a number or a length may be automatic. Switches are true or false (also yes, no, on, off, 1, 0); lengths ``1%``,
     ``0.5edge`` or mesh units; choices their word; points ``1,2,3``; colours ``255,128,0`` or with an opacity; matrices sixteen
     numbers row by row.
-
-    Raises:
-        ParameterError: the text is no value of the parameter's kind, or lies outside its bounds.
     """
     plain = text.strip()
     value: Any = text if isinstance(parameter, String) else plain
@@ -137,7 +132,7 @@ def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Co
         yield f"the attribute type {dropped}", wanted
     elif written in OLD_TYPES:
         yield f"type {written!r} is an old name", wanted
-    elif written not in _ACCEPTED.get(wanted, {wanted}):
+    elif written not in _ACCEPTED.get(wanted, (wanted,)):
         yield f"has the type {wanted}, not {shortened(written)!r}; MeshLab would take 0 or the default", wanted
     else:
         for name, whole in _REQUIRED.get(written, {}).items():

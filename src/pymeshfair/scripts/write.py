@@ -43,11 +43,7 @@ def format_script(
         diagonal: bounding-box diagonal of the mesh that the absolute values next to ``relative=`` are meant for; pymeshfair
             reads the relative value, MeshLab the absolute one.
         mean_edge: mean edge length of that mesh.
-        known_mesh: write default lengths too. Without it MeshLab takes its own on the mesh that a step meets, as it does when
-            a script does not give them.
-
-    Raises:
-        PymeshfairError: a text holds what XML cannot, such as a control character.
+        known_mesh: write default lengths too; without it MeshLab takes its own on the mesh that a step meets.
     """
     text = "".join(f"{line}\n" for line in _lines(script.with_defaults(lengths=known_mesh), diagonal, mean_edge))
     if bad := _UNWRITABLE.search(text):
@@ -93,24 +89,11 @@ def _quoted(text: str) -> str:
 
 
 def write_script(
-    script: Script,
-    path: str | Path,
-    *,
-    diagonal: float = NOMINAL_DIAGONAL,
-    mean_edge: float = NOMINAL_EDGE,
-    overwrite: bool = False,
+    script: Script, path: Path, *, diagonal: float = NOMINAL_DIAGONAL, mean_edge: float = NOMINAL_EDGE, overwrite: bool = False
 ) -> None:
-    """Write the script as `format_script` does; the file appears whole or not at all.
-
-    With `overwrite` an existing file is replaced if its name ends with .mlx.
-
-    Raises:
-        OutputError: it cannot or must not be written; what was at `path` before is untouched.
-        PymeshfairError: a text holds what XML cannot.
-    """
-    target = Path(path)
+    """Write the script as `format_script` does; with `overwrite` even in place of a file, whose name must end with .mlx."""
     text = format_script(script, diagonal=diagonal, mean_edge=mean_edge)
-    write_file(target, text.encode("utf-8"), overwrite=overwrite and extension(target) == "mlx")
+    write_file(path, text.encode("utf-8"), overwrite=overwrite and extension(path) == "mlx")
 
 
 @dataclass(frozen=True)
@@ -130,16 +113,11 @@ def export_script(
     A filter of a plugin is replaced where it declares that one of MeshLab's does the same. Settings, tags, limits and the
     unit, which mean nothing there, are left out.
 
-    Args:
-        script: the steps.
-        mesh: the mesh that the script is for. Without it relative lengths cannot be mesh units, and a script that has any is
-            refused, as is one with a filter that has an equal on closed meshes alone.
-        lengths: by step, lengths in mesh units by Python parameter name, in place of relative ones; what is not there is
-            relative to `mesh`.
+    Without the mesh that it is for, a script is refused that has relative lengths, or a filter that has an equal on closed meshes
+    alone. `lengths` has by step lengths in mesh units by Python parameter name, in place of those that are relative to `mesh`.
 
     Raises:
         ScriptError: MeshLab alone cannot do what a step does, or a length is relative and no mesh is given; lists all of them.
-        PymeshfairError: a text holds what XML cannot.
     """
     whole = script.with_defaults()
     size = MeshFacts(NOMINAL_DIAGONAL, NOMINAL_EDGE, closed=False) if mesh is None else mesh
