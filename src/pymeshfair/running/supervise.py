@@ -184,12 +184,9 @@ class Watch:
 
     def _with_talk(self, report: Report, peak_memory: int | None) -> Report:
         """The report with what MeshLab said meanwhile."""
-        said = [
-            [text for speaker, warns, text in self._heard if speaker == n and not warns] for n in range(len(report.steps) + 1)
-        ]
-        steps = tuple(replace(step, messages=(*said[n], *step.messages)) for n, step in enumerate(report.steps, 1))
-        told = sorted((heard for heard in self._heard if heard[1]), key=lambda heard: heard[0])
-        warnings = [f"step {n}: {text}" if n else f"MeshLab says: {text}" for n, _, text in told]
+        warned = sorted(step for step, is_warning in self._heard if is_warning)
+        warnings = [f"step {n}: {text}" if n else f"MeshLab says: {text}" for n in warned for text in self._heard[n, True]]
+        steps = [replace(step, messages=(*self._heard[n, False], *step.messages)) for n, step in enumerate(report.steps, 1)]
         return replace(report, steps=tuple(steps), warnings=(*report.warnings, *warnings), peak_memory=peak_memory)
 
     def _death(self, status: int) -> RunError:
