@@ -46,7 +46,7 @@ class Document:
         on_progress: Callable[[float], None] | None = None,
         on_note: Callable[[str], None] = lambda text: None,
     ) -> None:
-        """See the class; `folder` takes the files for MeshLab, and `on_progress` may raise to stop a filter."""
+        """`folder` takes the files for MeshLab, and `on_progress` may raise to stop a filter."""
         self._folder = folder
         self._on_progress = on_progress
         self._on_note = on_note

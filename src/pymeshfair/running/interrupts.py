@@ -26,8 +26,7 @@ class Interrupts:
     """
 
     def __init__(self, queue: SimpleQueue[tuple[str, Any]]) -> None:
-        """See the class; the queue gets ``("signal", number)``."""
-        self._queue = queue
+        self._queue = queue  # gets ``("signal", number)``
         self._previous: dict[int, Any] = {}
         self._first: int | None = None
 

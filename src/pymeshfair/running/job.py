@@ -23,37 +23,27 @@ class Job:
     recipe: Recipe  # the steps, overrides included
     input: Path  # the mesh file to read
     output: Path  # the file to write; its extension says the format
-    #: mesh files for the layers 1, 2 ... that the recipe names; the input is layer 0 and stays the current one.
-    others: tuple[Path, ...] = ()
+    others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ... that the recipe names; the input stays the current one
     #: replace `output` whatever it is, the input itself included. Without it an existing file is replaced only if it is, to the
     #: byte, what the same run wrote there before: from the same input, with the same recipe and settings.
     overwrite: bool = False
     timeout: float | None = None  # seconds from start to end, or None
-    #: bytes that the worker may take; None means a share of the machine's. Held by the operating system, where it
-    #: has such limits.
-    memory_limit: int | None = None
+    memory_limit: int | None = None  # bytes that the worker may take, as far as the system can hold it; None: a share of all
     allow_outside: bool = False  # let the input name textures, materials and buffers outside its own folder
     unchecked: bool = False  # let MeshLab read formats that are not checked before
     keep_all: bool = False  # fail if anything of the input, or of the result, is not in the output
     threads: int | None = None  # that a filter may use; None means all processors, or what OMP_NUM_THREADS says
-    #: the texts ``NAME=VALUE`` and ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone
-    overrides: tuple[str, ...] = ()
+    overrides: tuple[str, ...] = ()  # the texts ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record
     command: tuple[str, ...] = ()  # the command line that asked for the run, for the record alone
     guards: Guards = NO_GUARDS  # limits over those of the recipe
     keep_broken: bool = False  # write the output even if a guard was broken
     map: Path | None = None  # the .ply file for the intervention map, or None
-    #: vertices that moved by no more count as kept there; None: only those that did not move
-    map_tolerance: Length | None = None
+    map_tolerance: Length | None = None  # vertices that moved by no more count as kept there; None: only those that did not
     #: put the output's name before the names of its textures, so that runs side by side into one folder do not ask for the same
-    #: names, and none depends on which was first
     own_texture_names: bool = False
     warnings: tuple[str, ...] = ()  # about the recipe; the result and the record list them before those of the run
-    #: whether to measure the mesh before and after; without, there are no limits, and the result does not say what the run did to
-    #: the shape or whether the recipe is for such scans
-    measures: bool = True
-    #: the unit of the scan, one of `pymeshfair.declaration.units.METRES`; None: that of the file, or of the recipe. A limit with
-    #: a unit needs one of the three.
-    unit: str | None = None
+    measures: bool = True  # measure the mesh before and after; without, there are no limits and nothing to compare
+    unit: str | None = None  # of the scan, one of `pymeshfair.declaration.units.METRES`; None: that of its file, or of the recipe
 
     @property
     def made_from(self) -> MadeFrom:
@@ -154,8 +144,7 @@ class StepReport:
     filter: str  # MeshLab's name of the filter
     python_name: str  # its name in Python
     seconds: float  # how long it took
-    #: every parameter with the value that was effective on this mesh; lengths in mesh units
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)  # all with the values that they had; lengths in mesh units
     values: Mapping[str, Any] = field(default_factory=dict)  # those that the filter reported
     messages: tuple[str, ...] = ()  # those of the filter
 
@@ -176,8 +165,7 @@ class RunResult:
     warnings: tuple[str, ...]  # everything that was in the input and is not in the output, or needs to be known about it
     seconds: float  # from start to end
     peak_memory: int | None  # bytes that the worker took at most, or None where the system does not say
-    #: the guards that were broken, as `pymeshfair.running.guarding.Breach` by name; the output is kept all the same
-    breaches: tuple[Mapping[str, Any], ...] = ()
+    breaches: tuple[Mapping[str, Any], ...] = ()  # broken limits, each a `pymeshfair.running.guarding.Breach` by name
     maps: tuple[Path, ...] = ()  # the files of the intervention map
     unit: str | None = None  # of the lengths in all of these; None if it is not known
 
@@ -203,16 +191,13 @@ class PlacedError(RunError):
 
 
 class WorkerDied(PlacedError):  # noqa: N818 - says what happened
-    """The worker process ended without a report; some of MeshLab's filters crash on awkward meshes.
-
-    `status` is its exit status, minus the signal's number if a signal ended it; `details` the end of what it wrote to stderr.
-    """
+    """The worker process ended without a report; some of MeshLab's filters crash on awkward meshes."""
 
     def __init__(
         self, place: Place, status: int, details: str = "", *, memory_limit: int | None = None, advice: str = ""
     ) -> None:
-        self.status = status
-        self.details = details
+        self.status = status  # its exit status, minus the signal's number if a signal ended it
+        self.details = details  # the end of what it wrote to stderr
         if self.signal is None:
             cause = f"ended with exit status {status}, which it never does by itself"
         elif self.signal == "SIGKILL":
@@ -234,18 +219,14 @@ class WorkerDied(PlacedError):  # noqa: N818 - says what happened
 
 
 class GuardBroken(RunError):  # noqa: N818 - says what happened
-    """The result does not keep within the limits that the recipe or the command set; it was not written.
-
-    `breaches` has each `pymeshfair.running.guarding.Breach` by name: what, where, how much, and how much was allowed; `maps` the
-    files of the intervention map, which show where.
-    """
+    """The result does not keep within the limits that the recipe or the command set; it was not written."""
 
     def __init__(self, breaches: Sequence[Mapping[str, Any]], maps: Sequence[Path]) -> None:
         sentences = "; ".join(f"{breach['guard']}: {breach['message']}" for breach in breaches)
         shown = f"; {maps[0].name} shows where" if maps else "; --map OUT.ply shows where"
         super().__init__(f"{sentences}{shown}. No output was written; --keep-broken writes it all the same")
-        self.breaches = tuple(breaches)
-        self.maps = tuple(maps)
+        self.breaches = tuple(breaches)  # each a `pymeshfair.running.guarding.Breach` by name
+        self.maps = tuple(maps)  # the files of the intervention map, which show where
 
 
 class RunTimeout(PlacedError):  # noqa: N818 - says what happened

@@ -82,12 +82,7 @@ def read_mesh(
 
 
 def inspect_mesh(path: Path, *, allow_outside: bool, unchecked: bool) -> dict[str, Any]:
-    """What ``pymeshfair info`` says of a mesh file: its measures by name, and more.
-
-    ``"unit"`` is that of its lengths, None if the file says none. ``"self_intersecting_faces"`` is how many faces cut others,
-    None if they were not looked for. ``"attributes"`` is what it has, ``"warnings"`` what to know about it, ``"box"`` its two
-    corners, ``"rims"`` the holes and borders, the largest first, and ``"traits"`` what recipes ask of a scan.
-    """
+    """What ``pymeshfair info`` says of a mesh file: its measures by name, and more, as docs/documents.md has it."""
     from ..filters.holes import find_rims
     from ..filters.mesh import bounding_box
 

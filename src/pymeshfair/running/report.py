@@ -153,12 +153,7 @@ def plain(value: Any) -> Any:
             return {str(k): plain(v) for k, v in value.items()}
         case list() | tuple() | set() | frozenset():
             return [plain(v) for v in value]
-    return _plain_object(value)
-
-
-def _plain_object(value: Any) -> Any:
-    """The classes of pymeshlab: a length, a colour, a box."""
-    for names in (("value",), ("red", "green", "blue", "alpha"), ("min", "max")):
+    for names in (("value",), ("red", "green", "blue", "alpha"), ("min", "max")):  # a length, a colour, a box of pymeshlab's
         if all(callable(getattr(value, name, None)) for name in names):
             values = [plain(getattr(value, name)()) for name in names]
             return values[0] if len(values) == 1 else values

@@ -90,29 +90,22 @@ class Folded:
 class ShapeChange:
     """The change of shape by a run."""
 
-    #: of the bounding box of what faces use, or of all vertices where there are none, along x, y and z: the change as a share of
+    #: of the bounding box of what faces use, or of all vertices where there are none: the change along x, y and z as a share of
     #: the side, None where that was 0
     sides: Sides
-    #: the same where not by noise at the ends, `pymeshfair.filters.inspection.side_changes`; found where vertices correspond and
-    #: a side has changed by more than `LARGEST_SIDE_CHANGE`, else None
-    sides_without_noise: Sides | None
+    sides_without_noise: Sides | None  # the same without noise at the ends; found where one is large and vertices correspond
     area: float | None  # its change as a share; None where there was none
     volume: float | None  # the same, of closed meshes
     moved: Moved | None  # how far vertices moved; None if no vertex counts
     added: Part  # elements of the result that the input did not have
     removed: Part  # elements of the input that the result does not have
-    #: how many faces look more than a right angle away from where they did; None if vertices or faces were added or removed
-    turned: int | None
-    #: which faces were folded over, `pymeshfair.filters.inspection.folded_faces`, if there are more of them than before; else
-    #: None
-    folded: Folded | None
+    turned: int | None  # faces that look more than a right angle away from where they did; None if elements came or went
+    folded: Folded | None  # which faces were folded over, if there are more of them than before; else None
     #: `pymeshfair.filters.diffusion.relief_lost` of the faces whose vertices are the same, beside the noise that is estimated, on
     #: a sample of a large mesh; None where no vertex moved or relief does not stand out
     relief_lost: float | None = None
-    #: the shortest waves that count there, in mean edges; 0 for all, else shorter relief is hidden by the noise
-    relief_from: float = 0.0
-    #: the share of the length of their sharp edges, those of noise among them, that is sharp still; None without
-    sharp_kept: float | None = None
+    relief_from: float = 0.0  # the shortest waves that count there, in mean edges; 0 for all, else noise hides shorter relief
+    sharp_kept: float | None = None  # the share of the length of their sharp edges that is sharp still; None without any
 
 
 def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:

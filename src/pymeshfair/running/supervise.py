@@ -134,7 +134,7 @@ class Watch:
             return min(_PULSE, started + timeout - now, self._load_deadline - now)
 
         try:
-            answer = self._worker.do(order, self._take_item, items=self._items, pulse=pulse)
+            answer = self._worker.do(order, self._take, items=self._items, pulse=pulse)
         except LostProcessError as error:
             raise self._death(error.status) from None
         if answer.error is not None:
@@ -142,15 +142,13 @@ class Watch:
             raise self._failure(answer.error, answer.details)
         return self._with_talk(answer.result, answer.peak_memory)
 
-    def _take_item(self, kind: str, item: Any) -> None:
+    def _take(self, kind: str, event: Any) -> None:
         if kind == "signal":
             raise Interrupted
         if kind == "talk":
-            self._hear(item)
-        elif kind == "event":
-            self._take(item)
-
-    def _take(self, event: Event) -> None:
+            self._hear(event)
+        if kind != "event":
+            return
         if isinstance(event, PhaseStarted):
             path = self._job.input if event.phase == "reading" else self._job.output
             self._place = Place(f"{event.phase} {path.name}")

@@ -74,8 +74,10 @@ def expression_error(text: str) -> str | None:
         if word == "=":
             return f"{place} assigns; write == to compare"
         if word == ")" and name in FUNCTIONS and before is not None and (not wants_value or before.group() == "("):
-            if (fault := _wrong_number(name, arguments + (not wants_value))) is not None:
-                return f"{place} {fault}"
+            (fewest, most), count = FUNCTIONS[name], arguments + (not wants_value)
+            if count < fewest or (most is not None and count > most):
+                takes = f"it takes {fewest}{'' if fewest == most else ' or more'}"
+                return f"{place} ends {name}() after {count} arguments; {takes}"
             opened.pop()
             wants_value = False
         elif not wants_value:
@@ -109,11 +111,3 @@ def expression_error(text: str) -> str | None:
         if len(opened) > MOST_PARENTHESES:
             return f"it nests more than {MOST_PARENTHESES} deep"
     return None
-
-
-def _wrong_number(function: str, arguments: int) -> str | None:
-    """What is wrong with so many arguments of a function, None if nothing is."""
-    fewest, most = FUNCTIONS[function]
-    if arguments >= fewest and (most is None or arguments <= most):
-        return None
-    return f"ends {function}() after {arguments} arguments; it takes {fewest}{'' if fewest == most else ' or more'}"

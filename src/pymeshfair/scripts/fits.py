@@ -13,11 +13,8 @@ from dataclasses import dataclass
 
 from ..errors import ParameterError, hint, nearest
 
-#: of what a part of a surface must bend at sharp edges for the whole to be a sharp one: machine parts under noise have 0.7 and
-#: more, figures and land up to 0.66
-SHARP = 0.68
-#: the share at which a surface counts as seen from one side, a range map: half a ball has 0.5
-ONE_SIDED = 0.4
+SHARP = 0.68  # the share of the bending at sharp edges of a sharp surface: machine parts have 0.7, figures up to 0.66
+ONE_SIDED = 0.4  # the share at which a surface counts as seen from one side, a range map: half a ball has 0.5
 
 #: word: the trait, its least and most, and the words where it holds and where it does not
 WORDS: Mapping[str, tuple[str, float, float, str, str]] = {

@@ -218,7 +218,13 @@ def _type_changes(
     parameter: Parameter, old: Attributes, new: Attributes, note: partial[Change], *, runs_today: bool
 ) -> Iterator[Change]:
     """The changes in the attributes of a parameter; `runs_today` if MeshLab still has the old step's filter."""
-    meaning = _MISREAD if (runs_today and _is_misread(parameter, old, new)) or "type" not in old else ""
+    if old.get("type") in OLD_TYPES:
+        misread = False
+    elif any(type_complaints(parameter, old)):  # today's MeshLab reads a value of a wrong type as 0
+        misread = new.get("value", "").lower() not in ("0", "0.0", "false") or new["type"] == old.get("type")
+    else:
+        misread = isinstance(parameter, Bool) and old.get("value", "").lower() not in ("true", new.get("value"))
+    meaning = _MISREAD if (runs_today and misread) or "type" not in old else ""
     for attribute, text in new.items():
         if old.get(attribute) != text:
             written = f"was {old[attribute]!r}" if attribute in old else "was missing"
@@ -226,17 +232,6 @@ def _type_changes(
             yield replace(change, parameter=parameter.xml_name)
             meaning = ""  # reported once
 
-
-def _is_misread(parameter: Parameter, old: Attributes, new: Attributes) -> bool:
-    """Whether today's MeshLab reads another value from the old attributes than from the new ones."""
-    if old.get("type") in OLD_TYPES:
-        return False
-    if any(type_complaints(parameter, old)):  # it reads a value of a wrong type as 0
-        return new.get("value", "").lower() not in ("0", "0.0", "false") or new["type"] == old.get("type")
-    return isinstance(parameter, Bool) and old.get("value", "").lower() not in ("true", new["value"])
-
-
-# --------------------------------------------------------------------------------- what is current, and what is selected
 
 _DELETE = "delete_current_mesh"
 _CLOSE_HOLES = "meshing_close_holes"

@@ -20,20 +20,15 @@ _MANY_LAYERS = "generate_splitting_by_connected_components"
 
 
 def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None = None) -> list[str]:
-    """Warnings about steps that do little of their purpose, missing layers, and lengths that do not suit a diagonal."""
-    warnings = [*_head_warnings(script), *traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
-    return warnings if diagonal is None else [*warnings, *lengths_out_of_proportion(script, diagonal=diagonal)]
-
-
-def _head_warnings(script: Script) -> Iterator[str]:
-    """That the script is superseded; and what the head says of the scans that it fits, where that cannot be understood."""
+    """Warnings about the head, steps that do little of their purpose, missing layers, and lengths that do not suit a diagonal."""
     words = paragraphs(script.comment.partition("\n")[2])
-    if "Superseded" in words:
-        yield f"superseded: {words['Superseded']}"
+    warnings = [f"superseded: {words['Superseded']}"] if "Superseded" in words else []
     try:
         parse_fits(words.get("Fits", ""))
     except ParameterError as error:
-        yield f"head: {error}; no scan is checked against it"
+        warnings.append(f"head: {error}; no scan is checked against it")
+    warnings += [*traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
+    return warnings if diagonal is None else [*warnings, *lengths_out_of_proportion(script, diagonal=diagonal)]
 
 
 def traps(script: Script) -> Iterator[str]:
