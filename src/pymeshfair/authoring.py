@@ -82,7 +82,7 @@ class Recipe(FilterMethods):
         steps = list(self.script.steps)
         if not -len(steps) <= step < len(steps):
             raise ParameterError(f"there is no step {step}; the recipe has {len(steps)}")
-        steps[step] = replace(steps[step], tag=scripts.checked_name(name, "a tag"))
+        steps[step] = replace(steps[step], tag=scripts.checked_name(name, "tag"))
         self.script = self.script.with_steps(steps)
 
     def set(self, *texts: str, **settings: object) -> None:

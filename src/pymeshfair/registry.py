@@ -128,10 +128,10 @@ def _load() -> _Registry:
         text = f"{entry.name} = {entry.value}"
         try:
             loaded = entry.load()
+            filters = [f for f in ([loaded] if isinstance(loaded, Filter) else vars(loaded).values()) if isinstance(f, Filter)]
         except (Exception, SystemExit) as error:
             broken.append(BrokenPlugin(package, text, f"{type(error).__name__}: {error}", traceback.format_exc()))
             continue
-        filters = [f for f in ([loaded] if isinstance(loaded, Filter) else vars(loaded).values()) if isinstance(f, Filter)]
         if not filters:
             broken.append(BrokenPlugin(package, text, "declares no filter"))
         for declared in {id(f): f for f in filters}.values():  # each once, even if its module binds it to several names

@@ -289,7 +289,7 @@ def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Ste
         return None, [complain(message=message, line=line, suggestion=declared.name)]
     problems: list[Problem] = []
     try:
-        checked_name(element.tag or "none", "a tag")
+        checked_name(element.tag or "none", "tag")
     except ParameterError as error:
         problems.append(complain(message=str(error), line=line))
     values: dict[str, Any] = {}

@@ -86,7 +86,7 @@ def shortened(text: str) -> str:
 def checked_name(name: str, of_what: str) -> str:
     """The name of a setting or the tag of a step: letters, digits and underscores, a letter first."""
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,79}", name):
-        raise ParameterError(f"{of_what} takes letters, digits and underscores, got {shortened(name)!r}")
+        raise ParameterError(f"the {of_what} {shortened(name)!r} takes letters, digits and underscores")
     return name
 
 
@@ -101,7 +101,7 @@ class Setting:
     line: int | None = field(default=None, compare=False)  # where it stands in its file, counted from 1; None without a file
 
     def __post_init__(self) -> None:
-        checked_name(self.name, "the name of a setting")
+        checked_name(self.name, "setting")
 
 
 @dataclass(frozen=True)

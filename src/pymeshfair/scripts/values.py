@@ -3,6 +3,7 @@
 MeshLab drops what it cannot read, or takes 0 in its place. Here everything that is wrong with a ``<Param>`` is a complaint.
 """
 
+import contextlib
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -197,13 +198,13 @@ def _read(parameter: Parameter, attributes: Attributes) -> Any:
 def _read_length(amount: float, relative: str | None) -> Length:
     if relative is None:
         return Length(amount)
-    try:
+    with contextlib.suppress(ParameterError):
         length = Length.parse(relative)
-    except ParameterError:
-        raise _RefusedError(f"relative= takes a length such as 1% or 0.5edge, got {shortened(relative)!r}", None) from None
-    if length.unit == "absolute":
-        raise _RefusedError(f"relative= takes a length with a unit, got {shortened(relative)!r}", f"{relative}%")
-    return length
+        if length.unit == "absolute":
+            raise _RefusedError(f"relative= takes a length with a unit, got {shortened(relative)!r}", f"{relative}%")
+        if length.unit in ("percent", "edge"):
+            return length
+    raise _RefusedError(f"relative= takes a length such as 1% or 0.5edge, got {shortened(relative)!r}", None)
 
 
 def _read_choice(parameter: Enum, attributes: Attributes) -> str:
