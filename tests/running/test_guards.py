@@ -12,10 +12,10 @@ import pymeshlab
 import pytest
 
 from pymeshfair.declaration import Length
-from pymeshfair.errors import ParameterError
+from pymeshfair.errors import GuardBroken, ParameterError
 from pymeshfair.files.errors import OutputError
 from pymeshfair.recipe import Recipe, load_recipe
-from pymeshfair.running.job import GuardBroken, Job
+from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
 from pymeshfair.scripts.guards import NO_GUARDS, Guards
 from pymeshfair.scripts.read import parse_script

@@ -10,10 +10,11 @@ import pytest
 import trimesh
 
 import pymeshfair
+from pymeshfair.errors import GuardBroken
 from pymeshfair.files.inputs import read_file
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.guarding import print_faults
-from pymeshfair.running.job import GuardBroken, Job
+from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
 from tests.meshes import Mesh, cube, icosphere, torus
 

@@ -5,22 +5,24 @@ Every failure of the worker becomes an exception that says at which step it happ
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 import shutil
 import signal
+import threading
 import time
 from collections import defaultdict, deque
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
+from types import FrameType, TracebackType
 from typing import Any, TypeAlias
 
-from ..errors import Place, RunError, StepFailedError
+from ..errors import GuardBroken, OutOfMemory, Place, RunError, RunTimeout, StepFailedError, WorkerDied, WorkerError
 from ..files.errors import InputError, OutputError
 from ..files.inputs import check_input
 from ..files.outputs import check_maps, check_output
@@ -34,22 +36,7 @@ from ..processes.process import Items, LostProcessError, Process
 from ..processes.worker import report as report_event
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
-from .interrupts import Interrupted, Interrupts
-from .job import (
-    Compiling,
-    Event,
-    GuardBroken,
-    Job,
-    Message,
-    OutOfMemory,
-    PhaseStarted,
-    RunResult,
-    RunTimeout,
-    StepProgress,
-    StepStarted,
-    WorkerDied,
-    WorkerError,
-)
+from .job import Compiling, Event, Job, Message, PhaseStarted, RunResult, StepProgress, StepStarted
 from .origins import removed_path
 from .report import Report, record_of, result_of
 
@@ -64,6 +51,62 @@ _TAIL_LINES = 60
 #: seconds that reading any file may take, compilation not among them, and bytes a second besides: ten times as long as the
 #: slowest format takes
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
+
+
+class Interrupted(BaseException):
+    """A signal asked for the end of the run. Used within `running` alone; callers see KeyboardInterrupt."""
+
+
+class Interrupts:
+    """While it lasts, SIGINT, SIGTERM and SIGHUP are put into a queue; afterwards the first of them has its usual effect.
+
+    So clean-up is never interrupted: the supervisor sees the signal where it waits, stops the worker and removes its files; only
+    then is KeyboardInterrupt raised, or does the process end by the signal. Handlers that a program has set itself stay. Outside
+    the main thread nothing changes, as Python delivers no signals there.
+    """
+
+    def __init__(self, queue: SimpleQueue[tuple[str, Any]]) -> None:
+        self._queue = queue  # gets ``("signal", number)``
+        self._previous: dict[int, Any] = {}
+        self._first: int | None = None
+
+    def check(self) -> None:
+        """Raise `Interrupted` if a signal has come."""
+        if self._first is not None:
+            raise Interrupted
+
+    @contextlib.contextmanager
+    def lifted(self) -> Iterator[None]:
+        """Give signals their usual effect for a while, in which other work takes them itself."""
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
+        try:
+            self.check()
+            yield
+        finally:
+            for number in self._previous:
+                signal.signal(number, self._take)
+
+    def __enter__(self) -> Interrupts:
+        if threading.current_thread() is threading.main_thread():
+            for name in this_system().stop_signals:
+                number = getattr(signal, name)
+                if signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL):
+                    self._previous[number] = signal.signal(number, self._take)
+        return self
+
+    def _take(self, number: int, frame: FrameType | None) -> None:
+        self._first = self._first or number
+        self._queue.put(("signal", number))
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
+        if self._first is None:
+            return
+        if self._first != signal.SIGINT:
+            signal.raise_signal(self._first)
+        raise KeyboardInterrupt from (None if isinstance(error, Interrupted) else error)
 
 
 _MARK = "pymeshfair-step"
@@ -271,7 +314,7 @@ def run_job(
         Interrupts(items) as interrupts,
         output_lock(job.output),
         staging_folder(job.output) as stage,
-        nullcontext(workers) if workers else workers_of_runs(1, job.threads) as pool,
+        contextlib.nullcontext(workers) if workers else workers_of_runs(1, job.threads) as pool,
     ):
         report = (work or partial(_in_one_piece, pool, clock))(job, stage, items, on_event)
         interrupts.check()

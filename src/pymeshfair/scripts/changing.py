@@ -11,9 +11,8 @@ from typing import Any
 
 from ..declaration import Filter
 from ..errors import ParameterError, UnknownNameError, hint, nearest
-from .expressions import check_expressions
 from .script import Script, Setting, Step
-from .values import parse_value
+from .values import check_expressions, parse_value
 
 
 def override(script: Script, overrides: Sequence[str]) -> Script:
