@@ -16,8 +16,7 @@ from typing import IO, Any
 
 #: the environment variable that, set to anything, makes every process of a run do without POSIX
 FORCE_PORTABLE = "PYMESHFAIR_PORTABLE"
-#: bytes; the largest limit that a system takes
-_ALL = (1 << 63) - 1
+_ALL = (1 << 63) - 1  # bytes; the largest limit that a system takes
 
 
 @dataclass(frozen=True)

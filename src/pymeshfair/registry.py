@@ -39,18 +39,14 @@ class BrokenPlugin:
 
 @dataclass(frozen=True)
 class _Registry:
-    custom: dict[str, Filter]
+    custom: tuple[Filter, ...]
+    by_any_name: dict[str, Filter]  # every filter under its Python name and under its GUI name
     broken: tuple[BrokenPlugin, ...]
-
-    @functools.cached_property
-    def by_any_name(self) -> dict[str, Filter]:
-        """Every filter under its Python name and under its GUI name."""
-        return _by_any_name((*meshlab_filters(), *self.custom.values()))
 
 
 def custom_filters() -> tuple[Filter, ...]:
     """The filters that plugins declare, ours first, in the order of their names."""
-    return tuple(_load().custom.values())
+    return _load().custom
 
 
 def all_filters() -> tuple[Filter, ...]:
@@ -144,7 +140,7 @@ def _load() -> _Registry:
             custom.append(replace(declared, origin=package))
             taken |= _by_any_name(custom[-1:])
     custom.sort(key=lambda f: (f.origin != "pymeshfair", f.python_name))
-    return _Registry({f.python_name: f for f in custom}, tuple(broken))
+    return _Registry(tuple(custom), taken, tuple(broken))
 
 
 def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metadata.EntryPoint]]:

@@ -33,8 +33,7 @@ class MeshElement(enum.IntFlag):
     VERTCOORD, VERTNORMAL, VERTFLAG, VERTCOLOR, VERTQUALITY, VERTNUMBER = 0x1, 0x2, 0x4, 0x8, 0x10, 0x800
     FACEVERT, FACENORMAL, FACEFLAG, FACECOLOR, FACEQUALITY, FACENUMBER = 0x1000, 0x2000, 0x4000, 0x8000, 0x10000, 0x80000
     WEDGTEXCOORD, VERTFLAGSELECT, FACEFLAGSELECT = 0x200000, 0x1000000, 0x2000000
-    #: the edges of polylines; MeshLab has no bit for them and does not use this one
-    EDGENUMBER = 0x4000000
+    EDGENUMBER = 0x4000000  # the edges of polylines; MeshLab has no bit for them and does not use this one
 
 
 class Arity(enum.IntEnum):
@@ -182,8 +181,7 @@ def _is_group(hint: Any) -> TypeGuard[type[Any]]:
     return isinstance(hint, type) and dataclasses.is_dataclass(hint)
 
 
-#: the section of a docstring on parameters
-_SECTION = re.compile(r"\n\n(?:Args|Attributes):\n((?:    .*(?:\n|$))+)")
+_SECTION = re.compile(r"\n\n(?:Args|Attributes):\n((?:    .*(?:\n|$))+)")  # the section of a docstring on parameters
 
 
 def _documented(described: object) -> tuple[str, dict[str, str]]:

@@ -11,8 +11,7 @@ import numpy as np
 from ..errors import ParameterError, nearest
 from .units import METRES, Length, as_float, shown
 
-#: the word for a value that the filter chooses for the mesh
-AUTO = "auto"
+AUTO = "auto"  # the word for a value that the filter chooses for the mesh
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,12 +28,9 @@ class Parameter:
     #: function; None if nothing is automatic
     automatic: float | None = None
 
-    #: the word for the kind of value in messages, e.g. "a whole number"
-    kind: typing.ClassVar[str] = "a value"
-    #: MeshLab's class of the parameter, as .mlx scripts name it
-    xml_type: typing.ClassVar[str] = ""
-    #: the type that a filter's function receives
-    python_type: typing.ClassVar[Any] = object
+    kind: typing.ClassVar[str] = "a value"  # the word for the kind of value in messages, e.g. "a whole number"
+    xml_type: typing.ClassVar[str] = ""  # MeshLab's class of the parameter, as .mlx scripts name it
+    python_type: typing.ClassVar[Any] = object  # the type that a filter's function receives
 
     def check(self, value: Any) -> Any:
         """The value in the type that the filter receives; raise `ParameterError` if it is not one the parameter allows."""

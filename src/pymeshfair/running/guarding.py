@@ -104,10 +104,8 @@ def _requirement(word: str, number: int | None, measures: SurfaceMeasures) -> It
         yield Breach("require", f"the result has {has}, not {number}", amount=own, allowed=number)
 
 
-#: the word of `require` that asks for this
-PRINTABLE = "printable"
-#: so many places of one kind are named
-_PLACES = 3
+PRINTABLE = "printable"  # the word of `require` that asks for this
+_PLACES = 3  # so many places of one kind are named
 
 
 def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = False) -> Iterator[Breach]:

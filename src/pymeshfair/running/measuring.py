@@ -27,8 +27,7 @@ from ..scripts.script import Step
 from .document import Document
 from .report import plain
 
-#: faces that a usual length is found from
-_SOME = 10_000
+_SOME = 10_000  # faces that a usual length is found from
 
 
 @dataclass(frozen=True, eq=False)

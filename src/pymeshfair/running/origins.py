@@ -82,8 +82,7 @@ def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, 
     return np.where(after >= 0, place[np.maximum(after, 0)], -1) if len(place) else after
 
 
-#: the fate of an element; the face scalar of the map
-KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3
+KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3  # the fate of an element; the face scalar of the map
 #: red, green, blue, opacity: grey, orange, blue, purple; distinct for colour-blind readers and in grey
 COLORS: NDArray[np.uint8] = np.array(
     [[200, 200, 200, 255], [222, 143, 5, 255], [1, 90, 178, 255], [120, 40, 110, 255]], dtype=np.uint8

@@ -131,8 +131,7 @@ def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
     )
 
 
-#: arrays of more numbers are described, not listed
-LONGEST_LIST = 64
+LONGEST_LIST = 64  # arrays of more numbers are described, not listed
 
 
 def plain(value: Any) -> Any:

@@ -34,8 +34,7 @@ from .shape_change import ShapeChange, milder, shape_change, warnings_of
 from .suitability import ERASED, instead, traits_asked_for
 from .supervise import mark
 
-#: the least change of progress that is reported
-_SMALLEST_PROGRESS = 0.005
+_SMALLEST_PROGRESS = 0.005  # the least change of progress that is reported
 
 
 #: the measures of a mesh, the traits that a recipe asks for, and the warning if it is not for such a scan

@@ -21,14 +21,11 @@ from .origins import Origins
 if TYPE_CHECKING:
     from ..filters.diffusion import ReliefLoss
 
-#: A run warns where a side of the box has changed by more than this share,
-LARGEST_SIDE_CHANGE = 0.01
-#: or a vertex has moved by more than this many mean edges, or more than this share of the area was added.
+LARGEST_SIDE_CHANGE = 0.01  # a run warns where a side of the box has changed by more than this share
+#: and where a vertex has moved by more than this many mean edges, or more than this share of the area was added
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
-#: parameters whose smaller values do less
-_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")
-#: pieces that are listed one by one
-_LISTED = 20
+_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # parameters whose smaller values do less
+_LISTED = 20  # pieces that are listed one by one
 
 Sides: TypeAlias = tuple[float | None, ...]
 

@@ -40,14 +40,10 @@ from .job import Compiling, Event, Job, Message, PhaseStarted, RunResult, StepPr
 from .origins import removed_path
 from .report import Report, record_of, result_of
 
-#: seconds between two looks at a silent worker
-_PULSE = 0.5
-#: bytes; a disk with less free space counts as full
-_FULL = 1 << 20
-#: MeshLab's level of log for warnings
-_WARNING = 1
-#: the last lines of talk that are kept for the report of a death
-_TAIL_LINES = 60
+_PULSE = 0.5  # seconds between two looks at a silent worker
+_FULL = 1 << 20  # bytes; a disk with less free space counts as full
+_WARNING = 1  # MeshLab's level of log for warnings
+_TAIL_LINES = 60  # the last lines of talk that are kept for the report of a death
 #: seconds that reading any file may take, compilation not among them, and bytes a second besides: ten times as long as the
 #: slowest format takes
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
@@ -261,8 +257,7 @@ class Watch:
             return False
 
 
-#: the modules that a worker of a run imports before its first order
-MODULES = ("pymeshfair.running.session",)
+MODULES = ("pymeshfair.running.session",)  # the modules that a worker of a run imports before its first order
 #: does the work of a run: is given the job, the staging folder, what takes signals, and what to call with each event
 Work: TypeAlias = "Callable[[Job, Path, Items, Callable[[Event], None]], Report]"
 

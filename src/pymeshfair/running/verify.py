@@ -53,20 +53,11 @@ def verify_output(
     on_event: Callable[[Event], None] = lambda event: None,
     by_tiles: Callable[[Job, Callable[[Event], None]], object] = run_job,
 ) -> Verification:
-    """Check an output against its provenance, and make it again from what that says.
+    """Check an output against the provenance beside it, and make it again from what that says.
 
     The provenance may come from a stranger. So its recipe is compared with the one that is shipped, or with the recipe's
-    file; and what weakens a run must be allowed again.
-
-    Args:
-        output: the mesh file, with its provenance beside it.
-        recorded: go on with the recipe that the provenance holds, even if the recipe's file has changed since, or there is none.
-        allow_outside: as the run was allowed to, see `Job`; so `unchecked`, `timeout` and `memory_limit`.
-        unchecked: see there.
-        timeout: see there.
-        memory_limit: see there.
-        on_event: called with each event of the run.
-        by_tiles: carries a job out that was done by tiles.
+    file; and what weakens a run must be allowed again, `allow_outside` and `unchecked`. With `recorded` the recipe in the
+    provenance is taken even if the recipe's file has changed since, or there is none.
 
     Raises:
         OutputError: it has no provenance, or one that cannot be understood.
@@ -187,11 +178,9 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
 def _occupy(names: Sequence[str], again: Path) -> None:
     """Put a file where the first run found one and so gave a texture another name, so that it gets that name again."""
     for name in names:
-        match = re.fullmatch(rf"{re.escape(again.stem)}-(?:(\d+)-)?(.+)", name)
-        if match is not None:
-            for taken in (match[2], f"{again.stem}-{match[2]}", *(f"{again.stem}-{k}-{match[2]}" for k in range(2, 100))):
-                if taken == name:
-                    break
+        if match := re.fullmatch(rf"{re.escape(again.stem)}-(?:(\d+)-)?(.+)", name):
+            tried = [match[2], f"{again.stem}-{match[2]}", *(f"{again.stem}-{k}-{match[2]}" for k in range(2, 100))]
+            for taken in tried[: tried.index(name) if name in tried else None]:
                 again.with_name(taken).write_bytes(b"")
 
 

@@ -33,8 +33,7 @@ WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
 COUNTS, ARTICLE = ("vertices", "faces", "pieces", "border edges"), ("longest edge",)
 #: quantity, which is a trait: the unit that follows the number, if any
 QUANTITIES: Mapping[str, str] = {"noise": "edges", "longest edge": "edges", **dict.fromkeys(COUNTS, ""), "triangle quality": ""}
-#: the end of the sentence about a trait that could not be measured
-UNKNOWN = "is not known"
+UNKNOWN = "is not known"  # the end of the sentence about a trait that could not be measured
 _NUMBER = r"[0-9][0-9,]*(?:\.[0-9]+)?|\.[0-9]+"
 _BOUNDS = re.compile(
     rf"(?:from (?P<from>{_NUMBER})|up to (?P<up>{_NUMBER})|(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}))(?P<unit>.*)"

@@ -69,8 +69,7 @@ class Guards:
         return self if moved is None else replace(self, max_displacement=moved.in_mesh_units(unit))
 
 
-#: no limit at all
-NO_GUARDS = Guards()
+NO_GUARDS = Guards()  # no limit at all
 
 
 def refuse_unmeasured(guards: Guards) -> None:

@@ -26,17 +26,13 @@ from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Setting, S
 from .suggestions import about_former, close_spelling, former_parameter_hint, same_but_case, suggested_filter
 from .values import Complaint, parse_value, read_value
 
-#: So many problems of a script are listed at most; so many usually have one cause.
-MOST_PROBLEMS = 100
+MOST_PROBLEMS = 100  # so many of a script are listed at most; so many usually have one cause
 MOST_BYTES = 5_000_000
 MOST_LEVELS = 64
 MOST_FILTERS = 1000
-#: of one element
-MOST_ATTRIBUTES = 100
-#: characters of a name of a filter, a parameter or a type
-LONGEST_NAME = 1000
-#: the attribute of ``<FilterScript>`` that names the unit of the scans
-UNIT = "unit"
+MOST_ATTRIBUTES = 100  # of one element
+LONGEST_NAME = 1000  # characters of a name of a filter, a parameter or a type
+UNIT = "unit"  # the attribute of ``<FilterScript>`` that names the unit of the scans
 #: the document type twice, as some old programs write it
 SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)
 _ENCODINGS = frozenset({"utf-8", "utf8", "utf-16", "us-ascii", "ascii"})

@@ -235,8 +235,7 @@ def _type_changes(
 
 _DELETE = "delete_current_mesh"
 _CLOSE_HOLES = "meshing_close_holes"
-#: the filter that made another layer the current one; MeshLab has none today
-_CHANGES_LAYER = "change the current layer"
+_CHANGES_LAYER = "change the current layer"  # the filter that made another layer the current one; MeshLab has none today
 #: filters that add one layer and make it current
 _ADD_ONE = frozenset(
     {

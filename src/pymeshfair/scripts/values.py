@@ -31,8 +31,7 @@ from ..errors import ParameterError
 from .script import shortened
 
 Attributes = Mapping[str, str]
-#: the mistake, and the text to write instead
-Complaint = tuple[str, "str | None"]
+Complaint = tuple[str, "str | None"]  # the mistake, and the text to write instead
 
 #: the attributes that have the numbers of a value, by the type of the parameter; of all others ``value``
 _ATTRIBUTES: Mapping[str, Sequence[str]] = {
@@ -56,10 +55,8 @@ _REQUIRED: Mapping[str, Mapping[str, bool]] = {
     "RichEnum": {"enum_cardinality": True},
     "RichOpenFile": {"exts_cardinality": True},
 }
-#: names that types once had
-OLD_TYPES = frozenset({"RichPoint3f"})
-#: MeshLab allocates as many words as a script announces
-_MOST_CHOICES = 1000
+OLD_TYPES = frozenset({"RichPoint3f"})  # names that types once had
+_MOST_CHOICES = 1000  # MeshLab allocates as many words as a script announces
 
 _WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")

@@ -10,13 +10,10 @@ from .fits import parse_fits
 from .script import Problem, Script, ScriptError, Step, paragraphs
 from .upgrade import deletes_result, works_on_leftover_selection
 
-#: A length is out of proportion above this part of the diagonal and this multiple of the filter's own default ...
-_LARGE_PART, _LARGE_MULTIPLE = 0.1, 5.0
-#: ... and below this part of the diagonal.
-_SMALL_PART = 1e-7
+#: a length is out of proportion above this part of the diagonal and this multiple of the filter's own default, or below a part
+_LARGE_PART, _LARGE_MULTIPLE, _SMALL_PART = 0.1, 5.0, 1e-7
 _NEW_LAYER = ("create_", "generate_")
-#: it makes as many layers as the mesh has components
-_MANY_LAYERS = "generate_splitting_by_connected_components"
+_MANY_LAYERS = "generate_splitting_by_connected_components"  # it makes as many layers as the mesh has components
 
 
 def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None = None) -> list[str]:

@@ -21,8 +21,7 @@ from .values import param_attributes
 
 #: The bounding-box diagonal that absolute values are written for unless a mesh is given: "1%" then reads as 1 of 100.
 NOMINAL_DIAGONAL = 100.0
-#: The mean edge that goes with it, as of a scan with 400 samples across.
-NOMINAL_EDGE = 0.25
+NOMINAL_EDGE = 0.25  # the mean edge that goes with it, as of a scan with 400 samples across
 
 #: characters that no XML document can hold, not even escaped
 _UNWRITABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
