@@ -47,9 +47,7 @@ class Document:
         on_note: Callable[[str], None] = lambda text: None,
     ) -> None:
         """`folder` takes the files for MeshLab, and `on_progress` may raise to stop a filter."""
-        self._folder = folder
-        self._on_progress = on_progress
-        self._on_note = on_note
+        self._folder, self._on_progress, self._on_note = folder, on_progress, on_note
         self._meshes: dict[int, MeshData | None] = {}  # None: the door has it
         self._visible: dict[int, bool] = {}
         self._next_id = 0
@@ -153,8 +151,7 @@ class _View:
     """A mesh of a document as the `Layer` that a filter reads."""
 
     def __init__(self, document: Document, mesh: MeshData) -> None:
-        self._document = document
-        self._mesh = mesh
+        self._document, self._mesh = document, mesh
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._mesh, name)

@@ -44,8 +44,18 @@ _OF_STEP = ("number", "filter", "python_name", "parameters", "values")
 
 def record_of(job: Job, report: Report, *, started: datetime, seconds: float) -> dict[str, Any]:
     """The provenance document of a finished run."""
-    script = job.recipe.script
+    script, unit = job.recipe.script, job.unit_of(report.input.get("unit"))
     assert report.output is not None
+    options: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
+    options |= {} if job.measures else {"no_measures": True}
+    options |= {} if job.unit is None else {"unit": job.unit}
+    options |= {"own_texture_names": True} if job.own_texture_names and report.output["side_files"] else {}
+    guards: dict[str, Any] = {}
+    if job.is_watched:
+        limits, tolerance = job.lengths_in(unit)
+        maps = [described_file(file.staged, named=file.target) for file in report.maps]
+        guards = {"limits": limits.texts(), "breaches": list(report.breaches), "maps": maps}
+        guards |= {"map_tolerance": str(tolerance)} if job.map_tolerance else {}
     return {
         "schema": SCHEMA,
         "recipe": {
@@ -55,7 +65,7 @@ def record_of(job: Job, report: Report, *, started: datetime, seconds: float) ->
             "sha256": job.recipe.digest,
             "text": job.recipe.text,
         },
-        **_options(job, report.output["side_files"]),
+        **({"options": options} if options else {}),
         "input": report.input,
         "output": report.output,
         "steps": [
@@ -63,14 +73,14 @@ def record_of(job: Job, report: Report, *, started: datetime, seconds: float) ->
             for step, done in zip(script.steps, report.steps, strict=True)
         ],
         "measures": {
-            "unit": job.unit_of(report.input.get("unit")),
+            "unit": unit,
             "before": report.before,
             "after": report.after,
             "change": report.change,
             "traits": report.traits,
         },
         "warnings": [*job.warnings, *report.warnings],
-        **_guarded(job, report),
+        **({"guards": guards} if guards else {}),
         **({} if report.tiles is None else {"tiles": report.tiles}),
         "versions": versions(),
         "threads": thread_settings(worker_environment(job.threads)),
@@ -82,25 +92,6 @@ def record_of(job: Job, report: Report, *, started: datetime, seconds: float) ->
             "command": list(job.command),
         },
     }
-
-
-def _options(job: Job, side_files: Sequence[Any]) -> dict[str, Any]:
-    """The entry about what the input was allowed, its unit, measures and names of textures, where that was not as usual."""
-    options: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
-    options |= {} if job.measures else {"no_measures": True}
-    options |= {} if job.unit is None else {"unit": job.unit}
-    options |= {"own_texture_names": True} if job.own_texture_names and side_files else {}
-    return {"options": options} if options else {}
-
-
-def _guarded(job: Job, report: Report) -> dict[str, Any]:
-    """The entry about guards and the intervention map, of a run that had any."""
-    if not job.is_watched:
-        return {}
-    maps = [described_file(file.staged, named=file.target) for file in report.maps]
-    limits, tolerance = job.lengths_in(job.unit_of(report.input.get("unit")))
-    entry = {"limits": limits.texts(), "breaches": list(report.breaches), "maps": maps}
-    return {"guards": entry | ({"map_tolerance": str(tolerance)} if job.map_tolerance else {})}
 
 
 def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:

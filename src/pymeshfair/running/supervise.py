@@ -148,10 +148,7 @@ class Watch:
 
     def __init__(self, job: Job, worker: Process, items: Items, on_event: Callable[[Event], None]) -> None:
         """See the class; `items` is what the worker and the signals put into."""
-        self._job = job
-        self._worker = worker
-        self._items = items
-        self._on_event = on_event
+        self._job, self._worker, self._items, self._on_event = job, worker, items, on_event
         self._place = Place("starting the worker")
         self._last_step: Place | None = None
         self._speaker = 0

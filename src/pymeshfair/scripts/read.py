@@ -6,6 +6,7 @@ depth and number of steps have limits.
 """
 
 import codecs
+import contextlib
 import re
 import stat
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -121,16 +122,12 @@ class _Reader:
 
     def read(self, data: bytes) -> Document:
         """The document in some bytes."""
-        read = self._read
-        try:
+        with contextlib.suppress(_EndedError):
             self._parse(data)
-        except _EndedError:
-            pass
-        else:
-            if not read.filters and not read.problems:
+            if not self._read.filters and not self._read.problems:
                 self._problem("the script has no <filter>, so it would do nothing")
-        read.comment = clean_comment("\n\n".join(self._comments))
-        return read
+        self._read.comment = clean_comment("\n\n".join(self._comments))
+        return self._read
 
     def _parse(self, data: bytes) -> None:
         if len(data) > MOST_BYTES:
