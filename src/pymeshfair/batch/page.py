@@ -18,7 +18,7 @@ from ..processes.order import Order
 from ..processes.pool import Pool
 from ..report.comparison_page import Verdict
 from ..report.page import render
-from ..running.plain_values import plain
+from ..running.report import plain
 from .journal import digests_of
 from .summary import Row, Summary, area_change, displacement_in_edges, largest_in_edges, write_text
 

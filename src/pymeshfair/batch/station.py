@@ -17,15 +17,14 @@ from pathlib import Path
 from queue import Empty
 from typing import Any, Literal, Protocol, TypeAlias
 
+from ..errors import OutOfMemory, WorkerDied
 from ..files.errors import OutputBusyError
 from ..operating_system import this_system
 from ..processes.cluster import LostSchedulerError
 from ..processes.pool import Pool
 from ..processes.process import Items
-from ..running.errors import OutOfMemory, WorkerDied
-from ..running.interrupts import Interrupted
 from ..running.job import Job, RunResult
-from ..running.supervise import run_job, workers_of_runs
+from ..running.supervise import Interrupted, run_job, workers_of_runs
 from .journal import Journal, Outcome, now
 from .page import draw, page_path
 from .plan import Scan, job_of

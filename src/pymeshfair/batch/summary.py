@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 from ..files.writing import write_file
 from ..processes.environment import versions
 from ..running.job import Job
-from ..running.plain_values import plain
+from ..running.report import plain
 from .journal import Outcome
 from .plan import labels
 

@@ -23,9 +23,9 @@ from ..processes.cluster import Scheduler
 from ..processes.environment import PACKAGES, packages_here
 from ..processes.pool import Pool
 from ..processes.process import Items
-from ..running.interrupts import Interrupts
 from ..running.job import Job
 from ..running.read import read_mesh
+from ..running.supervise import Interrupts
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
 from .journal import NAME, BatchError, Journal, Outcome, now, read_journal

@@ -21,10 +21,9 @@ from ..processes.cluster import LostSchedulerError, Scheduler
 from ..processes.environment import packages_here
 from ..processes.process import Items
 from ..running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepReport, StepStarted
-from ..running.plain_values import plain
-from ..running.report import Report
+from ..running.report import Report, plain
 from ..running.supervise import run_job
-from ..scripts.problems import ScriptError
+from ..scripts.script import ScriptError
 from .cloud import Cloud, do_step, write_cloud
 from .memory import Budget, budget, cloud_room, slice_rows, surface_room
 from .mesh import MeshFile, MeshTiles, box_around, cut, do_move

@@ -13,8 +13,7 @@ from ..errors import FilterInputError
 from ..filters import denoising
 from ..filters.diffusion import explicit_smoothing, meshlab_taubin_smooth, taubin_fairing
 from ..filters.mesh import Whole
-from ..scripts.problems import ScriptError
-from ..scripts.script import Script, Step
+from ..scripts.script import Script, ScriptError, Step
 from .division import Floats
 from .surface import TileMesh
 
