@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,10 +22,10 @@ from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, ring_means
 from .rounding import Rounding, rounding_of
 from .scan import NONE_HELD, Scan
 
-# Widths and scales of a `noise_field`, to tell that noise is shared, and to know its covariance.
-_TELL, _KNOW = ((0, 2), (1, 4)), ((0, 1, 2, 4), (1, 2, 4))
+# Widths and scales of a `noise_field`, to tell that noise is shared, and to know its covariance: maps share it over one width.
+_TELL, _KNOW = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (1, 2, 3, 4)]
 # Fused maps share noise over five edges and more; on faces seen aslant, the calmest, they have less of it.
-_KNOW_FUSED = (0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0
+_KNOW_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
 # Residuals of vertices three edges from the border are whole enough; patches are wide enough for forty rounds.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
 
@@ -73,7 +73,8 @@ def setting_of_shared(
         return None
     scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, **_WIDE, progress=progress)
     tried = SettingsTried(scan, border=border, of=CORRELATED)
-    field = noise_field(scan, *(_KNOW if on_lines else _KNOW_FUSED))[1]
+    fields = [noise_field(scan, *parts) for parts in (_KNOW if on_lines else _KNOW_FUSED)]
+    field = min(fields, key=lambda field: field.misfit).heights
     # Many rounds move what is beside the border, which has to count.
     found = replace(scan, rings=1).choose_by_risk(tried, tried.labels, field)
     return found if found is None or on_lines else scan.few_flipped(tried, tried.labels, found)
@@ -109,15 +110,21 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, b
     scan, _ = Scan.sampled(points, faces, rings=3)
     if not on_lines and scan.is_surface:
         return 0.0, False
-    variances, _ = noise_field(scan, *_TELL)
+    variances = noise_field(scan, *_TELL).variances
     own, total = float(variances[0]), float(variances.sum())
     shared = np.sqrt(own) >= max(tuned.OWN, 0.5 * noise.level) and own < 0.5 * total
     return (float(np.sqrt(total)) if shared else 0.0), on_lines
 
 
-def noise_field(
-    scan: Scan, widths: Sequence[int], scales: Sequence[int], calmest: float = tuned.CALMEST
-) -> tuple[Floats, Floats]:
+class NoiseField(NamedTuple):
+    """A sum of noises that was fitted to a surface."""
+
+    variances: Floats  # (k,) of the parts, in squared units of the points; 0 if no vertex counts
+    heights: Floats  # (n,) one such noise along the normals, the same for the mesh moved, turned or renumbered
+    misfit: float = 0.0  # the norm of the relative errors of what differences leave
+
+
+def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmest: float = tuned.CALMEST) -> NoiseField:
     """Fit a sum of noises to what differences of several widths leave of a surface.
 
     With W the mean over the one-ring and twice the weight of its neighbours, (I + 2 U) / 3, the residuals of scale m are those of
@@ -130,13 +137,9 @@ def noise_field(
         widths: the k steps over which parts of the noise are smoothed, 0 first; m have a standard deviation of 2/3 sqrt(m) edges.
         scales: the scales of the residuals.
         calmest: the share of the vertices that are the calm part.
-
-    Returns:
-        variances: (k,) of the parts, in squared units of the points; 0 if no vertex counts.
-        heights: (n,) one such noise along the normals, the same for the mesh moved, turned or renumbered.
     """
     points, scored = scan.points, scan.scored
-    nothing = np.zeros(len(widths)), np.zeros(len(points))
+    nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(points)))
     if not scored.any():
         return nothing
     means = ring_means(edges(scan.faces), len(points), 2.0 / 3.0) + sparse.identity(len(points), format="csr") / 3.0
@@ -164,5 +167,6 @@ def noise_field(
     parts = [smoothed((distances * (997.0 + 137.7 * width)) % 1.0 - 0.5, width) for width in widths]
     parts = [part / (float(np.sqrt((part[scored] ** 2).mean())) or 1.0) for part in parts]
     made = np.array([[calm(residuals(part, scale)) for part in parts] for scale in scales])
-    variances, _ = optimize.nnls(made / seen[:, None], np.ones(len(scales)))
-    return variances, np.sum([np.sqrt(variance) * part for variance, part in zip(variances, parts, strict=True)], axis=0)
+    variances, misfit = optimize.nnls(made / seen[:, None], np.ones(len(scales)))
+    heights = np.sum([np.sqrt(variance) * part for variance, part in zip(variances, parts, strict=True)], axis=0)
+    return NoiseField(variances, heights, misfit)

@@ -76,7 +76,7 @@ def _found(vertices: np.ndarray, faces: np.ndarray) -> bool:
 @pytest.mark.parametrize("width", [0, 2, 4])
 def test_the_width_of_the_noise_that_was_put_in_is_found(width: int) -> None:
     """Four fifths and more of the variance are of that width, and the variance is right within a quarter."""
-    variances, heights = noise_field(_scan(FLAT + 0.3 * _shared(width)[:, None] * UP), (0, 2, 4), (1, 2, 4))
+    variances, heights, _ = noise_field(_scan(FLAT + 0.3 * _shared(width)[:, None] * UP), (0, 2, 4), (1, 2, 4))
     assert variances[(0, 2, 4).index(width)] > 0.8 * variances.sum()
     assert variances.sum() == pytest.approx(0.09, rel=0.25)
     assert heights[SCORED].std() == pytest.approx(0.3, rel=0.15)
@@ -85,7 +85,7 @@ def test_the_width_of_the_noise_that_was_put_in_is_found(width: int) -> None:
 def test_half_of_the_noise_is_shared() -> None:
     """Of equal parts of two widths about a half is shared, and the other part is the noise of a vertex of its own."""
     noise = (0.2 * _shared(0) + 0.2 * _shared(2, seed=5))[:, None] * UP
-    (own, shared), _ = noise_field(_scan(FLAT + noise), (0, 2), (1, 4))
+    (own, shared), *_ = noise_field(_scan(FLAT + noise), (0, 2), (1, 4))
     assert shared / (own + shared) == pytest.approx(0.5, abs=0.15)
     assert np.sqrt(own) == pytest.approx(0.2, rel=0.15)
 
@@ -93,7 +93,7 @@ def test_half_of_the_noise_is_shared() -> None:
 def test_no_noise_is_nothing() -> None:
     """Neither a plane nor a mesh of which no vertex counts has any."""
     for scan in (_scan(FLAT), Scan(FLAT, FACES, np.zeros_like(SCORED))):
-        variances, heights = noise_field(scan, (0, 2), (1, 4))
+        variances, heights, _ = noise_field(scan, (0, 2), (1, 4))
         assert not variances.any()
         assert not heights.any()
 
@@ -102,8 +102,8 @@ def test_the_noise_is_the_same_for_a_moved_and_renumbered_mesh() -> None:
     """Random numbers are made of the geometry."""
     points = FLAT + 0.3 * _shared(2)[:, None] * UP
     moved, faces, order = renumbered((points @ rotation().T + 5.0, FACES), seed=3)
-    variances, heights = noise_field(_scan(points), (0, 2), (1, 4))
-    others, of_other = noise_field(_scan(moved, faces, (UP @ rotation().T)[order]), (0, 2), (1, 4))
+    variances, heights, _ = noise_field(_scan(points), (0, 2), (1, 4))
+    others, of_other, _ = noise_field(_scan(moved, faces, (UP @ rotation().T)[order]), (0, 2), (1, 4))
     np.testing.assert_allclose(others, variances, rtol=1e-6)
     np.testing.assert_allclose(of_other, heights[order], atol=1e-6)
 

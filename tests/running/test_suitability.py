@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 from numpy.typing import NDArray
 
 from pymeshfair.errors import RunError
-from pymeshfair.filters.denoising import Scan
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.traits import measured_traits
 from pymeshfair.mesh_data import MeshData
@@ -20,7 +18,7 @@ from pymeshfair.running.job import Job
 from pymeshfair.running.measuring import measure
 from pymeshfair.running.suitability import Trial, needed, ranked, traits_of, unsuitable
 from pymeshfair.running.supervise import run_job
-from pymeshfair.running.trials import results_of, risks_of, trials
+from pymeshfair.running.trials import trials
 from pymeshfair.scripts.fits import parse_fits
 from pymeshfair.scripts.script import Script
 from tests.meshes import icosphere
@@ -75,39 +73,6 @@ def test_the_least_error_leads_however_near_the_next_is() -> None:
     traits = {"mesh": 1.0, "noise": 0.2, "sharpness": 0.9}
     best, next_best = Trial(error=0.186, before=0.196, relief=None), Trial(error=0.1876, before=0.196, relief=None)
     assert ranked(traits, HEADS, {"all": best, "few": next_best})[0].recipe == "all"
-
-
-def test_what_errors_cannot_tell_apart_is_ordered_by_risk() -> None:
-    """Of two that held-out vertices do not separate the one with less risk leads, before a third whose error is larger."""
-    traits = {"mesh": 1.0, "noise": 0.2, "sharpness": 0.9}
-    tried = {
-        "all": Trial(error=0.186, before=0.196, relief=None, risk=0.03),
-        "few": Trial(error=0.185, before=0.196, relief=None, risk=0.05),
-        "some": Trial(error=0.19, before=0.196, relief=None),
-    }
-    found = ranked(traits, HEADS, tried)
-    assert [s.recipe for s in found] == ["all", "few", "some"]
-    assert found[0].trial is not None
-    assert "expected 0.030 from the truth" in found[0].trial.words
-    # One that moves nothing in a trial, or was not tried, is expected as far off as the noise.
-    tried = {"all": replace(tried["all"], error=0.196), "few": replace(tried["few"], error=0.196)}
-    assert [s.recipe for s in ranked(traits, HEADS, tried)] == ["all", "few", "some"]
-
-
-@pytest.mark.slow
-def test_the_risk_is_the_distance_from_the_truth() -> None:
-    """On a ball with noise of a tenth of an edge it is the root mean square height over the ball, to a tenth."""
-    truth, faces = icosphere(4)
-    heights = 0.1 * mean_edge_length(truth, faces) * np.random.default_rng(1).normal(size=len(truth))
-    noisy = truth * (1.0 + heights[:, None])
-    scan, edge = Scan.of(noisy, faces), mean_edge_length(noisy, faces)
-    implicit = load_recipe("smooth_implicit").script.steps[0]
-    scripts = {size: Script((implicit.with_values({"detail_size": size}),)) for size in ("4edge", "12edge")}
-    found = risks_of(scan, scripts)
-    middle = truth.mean(axis=0) / edge - (noisy / edge - scan.points).mean(axis=0)
-    for size, points in results_of(scan.points, scan.faces, scripts):
-        radii = np.linalg.norm(points - middle, axis=1)
-        assert found[size] == pytest.approx(np.sqrt(np.mean((radii - 1.0 / edge) ** 2)), rel=0.1)
 
 
 @pytest.mark.slow

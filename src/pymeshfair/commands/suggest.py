@@ -135,15 +135,13 @@ def _trials(
     if not is_correlated:
         return results
     # Held-out vertices are no evidence where neighbours share their noise: the filter that knows such noise was judged otherwise.
-    # Nor are relief, as the waves of that noise pass for some, and the risk, which is that of noise of single vertices.
+    # Nor is relief, as the waves of that noise pass for some.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
     # Nothing at all leaves rounding in its steps, which is no merit.
     nothing = max(errors[0], traits["noise"])
     best = min(nothing, min(values["tried"], key=lambda trial: float(trial["excess"]))["error"])
     return {
-        name: replace(
-            trial, before=nothing, error=best if name in filtered else max(nothing, trial.error), relief=None, risk=None
-        )
+        name: replace(trial, before=nothing, error=best if name in filtered else max(nothing, trial.error), relief=None)
         for name, trial in results.items()
     }
 

@@ -27,7 +27,7 @@ _REPLACEABLE = (*_ALIKE, "clean")
 _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "the triangles are good as they are"}
 
 #: the order of recipes
-_Key: TypeAlias = tuple[bool, int, bool, bool, float, float, bool, int, int]
+_Key: TypeAlias = tuple[bool, int, bool, bool, float, bool, int, int]
 #: tasks that replace or change what was scanned, or do not clean it; and those that close openings, with surface that was not
 #: measured
 _ASIDE, _CLOSING = ("remesh", "change the shape", "curves", "look"), ("repair", "prepare")
@@ -43,7 +43,6 @@ class Trial:
     before: float  # the same of the scan as it is
     relief: float | None  # the share of the relief that went; None where there is none that stands out from the noise
     relief_from: float = 0.0  # the shortest waves that count there; 0 for all
-    risk: float | None = None  # how far it is expected to be from the truth, where held-out vertices cannot tell it from the best
 
     @property
     def erases(self) -> bool:
@@ -60,8 +59,7 @@ class Trial:
         kept = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief{hidden}"
         if self.before == 0.0:
             return f"there is hardly any noise: it would move vertices by {self.error:.2g} edges{kept}"
-        expected = "" if self.risk is None else f", and is expected {self.risk:.3f} from the truth"
-        return f"tried here, it misses vertices by {self.error:.3f} edges, the scan as it is by {self.before:.3f}{expected}{kept}"
+        return f"tried here, it misses vertices by {self.error:.3f} edges, the scan as it is by {self.before:.3f}{kept}"
 
 
 @dataclass(frozen=True)
@@ -120,10 +118,10 @@ def ranked(
 ) -> list[Suitability]:
     """All shipped recipes, those first that fit, and of these first the ones that are made for most of what the scan is.
 
-    Where recipes were tried those come first that leave the least error, by their risk where errors cannot be told apart, one
-    that was not tried counting as one that moves nothing, and behind all others those that erase detail. Among equals those come
-    last that repair or prepare a scan with openings: whether these are to be closed, the scan does not say. Then a recipe is the
-    better known to fit the more conditions it sets, those of what a scan must not be aside; then the order is that of the tasks.
+    Where recipes were tried those come first that leave the least error, one that was not tried counting as one that moves
+    nothing, and behind all others those that erase detail. Among equals those come last that repair or prepare a scan with
+    openings: whether these are to be closed, the scan does not say. Then a recipe is the better known to fit the more conditions
+    it sets, those of what a scan must not be aside; then the order is that of the tasks.
     One that says that it is judged after another comes after that, if it fits too. Recipes that do not fit come by how little is
     in the way.
     """
@@ -131,16 +129,13 @@ def ranked(
     behind = {head.name: head.info.behind for head in heads}
     verdicts = {head.name: replace(judged(head.name, head.info, traits), trial=tried.get(head.name)) for head in heads}
     of_nothing = max((trial.before for trial in tried.values()), default=0.0)
-    least = min((trial.error for trial in tried.values()), default=0.0)
     is_open = traits.get("border edges", 0.0) > 0.0
 
     def key(suited: Suitability) -> _Key:
         erases = suited.trial is not None and suited.trial.erases
-        error, risk = of_nothing, traits.get("noise", 0.0)  # which is the risk of doing nothing
-        if suited.trial is not None:
-            error, risk = (suited.trial.error, risk) if suited.trial.risk is None else (least, suited.trial.risk)
+        error = of_nothing if suited.trial is None else suited.trial.error
         aside, closes = suited.task in _ASIDE, is_open and suited.task in _CLOSING
-        return not suited.fits, len(suited.unmet), aside, erases, error, risk, closes, -suited.made_for, _place(suited.task)
+        return not suited.fits, len(suited.unmet), aside, erases, error, closes, -suited.made_for, _place(suited.task)
 
     def place(suited: Suitability) -> tuple[_Key, bool, int, str]:
         better = verdicts.get(behind[suited.recipe])
