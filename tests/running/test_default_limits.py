@@ -12,8 +12,8 @@ from threading import Timer
 import pytest
 
 from pymeshfair.operating_system import this_system
-from pymeshfair.processes.order import Answer, Order
 from pymeshfair.processes.process import Items, Process
+from pymeshfair.processes.worker import Answer, Order
 from pymeshfair.running.errors import RunTimeout
 from pymeshfair.running.job import Compiling, Event, Job, PhaseStarted
 from pymeshfair.running.report import Report
