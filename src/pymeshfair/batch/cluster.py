@@ -9,6 +9,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -78,25 +79,24 @@ class OfScheduler:
         return None
 
 
+@dataclass(eq=False)
 class _Plugin(WorkerPlugin):
     """The station of every worker during a batch; dask sends it to workers that join later, too."""
 
-    def __init__(self, batch: str, template: bytes, folder: Path, wanted: Conditions) -> None:
-        """See the class; `batch` is what the names of its tasks begin with, and `template` a pickled `Job`."""
-        self.name = batch
-        self._folder = folder
-        self.station: Station | None = None
-        self._template = template
-        self._wanted = wanted
+    name: str  # of the batch, with which the names of its tasks begin
+    template: bytes  # a pickled `Job`
+    folder: Path
+    wanted: Conditions
+    station: Station | None = None
 
     def setup(self, worker: Worker) -> None:
         """Called by dask on every worker. One that came late and is not fit leaves again."""
-        if unfit := self._wanted.unfit():
+        if unfit := self.wanted.unfit():
             logging.getLogger(__name__).error("this worker cannot take part in the batch: %s", "; ".join(unfit))
             worker.loop.add_callback(worker.close, reason="pymeshfair-batch-unfit")
             return
         pool = pool_of(worker.state.nthreads, rest_after=_IDLE)
-        self.station = Station(pickle.loads(self._template), self._folder, pool)
+        self.station = Station(pickle.loads(self.template), self.folder, pool)
 
     def teardown(self, worker: Worker) -> None:
         """Called by dask when the batch or the worker ends."""

@@ -44,13 +44,10 @@ def page_path(folder: Path, output: Path) -> Path:
 
 
 def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Pool) -> dict[str, Any]:
-    """Write the page of a scan that was done; its small picture. Both are taken from what was written before if nothing changed.
+    """Write the page of a scan that was done. Nothing is drawn if it was there before, and nothing has changed.
 
     Returns:
-        ``"source"``, the picture as a ``data:`` address, ``"width"`` and ``"height"`` in pixels.
-
-    Raises:
-        RunError: a file cannot be read or must not be replaced, or the process died.
+        A small picture: ``"source"``, as a ``data:`` address, ``"width"`` and ``"height"`` in pixels.
     """
     record = read_provenance(output)
     if record is None:

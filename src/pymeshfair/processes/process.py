@@ -85,16 +85,13 @@ class Process:
         items: Items | None = None,
         pulse: Callable[[], float] = lambda: _PULSE,
     ) -> Answer:
-        """Give it an order and wait for the answer.
+        """Give it an order and wait for the answer; raises `LostProcessError` if it ends without one.
 
         Args:
             order: the work.
             take: called with all else that comes; an exception that it raises ends the waiting.
             items: what comes is put there, perhaps among items of others.
             pulse: called time and again for the most seconds to wait; may raise, too.
-
-        Raises:
-            LostProcessError: it has ended without an answer.
         """
         self.is_idle, self._items = False, SimpleQueue() if items is None else items
         if not self._readers:

@@ -276,11 +276,8 @@ def _turned_alike(
 ) -> tuple[NDArray[np.intp], NDArray[np.int8]]:
     """Which side each of some things is on so that linked ones agree, along the links where they agree or disagree most.
 
-    Args:
-        count: how many things.
-        rows: (l,) one end of each link.
-        others: (l,) the other, not the same.
-        agree: (l,) from -1 to 1, the same of a link that is there both ways; below 0 one end has to be turned over.
+    (l,) `rows` and `others` are the ends of each link, never the same; `agree` is from -1 to 1, the same of a link that is there
+    both ways, and below 0 one end has to be turned over.
 
     Returns:
         (count,) the first of all things that a thing is linked with, and (count,) 1 or -1, which is 1 for the first.
