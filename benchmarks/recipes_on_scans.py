@@ -232,7 +232,9 @@ def tables(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
         for scan in dict.fromkeys(row["scan"].removesuffix("_noisy") for row in rows)
         if scan not in ("terrestrial", "chameleon")
     ]
-    others = [name for name in recipes_of("mesh") if load_recipe(name).info.task in ("repair", "prepare", "change the shape")]
+    others = [
+        name for name in recipes_of("mesh") if load_recipe(name).info.task in ("repair", "prepare", "remesh", "change the shape")
+    ]
 
     def cell(scan: str, name: str, words: Callable[[dict[str, Any]], str]) -> str:
         row = found.get((scan, name))

@@ -46,17 +46,11 @@ class ConvergenceError(PymeshfairError, RuntimeError):
 
 
 def check_whole_number(name: str, value: object, *, least: int = 0, most: int | None = None, note: str = "") -> int:
-    """The value as an `int`.
-
-    Args:
-        name: the parameter's name, as in "iterations is 2.5: it is a whole number of at least 0".
-        value: the value.
-        least: the smallest value that is allowed.
-        most: the largest value that is allowed; None for any.
-        note: appended to the message: what the value means, or what to give instead. Begins with its own punctuation.
+    """The value as an `int`, from `least` to `most`, both included; None for any.
 
     Raises:
-        FilterInputError: not an integer, or out of range.
+        FilterInputError: not an integer, or out of range: "iterations is 2.5: it is a whole number of at least 0". The `note`,
+            which begins with its own punctuation, says what the value means, or what to give instead.
     """
     if isinstance(value, Integral) and not isinstance(value, bool):
         number = int(value)
@@ -68,16 +62,10 @@ def check_whole_number(name: str, value: object, *, least: int = 0, most: int | 
 
 
 def check_finite(name: str, value: object, *, least: float | None = None, most: float | None = None) -> float:
-    """The value as a finite `float` within the bounds, both included.
-
-    Args:
-        name: the parameter's name, as in "time_step nan is not finite and at least 0".
-        value: the value.
-        least: the lower bound; None for none.
-        most: the upper bound, only together with a lower one; None for none.
+    """The value as a finite `float` within the bounds, both included; an upper one only together with a lower one.
 
     Raises:
-        FilterInputError: not a real number, not finite, or out of range.
+        FilterInputError: not a real number, not finite, or out of range: "time_step nan is not finite and at least 0".
     """
     number = _real(value)
     low, high = -math.inf if least is None else least, math.inf if most is None else most
@@ -88,16 +76,10 @@ def check_finite(name: str, value: object, *, least: float | None = None, most: 
 
 
 def check_positive(name: str, value: object, *, most: float | None = None, note: str = "") -> float:
-    """The value as a finite `float` above 0.
-
-    Args:
-        name: the parameter's name, as in "detail_size 0.0 is not finite and above 0".
-        value: the value.
-        most: the largest value that is allowed; None for any that is finite.
-        note: as for `check_whole_number`.
+    """The value as a finite `float` above 0 and up to `most`, included; None for any. The note as for `check_whole_number`.
 
     Raises:
-        FilterInputError: not a real number, not finite, or out of range.
+        FilterInputError: not a real number, not finite, or out of range: "detail_size 0.0 is not finite and above 0".
     """
     number = _real(value)
     if 0.0 < number < math.inf and (most is None or number <= most):
@@ -107,15 +89,10 @@ def check_positive(name: str, value: object, *, most: float | None = None, note:
 
 
 def check_choice(name: str, value: object, allowed: Any) -> None:
-    """Refuses a value that is not one of the allowed names.
-
-    Args:
-        name: the parameter's name, as in "border 'open' is not one of 'fixed', 'along', 'free'".
-        value: the value.
-        allowed: a `Literal` type, or a sequence of names, in the order in which the message lists them.
+    """Refuses a value that is not one of the allowed names, a `Literal` type or a sequence.
 
     Raises:
-        FilterInputError: another name, or no string.
+        FilterInputError: another name, or no string: "border 'open' is not one of 'fixed', 'along', 'free'".
     """
     names = get_args(allowed) or allowed
     if not (isinstance(value, str) and value in names):

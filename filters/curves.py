@@ -211,13 +211,7 @@ class ChainStep:
     """
 
     def __init__(self, laplacian: Laplacian, chains: Chains, time_step: float) -> None:
-        """Eliminates, for any number of right-hand sides; in time and memory proportional to the vertices.
-
-        Args:
-            laplacian: L = M^-1 C on n vertices, with positive weights.
-            chains: the free vertices.
-            time_step: t, at least 0, in the unit of 1 / L.
-        """
+        """Eliminates, for any number of right-hand sides; in time and memory proportional to the vertices."""
         t = min(time_step, LONGEST_STEP)
         stiffness = laplacian.stiffness
         # Divided by 1 + t all conductances stay finite. A stiffness is negative on its diagonal alone.
@@ -346,12 +340,7 @@ class Chains(NamedTuple):
 
 
 def trace_chains(rings: OneRings, free: Bools) -> Chains:
-    """The chains that the free vertices form.
-
-    Args:
-        rings: the neighbours along the curves.
-        free: (n,) bool; none of them has more than two free neighbours. A vertex without neighbours is a chain of its own.
-    """
+    """The chains that (n,) free vertices form, none of which has more than two free neighbours."""
     n = len(free)
     longest = Chains(np.empty(n, np.int32), np.empty(n + 1, np.int64), np.empty(n, dtype=np.bool_), np.empty(n, dtype=np.bool_))
     placed, chains = _trace(rings, free, longest)

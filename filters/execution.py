@@ -75,10 +75,8 @@ def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], pro
     task, `progress` is called after every task, and several threads of a program may work at once, which numba's own pool does
     not survive everywhere.
 
-    Args:
-        work: writes its result to a place of its own.
-        tasks: the arguments of each call.
-        progress: called after every task and while a long one runs; may raise, which drops the tasks that have not begun.
+    Each writes its result to a place of its own. `progress` is called after every task and while a long one runs; if it raises,
+    the tasks that have not begun are dropped.
     """
     with ThreadPoolExecutor(allowed_threads()) as pool:
         futures = [pool.submit(work, *task) for task in tasks]
@@ -99,10 +97,7 @@ def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None
     One kernel without the GIL serves small meshes and large ones: waking numba's threads for a small mesh costs as much as the
     work, even if one of them gets all of it. The calling thread works too, so that calls from threads of a full pool end.
 
-    Args:
-        kernel: writes the results of each number from `first` to before `last` to places of their own.
-        count: of vertices or faces.
-        *arguments: of the kernel.
+    The kernel writes the results of each number from `first` to before `last`, of vertices or faces, to places of their own.
     """
     parts = min(_PARTS * allowed_threads(), count // max(1, int(_LEAST_PART * SERIAL_BELOW)))
     others = min(allowed_threads(), parts) - 1
@@ -139,12 +134,8 @@ def abandonable(work: Callable[[], T], progress: Progress, done: float) -> T:
     """The result of `work`, which runs in a thread of its own while `progress` is called.
 
     If `progress` raises, the thread is abandoned: it ends when its call returns, and its result is dropped. This helps only with
-    calls that release the GIL, as kernels and numpy's eigensolver do.
-
-    Args:
-        work: the call.
-        progress: called about ten times a second with `done`; may raise to stop.
-        done: the share of the whole work that was done before.
+    calls that release the GIL, as kernels and numpy's eigensolver do. `progress` is called about ten times a second with the
+    share of the whole work that was `done` before.
     """
     results: list[T] = []
     errors: list[BaseException] = []

@@ -231,17 +231,10 @@ _by_hampel = _loop(_hampel)
 def weigh(
     weights: Floats, code: int, sigma: float, squares: Floats, floor: float, distances: Floats, per_distance: float, count: int
 ) -> None:
-    """Multiply weights w by g(max(|x|, floor)) exp(-d c), for compiled code: a bilateral filter's, if d are squared distances.
+    """Multiply weights by g(max(|x|, floor)) exp(-d c), for compiled code: a bilateral filter's, if d are squared distances.
 
-    Args:
-        weights: (n,) w.
-        code: the kernel g, by its `KERNEL_CODES`.
-        sigma: its scale, above 0.
-        squares: (n,) x^2 of deviations x.
-        floor: smaller deviations count as this one.
-        distances: (n,) d, not below 0.
-        per_distance: c, not below 0.
-        count: how many are multiplied, from the first.
+    The first `count` are multiplied; g is a kernel by its `KERNEL_CODES`, of scale `sigma`, the `squares` are x^2; d and c, the
+    `distances` and `per_distance`, are not below 0.
     """
     if code == L2:
         _by_l2(weights, sigma, squares, floor, distances, per_distance, count)

@@ -14,7 +14,7 @@ from pymeshfair.errors import ParameterError, UnknownNameError
 from pymeshfair.mlx_scripts import WITHDRAWN
 from pymeshfair.recipe import Recipe, RecipeInfo, load_recipe, shipped_recipes, superseded_recipes
 from pymeshfair.scripts import ScriptError, format_script, parse_script
-from pymeshfair.scripts.value_text import parse_value
+from pymeshfair.scripts.values import parse_value
 from pymeshfair.scripts.warnings import script_warnings
 
 TWO_STEPS = """

@@ -16,15 +16,29 @@ from .correlated_noise import shared_noise
 from .face_neighbourhoods import Neighborhood
 from .impulses import Outliers, replace_outlying
 from .noise_level import NoiseEstimate, estimate_noise, noise_floor
-from .normal_filter import NormalFilter, NormalFilterMethod
-from .normal_filtering import filter_face_normals, normal_filtering
-from .normal_filters import SPACE_KERNELS, RangeMeasure, SpaceKernel
-from .parts import distances_of_part, needs_distance, rings_of_round, round_of_part
-from .preparation import denoised
-from .relaxation import RelaxationDirection, RelaxedPart, direction_for, rings_of_relaxation, share_along
+from .normal_filter import SPACE_KERNELS, NormalFilter, NormalFilterMethod, RangeMeasure, SpaceKernel
+from .normal_filtering import (
+    distances_of_part,
+    filter_face_normals,
+    needs_distance,
+    normal_filtering,
+    rings_of_round,
+    round_of_part,
+)
+from .preparation import (
+    HALF_WAY,
+    RINGS_OF_UNFOLDING,
+    RelaxationDirection,
+    RelaxedPart,
+    denoised,
+    direction_for,
+    going_back,
+    rings_of_relaxation,
+    share_along,
+    unfolded,
+)
 from .rounding import RoundingPolicy
 from .scan import Scan
-from .unfolding import HALF_WAY, RINGS_OF_UNFOLDING, going_back, unfolded
 from .vertex_update import VertexUpdate
 
 __all__ = [

@@ -12,15 +12,12 @@ from ..evidence import put_where_expected
 from ..mesh import Bools, Floats, Ints, normalised_mesh
 from ..robust import KernelName
 from ..topology import BorderPolicy, border_vertices
-from .adjacency import Adjacency
-from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, Neighborhood
+from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, Adjacency, Neighborhood
 from .impulses import Outliers
-from .normal_filter import NormalFilter, NormalFilterMethod
-from .normal_filters import RangeMeasure, SpaceKernel
-from .preparation import denoised
-from .relaxation import RelaxationDirection, along_normals, direction_for, outline_kept
+from .normal_filter import NormalFilter, NormalFilterMethod, RangeMeasure, SpaceKernel
+from .normal_filtering import rounds
+from .preparation import RelaxationDirection, along_normals, denoised, direction_for, outline_kept
 from .rounding import RoundingPolicy
-from .rounds import rounds
 from .scan import Scan
 from .vertex_update import VertexUpdate
 

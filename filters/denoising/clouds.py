@@ -15,7 +15,7 @@ from ..geometry import unit_vectors
 from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..robust import KernelName, kernel_weight
-from .neighbour_weights import REACH, Term, range_term, space_term
+from .bilateral import REACH, Term, range_term, space_term
 
 _CHUNK = 100_000  # covariances decomposed at a time
 # Of the sigma of 95 % efficiency, as for the heights of one-rings in `bilateral_fleishman`.
@@ -99,16 +99,9 @@ def projections(
     scale: float = 1.0,
     movable: Bools | None = None,
 ) -> Iterator[Floats]:
-    """The (n, 3) points after each iteration of `bilateral_projection`, without end; none if there is nothing to remove.
+    """The points after each iteration of `bilateral_projection`, without end; none if there is nothing to remove.
 
-    Args:
-        points: (n, 3) coordinates of ordinary size.
-        normals: (n, 3) unit normals; None to estimate them.
-        neighbors: how many.
-        kernels: how they count.
-        degree: 1 for their mean height, 2 for the quadric through them.
-        scale: how long one unit of the sigmas is in these coordinates.
-        movable: (n,) which points may move, None for all.
+    Arguments as there, but that the points are of ordinary size, one unit of the sigmas as long as `scale` in them.
     """
     moves = np.ones(len(points), dtype=np.bool_) if movable is None else movable
     now, space, height = points, None, None
@@ -121,8 +114,7 @@ def projections(
             if space.sigma <= 0.0 or height.sigma <= 0.0:
                 return
         following = now.copy()
-        kernel = _project if degree == 1 else _project_to_quadrics
-        over_range(kernel, len(now), now, following, axes, moves, distances, indices, space, height)
+        over_range(_project, len(now), now, following, axes, moves, distances, indices, space, height, degree)
         now = following
         yield now
 
@@ -145,9 +137,7 @@ def normals_of(points: Floats, indices: Ints) -> Floats:
 
     Signs are arbitrary. Where neighbours coincide, or lie on a line, so is the direction.
 
-    Args:
-        points: (n, 3) coordinates of ordinary size.
-        indices: (m, k) the neighbours of the first m of them, at least 2. More are steadier and round off edges.
+    The (m, k) neighbours are those of the first m points, at least 2 each. More are steadier and round off edges.
     """
     normals = np.empty((len(indices), 3))
     for first in range(0, len(indices), _CHUNK):
@@ -163,9 +153,7 @@ def normals_of(points: Floats, indices: Ints) -> Floats:
 def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
     """(m, 3) unit normals, each the mean of one and those of its neighbours, which are turned to its side, as MeshLab does it.
 
-    Args:
-        normals: (n, 3) unit normals of any sign.
-        indices: (m, k) the neighbours of the first m of them.
+    The (m, k) neighbours are those of the first m of (n, 3) unit normals of any sign.
     """
     smooth = np.empty((len(indices), 3))
     for first in range(0, len(indices), _CHUNK):
@@ -241,32 +229,7 @@ def _project(
     indices: Ints,
     space: Term,
     term: Term,
-    begin: int,
-    end: int,
-) -> None:
-    for i in range(begin, end):
-        if moves[i]:
-            total = shift = 0.0
-            for k in range(indices.shape[1]):
-                height = _height(points, normals, i, indices[i, k])
-                share = kernel_weight(space.code, distances[i, k], space.sigma) * kernel_weight(term.code, height, term.sigma)
-                total += share
-                shift += share * height
-            if total > 0.0:
-                for c in range(3):
-                    out[i, c] = points[i, c] + shift / total * normals[i, c]
-
-
-@compiled(nogil=True)
-def _project_to_quadrics(
-    points: Floats,
-    out: Floats,
-    normals: Floats,
-    moves: Bools,
-    distances: Floats,
-    indices: Ints,
-    space: Term,
-    term: Term,
+    degree: int,
     begin: int,
     end: int,
 ) -> None:
@@ -277,20 +240,24 @@ def _project_to_quadrics(
         if not moves[i] or unit == 0.0:
             continue
         ax, ay, az, bx, by, bz = tangents(normals[i, 0], normals[i, 1], normals[i, 2])
-        count, largest = 0, 0.0
+        count, largest, total, shift = 0, 0.0, 0.0, 0.0
         for k in range(most):
             j = indices[i, k]
             dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
             height = _height(points, normals, i, j)
             share = kernel_weight(space.code, distances[i, k], space.sigma) * kernel_weight(term.code, height, term.sigma)
-            if share > 0.0:
+            total += share
+            shift += share * height
+            if degree > 1 and share > 0.0:
                 samples[0, count], samples[1, count] = (ax * dx + ay * dy + az * dz) / unit, (bx * dx + by * dy + bz * dz) / unit
                 samples[2, count], samples[3, count] = height, share
                 largest = max(largest, share)
                 count += 1
-        for k in range(count):
-            samples[3, k] /= largest
-        # A polynomial that passes on more noise than the point has itself is extrapolated.
-        height, _ = height_of_quadric(samples, count, 1.0, work)
+        height = shift / total if total > 0.0 else 0.0
+        if degree > 1:
+            for k in range(count):
+                samples[3, k] /= largest
+            # A polynomial that passes on more noise than the point has itself is extrapolated.
+            height, _ = height_of_quadric(samples, count, 1.0, work)
         for c in range(3):
             out[i, c] = points[i, c] + height * normals[i, c]

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -9,18 +10,23 @@ import numpy as np
 from ..checks import FilterInputError, check_choice
 from ..compilation import compiled
 from ..execution import over_range
-from ..geometry import CENTRE, squared_length
-from ..mesh import Floats, Ints, Longs
-from ..topology import VertexFaces
+from ..geometry import CENTRE, measure_faces, squared_length
+from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, order_by_place, order_of_faces, worth_reordering
+from ..topology import VertexFaces, border_vertices, vertex_faces
 
 #: "edge": the faces that share an edge with it. "vertex": those that share a vertex. "two_ring" and "three_ring": two and three
 #: steps between faces that share a vertex. "radius": those whose centres lie within a distance, reached by steps between such
-#: faces alone. "geodesic": those within a distance along the surface, see `_visit_within`.
+#: faces alone. "geodesic": those within a distance along the surface, see `_visit`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 
 #: how many steps between faces that share a vertex the neighbourhoods are, those that have no radius
 RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
-_WITHOUT_LIMIT = 1 << 30
+# How a face is measured from another: by steps, by the square of the straight distance, by the length of a path.
+_BY_STEPS, _STRAIGHT, _ALONG = range(3)
+# In a radius of two mean distances of centres lies about one ring of faces at a vertex.
+_DISTANCES_OF_RING = 2.0
+# Of a vertex and its faces the passes read so many times as much as three coordinates: a row of 8 numbers for each of two faces.
+_SIZE = 6
 
 
 class FaceNeighbourhoods(NamedTuple):
@@ -46,17 +52,16 @@ def face_neighbourhoods(
         FilterInputError: no such neighbourhood, or no radius.
     """
     check_choice("neighborhood", kind, Neighborhood)
-    if kind in ("edge", "vertex"):
-        return _listed(len(faces), _visit_touching, faces, at_vertices, kind == "edge")
-    if kind in RINGS_OF_NEIGHBORHOOD:
-        return _listed(len(faces), _visit, faces, at_vertices, RINGS_OF_NEIGHBORHOOD[kind], np.empty((0, 3)), 0.0)
+    touching = _listed(len(faces), _visit_touching, faces, at_vertices, kind == "edge")
+    rings = RINGS_OF_NEIGHBORHOOD.get(kind)
+    if rings == 1:
+        return touching
+    if rings is not None:
+        return _listed(len(faces), _visit, touching, _BY_STEPS, np.empty((0, 3)), float(rings))
     if centres is None or not radius > 0.0:
         raise FilterInputError(f"radius {radius} is not above 0")
-    places = np.ascontiguousarray(centres)
-    if kind == "radius":
-        return _listed(len(faces), _visit, faces, at_vertices, _WITHOUT_LIMIT, places, radius * radius)
-    touching = _listed(len(faces), _visit_touching, faces, at_vertices, False)
-    return _listed(len(faces), _visit_within, touching, places, radius)
+    measure, reach = (_STRAIGHT, radius * radius) if kind == "radius" else (_ALONG, radius)
+    return _listed(len(faces), _visit, touching, measure, np.ascontiguousarray(centres), reach)
 
 
 def _listed(count: int, kernel: Callable[..., None], *arguments: Any) -> FaceNeighbourhoods:
@@ -76,9 +81,7 @@ def _listed(count: int, kernel: Callable[..., None], *arguments: Any) -> FaceNei
 def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> float:
     """The mean distance of the centres of two faces that share an edge, in mesh units; 0 if no two faces do.
 
-    Args:
-        table: (m, 8) of `measure_faces`.
-        edge_neighbours: the neighbourhoods "edge".
+    The table is that of `measure_faces`, the neighbourhoods are those of "edge".
     """
     sums = centre_distance_sums(table, edge_neighbours)
     count = len(edge_neighbours.neighbours)
@@ -89,8 +92,79 @@ def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
 def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> Floats:
     """(m,) for each face the sum of the distances of its centre from those of its neighbours; see `mean_centre_distance`."""
     sums: Floats = np.empty(len(table))
-    over_range(_sum_distances, len(table), table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, sums)
+    over_range(_sum_distances, len(table), table[:, CENTRE], *edge_neighbours, sums)
     return sums
+
+
+@dataclass(frozen=True)
+class Adjacency:
+    """Which faces of a mesh are neighbours, for all passes of a filter, and all that filter meshes with the same faces."""
+
+    # None, or (k,) a permutation: point i here is point ``places[i]`` of the normalised mesh, so that neighbours lie near each
+    # other in memory. No result depends on it.
+    places: Ints | None
+    faces: Ints  # (m, 3) the triangles, by the numbers of the points here
+    at_vertices: VertexFaces  # the faces at every point, by the same numbers, in the order of the faces of the mesh
+    on_border: Bools  # (n,) the points on a border
+    ends: bool = True  # whether the surface ends at the border; not if this is cut out of a larger one
+    face_places: Ints | None = None  # None, or (m,) a permutation: triangle f here is triangle ``face_places[f]`` of the mesh
+    _kept: dict[Neighborhood, FaceNeighbourhoods] = field(default_factory=dict, repr=False)
+
+    @staticmethod
+    def of(mesh: NormalisedMesh, *, ends: bool = True, sweeps: int = 0) -> "Adjacency":
+        """Of a mesh of triangles.
+
+        The faces are put into an order, too, in which neighbours lie near each other in memory, if that is worth it for so many
+        `sweeps` over all faces or vertices, 0 if they may not: a sum around a face or a vertex has the same bits then, one over
+        all faces may not.
+        """
+        sorts_faces = worth_reordering(mesh.cells, len(mesh), sweeps, size=_SIZE)
+        reorders = sorts_faces or worth_reordering(mesh.cells, len(mesh))
+        places = order_by_place(mesh.points, mesh.cells) if reorders else None
+        faces, face_places = mesh.in_order(places).cells, None
+        at_vertices, on_border = vertex_faces(faces, len(mesh)), border_vertices(faces, len(mesh))
+        if sorts_faces:
+            face_places = order_of_faces(faces, len(mesh))
+            numbers = np.empty_like(face_places)
+            numbers[face_places] = np.arange(len(faces), dtype=np.int32)
+            at_vertices.rows[:, 0] = numbers[at_vertices.rows[:, 0]]
+            faces = faces[face_places]
+        return Adjacency(places, faces, at_vertices, on_border, ends, face_places)
+
+    def around(self, kind: Neighborhood) -> FaceNeighbourhoods:
+        """The neighbourhoods "edge", "vertex", "two_ring" or "three_ring" of the faces."""
+        if kind not in self._kept:
+            self._kept[kind] = face_neighbourhoods(self.faces, self.at_vertices, kind)
+        return self._kept[kind]
+
+    def within(self, kind: Neighborhood, points: Floats, radius: float) -> FaceNeighbourhoods:
+        """Any neighbourhood; for "radius" and "geodesic", the radius in mean distances of the centres of the (n, 3) points."""
+        if kind in RINGS_OF_NEIGHBORHOOD:
+            return self.around(kind)
+        table = measure_faces(points, self.faces)
+        reach = radius * mean_centre_distance(table, self.around("edge"))
+        if not reach > 0.0:
+            # All centres coincide, so that a radius selects nothing.
+            return self.around("vertex")
+        return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=table[:, CENTRE], radius=reach)
+
+    def cut_off(self, kind: Neighborhood, radius: float) -> Ints:
+        """The faces, ascending, whose neighbourhoods the end of the surface cuts off; the radius is that of `within`."""
+        near = self.on_border & self.ends
+        found = near[self.faces].any(axis=1)
+        for _ in range(1, RINGS_OF_NEIGHBORHOOD.get(kind, math.ceil(radius / _DISTANCES_OF_RING)) if found.any() else 0):
+            near[self.faces[found]] = True
+            found = near[self.faces].any(axis=1)
+        return np.flatnonzero(found).astype(np.int32)
+
+
+@compiled(nogil=True)
+def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floats, first: int, last: int) -> None:
+    for i in range(first, last):
+        total = 0.0
+        for k in range(offsets[i], offsets[i + 1]):
+            total += np.sqrt(squared_length(centres, i, neighbours[k]))
+        sums[i] = total
 
 
 @compiled(nogil=True)
@@ -127,78 +201,28 @@ def _visit_touching(
 
 @compiled(nogil=True)
 def _visit(
-    faces: Ints,
-    at_vertices: VertexFaces,
-    rings: int,
+    touching: FaceNeighbourhoods,
+    measure: int,
     centres: Floats,
-    squared_radius: float,
+    reach: float,
     offsets: Longs,
     neighbours: Ints,
     first: int,
     last: int,
 ) -> None:
-    """The faces within some steps of each face, and within the radius if there are centres, for `_listed`."""
-    row_offsets, rows = at_vertices
-    seen = np.full(faces.shape[0], -1, dtype=np.int32)
-    queue = np.empty(64, dtype=np.int32)
-    for i in range(first, last):
-        if faces[i, 0] == faces[i, 1] or faces[i, 1] == faces[i, 2] or faces[i, 2] == faces[i, 0]:
-            continue
-        seen[i] = i
-        queue[0] = i
-        begin, end, found = 0, 1, 1
-        for _ in range(rings):
-            for at in range(begin, end):
-                g = queue[at]
-                for corner in range(3):
-                    v = faces[g, corner]
-                    for k in range(row_offsets[v], row_offsets[v + 1]):
-                        h = rows[k, 0]
-                        if seen[h] == i:
-                            continue
-                        seen[h] = i
-                        if centres.shape[0] and squared_length(centres, i, h) > squared_radius:
-                            continue
-                        if found == queue.shape[0]:
-                            queue = np.concatenate((queue, queue))
-                        queue[found] = h
-                        found += 1
-            begin, end = end, found
-            if begin == end:
-                break
-        if neighbours.shape[0]:
-            neighbours[offsets[i] : offsets[i + 1]] = queue[1:found]
-        else:
-            offsets[i + 1] = found - 1
+    """The faces within reach of every face i, found from face to `touching` face, in the order of the search; for `_listed`.
 
-
-@compiled(nogil=True)
-def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floats, first: int, last: int) -> None:
-    for i in range(first, last):
-        total = 0.0
-        for k in range(offsets[i], offsets[i + 1]):
-            total += np.sqrt(squared_length(centres, i, neighbours[k]))
-        sums[i] = total
-
-
-@compiled(nogil=True)
-def _visit_within(
-    around: FaceNeighbourhoods, centres: Floats, radius: float, offsets: Longs, neighbours: Ints, first: int, last: int
-) -> None:
-    """The faces j around every face i with d(i, j) <= radius, d the length of the shortest path of steps from centre to centre.
-
-    A step goes straight to the centre of a face that shares a vertex. On a plane of equal triangles such paths are up to 3.6 %
-    longer than straight lines, 2.2 % in the mean. Across a crease a step is shorter than the path on the surface, at a right
-    angle by up to 29 %, at the rim of a thin wall by more. Two sheets that lie close together without being connected nearby are
-    as far apart as the path along the surface is long. Faces are listed in the order of the search; `around` are those that share
-    a vertex. For `_listed`.
+    Along the surface the distance is the length of the shortest path from centre to centre. On a plane of equal triangles such
+    paths are up to 3.6 % longer than straight lines, 2.2 % in the mean. Across a crease a step is shorter than the path on the
+    surface, at a right angle by up to 29 %, at the rim of a thin wall by more. Two sheets that lie close together without being
+    connected nearby are as far apart as the path along the surface is long.
 
     A face whose path has become shorter passes this on to its neighbours, until none has. With few faces this is faster than a
     queue ordered by length, and the lengths are the same.
     """
-    near_offsets, near = around
-    seen = np.full(centres.shape[0], -1, dtype=np.int32)
-    place = np.empty(centres.shape[0], dtype=np.int32)
+    near_offsets, near = touching
+    count = near_offsets.shape[0] - 1
+    seen, place = np.full(count, -1, dtype=np.int32), np.empty(count, dtype=np.int32)
     met, length, shortened = np.empty(64, dtype=np.int32), np.empty(64), np.empty(64, dtype=np.bool_)
     for i in range(first, last):
         seen[i], place[i] = i, 0
@@ -213,8 +237,13 @@ def _visit_within(
                     g = met[at]
                     for k in range(near_offsets[g], near_offsets[g + 1]):
                         h = near[k]
-                        way = length[at] + np.sqrt(squared_length(centres, g, h))
-                        if way > radius or (seen[h] == i and way >= length[place[h]]):
+                        if measure == _BY_STEPS:
+                            way = length[at] + 1.0
+                        elif measure == _STRAIGHT:
+                            way = squared_length(centres, i, h)
+                        else:
+                            way = length[at] + np.sqrt(squared_length(centres, g, h))
+                        if way > reach or (seen[h] == i and way >= length[place[h]]):
                             continue
                         if seen[h] != i:
                             if found == met.shape[0]:
@@ -222,8 +251,10 @@ def _visit_within(
                                 shortened = np.concatenate((shortened, shortened))
                             seen[h], place[h], met[found] = i, found, h
                             found += 1
-                        length[place[h]], shortened[place[h]] = way, True
-                        again = True
+                        elif place[h] < at:
+                            again = True
+                        # From the last ring no step leads on.
+                        length[place[h]], shortened[place[h]] = way, measure != _BY_STEPS or way < reach
                 at += 1
         if neighbours.shape[0]:
             neighbours[offsets[i] : offsets[i + 1]] = met[1:found]

@@ -18,7 +18,7 @@ from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, Whole, check_mesh, normalised_mesh
 from ..topology import edges, face_adjacency, one_rings, referenced_vertices, vertex_faces
 from .face_neighbourhoods import face_neighbourhoods
-from .normal_filters import mean_normals
+from .normal_filter import mean_normals
 
 # Squares of residuals are averaged so many times over the one-rings, and count up to so many times their median.
 AVERAGED, CLIP = 4, 9.0
@@ -169,7 +169,7 @@ def smooth_normals(points: Floats, faces: Ints, *, whole: Whole | None = None) -
     table = measure_faces((smooth - mesh.middle) * mesh.scale, faces)
     normals = np.ascontiguousarray(table[:, NORMAL])
     for _ in range(2):
-        normals = mean_normals(normals, table, around, overwrite=True)
+        normals = mean_normals(normals, table, around)
     return mean_normals_at_vertices(normals, faces, len(points))
 
 

@@ -1,27 +1,44 @@
-"""Denoising in two steps: the face normals are filtered, then the vertices are fitted to them."""
+"""Denoising in two steps: the face normals are filtered, then the vertices are fitted to them; again, in rounds.
 
+Guides are, for every face, the mean normal of the most even patch around that contains it [zhang2015]. Filtering on vertices
+instead of faces is there for comparison: at a crease vertex normals are means across it [yadav2021].
+"""
+
+import math
+from collections.abc import Iterator
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import check_choice, check_whole_number
-from ..execution import Progress, ignore_progress
-from ..geometry import measure_faces
-from ..mesh import Floats, check_mesh, normalised_mesh
-from ..topology import BORDER_POLICIES, BorderPolicy
-from .adjacency import Adjacency
-from .normal_filter import NormalFilter, NormalFilterKeywords, lists_settings
-from .normal_passes import NormalPasses
-from .rounds import rounds
-from .vertex_update import VertexUpdate
+from ..checks import FilterInputError, check_choice, check_whole_number
+from ..compilation import compiled, prange
+from ..execution import Progress, ignore_progress, threads_for
+from ..geometry import AREA, CENTRE, NORMAL, looking_away, mean_normals_at_vertices, measure_faces, squared_length
+from ..libraries import sparse
+from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, Whole, check_mesh, normalised_mesh
+from ..topology import BORDER_POLICIES, BorderPolicy, one_rings
+from .face_neighbourhoods import (
+    RINGS_OF_NEIGHBORHOOD,
+    Adjacency,
+    FaceNeighbourhoods,
+    centre_distance_sums,
+    mean_centre_distance,
+)
+from .normal_filter import NormalFilter, Weighting, mean_normals, weighted_normals
+from .vertex_update import VertexUpdate, fit_vertices
 
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
+# Keeps the measure of a patch without any bend from being 0 / 0.
+_EPSILON = 1e-9
+# The corners of a face that a round folds over go back to where they were. That may fold others, for which it is looked so often.
+_LOOKS = 2
+# The rings of the means on which deviations are measured.
+_RINGS_OF_GUIDE = {"averaged": 1, "guided": 3}
+# Points that are normalised already are normalised by this box without the change of a bit.
+_AS_THEY_ARE = Whole(np.full(3, -0.25), np.full(3, 0.25))
 
 
-@lists_settings
 def normal_filtering(
     vertices: ArrayLike,
     faces: ArrayLike,
@@ -32,7 +49,7 @@ def normal_filtering(
     border: BorderPolicy = "along",
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
-    **normal_filter: "Unpack[NormalFilterKeywords]",
+    **normal_filter: Any,
 ) -> Floats:
     """Filter the face normals, fit the vertices to them, and again, `outer_iterations` times.
 
@@ -87,13 +104,12 @@ def normal_filtering(
     return mesh.restored(now)
 
 
-@lists_settings
 def filter_face_normals(
     vertices: ArrayLike,
     faces: ArrayLike,
     *,
     progress: Progress = ignore_progress,
-    **normal_filter: "Unpack[NormalFilterKeywords]",
+    **normal_filter: Any,
 ) -> Floats:
     """(m, 3) the filtered unit normals of the faces, the vertices left alone.
 
@@ -113,7 +129,7 @@ def filter_face_normals(
     mesh = normalised_mesh(points, triangles)
     adjacency = Adjacency.of(mesh, sweeps=settings.normal_iterations if settings.ignores_numbers_of_faces else 0)
     now = mesh.in_order(adjacency.places).points
-    filtered = NormalPasses.over(now, adjacency, settings).filtered(now, measure_faces(now, adjacency.faces), progress)
+    filtered = NormalPasses(now, adjacency, settings).filtered(now, measure_faces(now, adjacency.faces), progress)
     if adjacency.face_places is not None:
         here, filtered = filtered, np.empty_like(filtered)
         filtered[adjacency.face_places] = here
@@ -123,3 +139,278 @@ def filter_face_normals(
     normals = np.zeros((len(triangles), 3))
     normals[np.isin(triangles, mesh.used).all(axis=1)] = filtered
     return normals
+
+
+def rounds(
+    mesh: NormalisedMesh,
+    adjacency: Adjacency,
+    settings: NormalFilter,
+    *,
+    vertex_iterations: int,
+    vertex_update: VertexUpdate = "sun",
+    border: BorderPolicy = "along",
+    distance: float | None = None,
+    progress: Progress = ignore_progress,
+) -> Iterator[Floats]:
+    """The points after one round, after two, and so on without end; none if no point may move. See `normal_filtering`.
+
+    Vertices slide along the surface until faces have hardly any area, which then turn over: such faces are not made.
+
+    The mesh is in the order of `adjacency`, the `distance` that of `NormalPasses`; `progress` is called with the share of a round
+    after each of its passes over the normals.
+    """
+    moves = np.diff(adjacency.at_vertices.offsets) > 0
+    if mesh.movable is not None:
+        moves &= mesh.movable
+    if border == "fixed":
+        moves &= ~adjacency.on_border
+    passes = NormalPasses(mesh.points, adjacency, settings, distance)
+    now = mesh.points
+    table = measure_faces(now, adjacency.faces)
+    folded = _folded(adjacency, table)
+    while moves.any():
+        after = fit_vertices(
+            now,
+            adjacency.faces,
+            adjacency.at_vertices,
+            passes.filtered(now, table, progress),
+            update=vertex_update,
+            iterations=vertex_iterations,
+            moves=moves,
+            along_normal=adjacency.on_border if border == "along" else None,
+            overwrite=table,
+        )
+        for _ in range(1 + _LOOKS):
+            measure_faces(after, adjacency.faces, table)
+            found = _folded(adjacency, table)
+            corners = adjacency.faces[found & ~folded]
+            if len(corners) == 0:
+                break
+            after[corners] = now[corners]
+        now, folded = after, found
+        yield now
+
+
+def _folded(adjacency: Adjacency, table: Floats) -> Bools:
+    """(m,) which faces are folded over, for a table of `measure_faces`."""
+    return looking_away(table[:, [AREA]] * table[:, NORMAL], adjacency.faces, len(adjacency.at_vertices.offsets) - 1)
+
+
+class NormalPasses:
+    """The passes of a filter of face normals over a measured mesh."""
+
+    def __init__(self, points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> None:
+        """Over a mesh of (n, 3) points, in the order of `adjacency`.
+
+        The `distance` is the mean distance of the centres of faces that share an edge, if this is a part of a mesh.
+        """
+        self._settings, self._adjacency, self._distance, faces = settings, adjacency, distance, adjacency.faces
+        self._cut_off = None
+        if settings.method == "vertex_normals":
+            self._edge = vertex_neighbourhoods(faces, len(points), 1)
+            self._averaged = vertex_neighbourhoods(faces, len(points), RINGS_OF_NEIGHBORHOOD[settings.neighborhood])
+        else:
+            self._edge = adjacency.around("edge")
+            self._averaged = adjacency.within(settings.neighborhood, points, settings.radius)
+            self._cut_off = adjacency.cut_off(settings.neighborhood, settings.radius)
+
+    def filtered(self, points: Floats, table: Floats, progress: Progress) -> Floats:
+        """(m, 3) the filtered unit normals of the faces.
+
+        The (m, 8) table is that of `measure_faces` for the points; its normals are overwritten.
+        """
+        if self._settings.method != "vertex_normals":
+            return self._passed(table, progress)
+        faces = self._adjacency.faces
+        normals = self._passed(measure_vertices(points, faces, table), progress)
+        sums = normals[faces].sum(axis=1)
+        lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+        # A face whose vertices' normals cancel out keeps its own.
+        return np.where(lengths > 0.0, sums / np.where(lengths > 0.0, lengths, 1.0), table[:, NORMAL])
+
+    def _passed(self, table: Floats, progress: Progress) -> Floats:
+        """The normals of the table of faces or vertices after all passes."""
+        settings, around = self._settings, self._adjacency.around
+        distance = mean_centre_distance(table, self._edge) if self._distance is None else self._distance
+        weighting = Weighting.of(settings, distance)
+        normals = np.ascontiguousarray(table[:, NORMAL])
+        for iteration in range(settings.normal_iterations):
+            if settings.method == "mean":
+                normals = mean_normals(normals, table, self._averaged)
+            else:
+                guide = None
+                if settings.method == "averaged":
+                    guide = mean_normals(normals, table, around("vertex"))
+                elif settings.method == "guided":
+                    guide = guide_normals(normals, table, around("vertex"), self._edge)
+                normals = weighted_normals(normals, table, self._averaged, weighting, guide=guide, cut_off=self._cut_off)
+            progress((iteration + 1) / settings.normal_iterations)
+        return normals
+
+
+def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, edge_neighbours: FaceNeighbourhoods) -> Floats:
+    """(m, 3) the guide normal of every face.
+
+    The patch of face i is i and its neighbours in `patches`. It is the more even the smaller H = D R, with D the largest
+    |n_j - n_k| of two of its faces and R the largest over the sum of |n_j - n_k| over the edges inside it: R is small where the
+    bends are spread and near 1 where one edge has them all. Among the patches of i and of the faces in its patch, the one with
+    the smallest H gives the guide, the mean of its normals weighted by area.
+
+    The patches are the neighbourhoods "vertex", `edge_neighbours` those of "edge"; the areas are in the table of `measure_faces`.
+    """
+    measures, means, guides = np.empty(len(normals)), np.empty_like(normals), np.empty_like(normals)
+    with threads_for(len(patches.neighbours)):
+        _measure_patches(normals, np.ascontiguousarray(table[:, AREA]), patches, edge_neighbours, measures, means)
+        _choose(measures, means, *patches, guides)
+    return guides
+
+
+@compiled(parallel=True)
+def _measure_patches(
+    normals: Floats, areas: Floats, patches: FaceNeighbourhoods, edge: FaceNeighbourhoods, measures: Floats, means: Floats
+) -> None:
+    offsets, neighbours = patches
+    edge_offsets, edge_neighbours = edge
+    for i in prange(normals.shape[0]):
+        size = offsets[i + 1] - offsets[i] + 1
+        patch = np.empty(size, dtype=np.int32)
+        patch[0] = i
+        patch[1:] = neighbours[offsets[i] : offsets[i + 1]]
+        x = y = z = 0.0
+        largest = 0.0
+        for a in range(size):
+            j = patch[a]
+            x += areas[j] * normals[j, 0]
+            y += areas[j] * normals[j, 1]
+            z += areas[j] * normals[j, 2]
+            for b in range(a + 1, size):
+                largest = max(largest, squared_length(normals, j, patch[b]))
+        total = steepest = 0.0
+        for a in range(size):
+            j = patch[a]
+            for k in range(edge_offsets[j], edge_offsets[j + 1]):
+                h = edge_neighbours[k]
+                if h <= j:
+                    continue
+                for b in range(size):
+                    if patch[b] == h:
+                        difference = math.sqrt(squared_length(normals, j, h))
+                        total += difference
+                        steepest = max(steepest, difference)
+                        break
+        measures[i] = math.sqrt(largest) * steepest / (total + _EPSILON)
+        length = math.sqrt(x * x + y * y + z * z)
+        if length > 0.0:
+            means[i, 0], means[i, 1], means[i, 2] = x / length, y / length, z / length
+        else:
+            means[i, 0], means[i, 1], means[i, 2] = normals[i, 0], normals[i, 1], normals[i, 2]
+
+
+@compiled(parallel=True)
+def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, guides: Floats) -> None:
+    for i in prange(measures.shape[0]):
+        best = np.int32(i)
+        for k in range(offsets[i], offsets[i + 1]):
+            j = neighbours[k]
+            # Equal measures, as on exact planes, go to the patch around i itself, then to the lowest face.
+            if measures[j] < measures[best] or (measures[j] == measures[best] and best != i and j < best):
+                best = j
+        guides[i, 0], guides[i, 1], guides[i, 2] = means[best, 0], means[best, 1], means[best, 2]
+
+
+def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeighbourhoods:
+    """The vertices at most that many edges away from every vertex, ascending, without itself."""
+    near = one_rings(faces, n_vertices)
+    step = sparse.csr_matrix(
+        (np.ones(len(near.neighbours), dtype=np.bool_), near.neighbours, near.offsets), (n_vertices, n_vertices)
+    )
+    around = step
+    for _ in range(rings - 1):
+        around = around + around @ step
+    pairs = around.tocoo()
+    others = pairs.row != pairs.col
+    around = sparse.csr_matrix((np.ones(int(others.sum()), dtype=np.bool_), (pairs.row[others], pairs.col[others])), around.shape)
+    around.sort_indices()
+    return FaceNeighbourhoods(around.indptr.astype(np.int64), around.indices.astype(np.int32))
+
+
+def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
+    """(n, 8) the table of `measure_faces` for vertices: the mean normal of the faces there by area, their area, coordinates."""
+    rows = np.zeros((len(vertices), 8))
+    rows[:, AREA] = np.bincount(faces.ravel(), np.repeat(table[:, AREA], 3), len(vertices))
+    rows[:, NORMAL] = mean_normals_at_vertices(table[:, AREA, None] * table[:, NORMAL], faces, len(vertices))
+    rows[:, CENTRE] = vertices
+    return rows
+
+
+def rings_of_round(settings: NormalFilter, vertex_iterations: int) -> int:
+    """How many rings of faces around a vertex decide where one round takes it.
+
+    Raises:
+        FilterInputError: a distance does, in place of a number of rings.
+    """
+    if settings.neighborhood not in RINGS_OF_NEIGHBORHOOD or settings.method == "vertex_normals":
+        raise FilterInputError(f"neighborhood {settings.neighborhood!r} with method {settings.method!r} has no rings of faces")
+    rings_of_iteration = RINGS_OF_NEIGHBORHOOD[settings.neighborhood] + _RINGS_OF_GUIDE.get(settings.method, 0)
+    return 2 + vertex_iterations + settings.normal_iterations * rings_of_iteration + 2 * _LOOKS
+
+
+def needs_distance(settings: NormalFilter) -> bool:
+    """Whether a round needs the mean distance of the centres of the whole mesh."""
+    return settings.method in ("bilateral", "averaged", "guided") and settings.space_kernel != "constant"
+
+
+def round_of_part(
+    points: Floats,
+    faces: Ints,
+    settings: NormalFilter,
+    *,
+    distance: float,
+    vertex_iterations: int,
+    vertex_update: VertexUpdate,
+    border: BorderPolicy,
+) -> Floats:
+    """(n, 3) the points after one round of `normal_filtering`; those with `rings_of_round` around them as in the whole.
+
+    Points and faces are in the order of the whole, the points normalised like it; the `distance` is the mean distance of centres
+    in the whole, if `needs_distance`.
+    """
+    mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)
+    adjacency = Adjacency.of(mesh)
+    mesh = mesh.in_order(adjacency.places)
+    found = rounds(
+        mesh,
+        adjacency,
+        settings,
+        vertex_iterations=vertex_iterations,
+        vertex_update=vertex_update,
+        border=border,
+        distance=distance,
+    )
+    moved = points.copy()
+    moved[mesh.used] = next(found, mesh.points)
+    return moved
+
+
+def distances_of_part(points: Floats, faces: Ints, own: Bools) -> tuple[list[float], int]:
+    """The sum of the distances of the centres of faces that share an edge, and their number, over the faces of a part.
+
+    The numbers of all parts, in one `math.fsum`, give the exact sum over the whole, rounded once.
+
+    Those are the `own` faces, with two rings around them; the points are normalised. Returns numbers whose exact sum is that of
+    the distances, and how many distances that are.
+    """
+    mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)
+    kept = np.isin(faces, mesh.used).all(axis=1)
+    adjacency = Adjacency.of(mesh)
+    edge = adjacency.around("edge")
+    sums = centre_distance_sums(measure_faces(mesh.in_order(adjacency.places).points, adjacency.faces), edge)[own[kept]]
+    return _expansion(sums), int(np.diff(edge.offsets)[own[kept]].sum())
+
+
+def _expansion(values: Floats) -> list[float]:
+    """A few numbers with the exact sum of the values."""
+    found: list[float] = []
+    while rest := math.fsum([*values.tolist(), *(-part for part in found)]):
+        found.append(rest)
+    return found

@@ -12,6 +12,63 @@ from ..geometry import NORMAL
 from ..mesh import Bools, Floats, Ints
 from ..topology import VertexFaces
 
+#: "sun": the mean of the projections onto the planes of the faces around a vertex [sun2007]; "ohtake": their mean by area
+#: [ohtake2001]; "conjugate_gradient": descent on the energy sum A |n - m|^2.
+VertexUpdate: TypeAlias = Literal["sun", "ohtake", "conjugate_gradient"]
+
+# A step that would flip a face is halved this often, then left out.
+_HALVINGS = 3
+# Below 1 by more than rounding: what is called too short to turn a face is so in the sums of `_share_without_flips` too.
+_SAFE = 0.999
+# The columns of what is known of each face: the normal m that is wanted, m . c of its centre c, its weight, and the square of how
+# far a corner can move without turning it.
+_OFFSET, _WEIGHT, _REACH, _COLUMNS = 3, 4, 5, 6
+
+
+def fit_vertices(
+    vertices: Floats,
+    faces: Ints,
+    at_vertices: VertexFaces,
+    normals: Floats,
+    *,
+    update: VertexUpdate = "sun",
+    iterations: int = 10,
+    moves: Bools,
+    along_normal: Bools | None = None,
+    avoid_flips: bool = True,
+    overwrite: Floats | None = None,
+) -> Floats:
+    """(n, 3) the vertices after `iterations` steps towards faces with the given normals.
+
+    "sun" and "ohtake" take p_i to p_i + sum_j w_j n_j (n_j . (c_j - p_i)) / sum_j w_j over the faces j at i, of centre c_j, with
+    w_j = 1 or the area of j, all vertices at once. Steps of faces that have no area yet weigh 0 in "ohtake".
+
+    Args:
+        vertices: (n, 3) coordinates of ordinary size.
+        faces: (m, 3) triangles.
+        at_vertices: `vertex_faces`.
+        normals: (m, 3) the unit normals that are wanted.
+        update: the rule.
+        iterations: number of steps. More fit more closely.
+        moves: (n,) which vertices move.
+        along_normal: (n,) which vertices move along the mean of their faces' wanted normals only, as those of borders.
+        avoid_flips: halve, and in the end leave out, a step that turns a face that looks to the side of its wanted normal away
+            from it.
+        overwrite: (m, 8) a table of `measure_faces` that is not needed any more: a new one is large.
+    """
+    check_choice("vertex_update", update, VertexUpdate)
+    bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
+    if update == "conjugate_gradient":
+        return _descend(vertices, at_vertices, normals, iterations, moves, bound, faces)
+    now, then = vertices.copy(), np.empty_like(vertices)
+    planes = np.empty((len(faces), _COLUMNS)) if overwrite is None else overwrite
+    planes[:, NORMAL] = normals
+    for _ in range(iterations):
+        over_range(_measure, len(faces), now, faces, update == "ohtake", planes)
+        over_range(_step, len(vertices), now, at_vertices, planes, moves, bound, avoid_flips, then)
+        now, then = then, now
+    return now
+
 
 def fitting_energy(vertices: Floats, faces: Ints, normals: Floats) -> float:
     """E = sum over the faces of A |n - m|^2 for the wanted normals m, in squared units of length."""
@@ -21,13 +78,10 @@ def fitting_energy(vertices: Floats, faces: Ints, normals: Floats) -> float:
     return float(terms.sum())
 
 
-def descend(
+def _descend(
     vertices: Floats, at_vertices: VertexFaces, normals: Floats, iterations: int, moves: Bools, bound: Bools, faces: Ints
 ) -> Floats:
-    """(n, 3) the vertices after conjugate gradients of Polak and Ribiere; arguments as of `fit_vertices`.
-
-    Each has a line search that halves until the energy falls enough.
-    """
+    """(n, 3) the vertices after conjugate gradients of Polak and Ribiere, each with a line search that halves."""
     now = vertices.copy()
     gradient, direction = np.zeros_like(now), np.zeros_like(now)
     energy = fitting_energy(now, faces, normals)
@@ -101,64 +155,6 @@ def _gradients(now: Floats, around: VertexFaces, normals: Floats, moves: Bools, 
                 share = (x * mx + y * my + z * mz) / squared
                 x, y, z = share * mx, share * my, share * mz
         result[i, 0], result[i, 1], result[i, 2] = x, y, z
-
-
-#: "sun": the mean of the projections onto the planes of the faces around a vertex [sun2007]; "ohtake": their mean by area
-#: [ohtake2001]; "conjugate_gradient": descent on the energy sum A |n - m|^2.
-VertexUpdate: TypeAlias = Literal["sun", "ohtake", "conjugate_gradient"]
-
-# A step that would flip a face is halved this often, then left out.
-_HALVINGS = 3
-# Below 1 by more than rounding: what is called too short to turn a face is so in the sums of `_flips` too.
-_SAFE = 0.999
-# The columns of what is known of each face: the normal m that is wanted, m . c of its centre c, its weight, and the square of how
-# far a corner can move without turning it.
-_OFFSET, _WEIGHT, _REACH, _COLUMNS = 3, 4, 5, 6
-
-
-def fit_vertices(
-    vertices: Floats,
-    faces: Ints,
-    at_vertices: VertexFaces,
-    normals: Floats,
-    *,
-    update: VertexUpdate = "sun",
-    iterations: int = 10,
-    moves: Bools,
-    along_normal: Bools | None = None,
-    avoid_flips: bool = True,
-    overwrite: Floats | None = None,
-) -> Floats:
-    """(n, 3) the vertices after `iterations` steps towards faces with the given normals.
-
-    "sun" and "ohtake" take p_i to p_i + sum_j w_j n_j (n_j . (c_j - p_i)) / sum_j w_j over the faces j at i, of centre c_j, with
-    w_j = 1 or the area of j, all vertices at once. Steps of faces that have no area yet weigh 0 in "ohtake".
-
-    Args:
-        vertices: (n, 3) coordinates of ordinary size.
-        faces: (m, 3) triangles.
-        at_vertices: the faces at every vertex, of `vertex_faces`.
-        normals: (m, 3) the unit normals that are wanted.
-        update: the rule.
-        iterations: number of steps. More fit more closely.
-        moves: (n,) which vertices move.
-        along_normal: (n,) which vertices move along the mean of their faces' wanted normals only, as those of borders.
-        avoid_flips: halve, and in the end leave out, a step that turns a face that looks to the side of its wanted normal away
-            from it.
-        overwrite: (m, 8) a table of `measure_faces` that is not needed any more: a new one is large.
-    """
-    check_choice("vertex_update", update, VertexUpdate)
-    bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
-    if update == "conjugate_gradient":
-        return descend(vertices, at_vertices, normals, iterations, moves, bound, faces)
-    now, then = vertices.copy(), np.empty_like(vertices)
-    planes = np.empty((len(faces), _COLUMNS)) if overwrite is None else overwrite
-    planes[:, NORMAL] = normals
-    for _ in range(iterations):
-        over_range(_measure, len(faces), now, faces, update == "ohtake", planes)
-        over_range(_step, len(vertices), now, at_vertices, planes, moves, bound, avoid_flips, then)
-        now, then = then, now
-    return now
 
 
 @compiled(nogil=True, error_model="numpy")
@@ -245,30 +241,25 @@ def _along_mean_normal(
 def _share_without_flips(
     now: Floats, i: int, rows: Ints, start: int, stop: int, planes: Floats, step: tuple[float, float, float]
 ) -> float:
-    """How much of the step of vertex i is taken."""
+    """How much of the step of vertex i is taken, so that it turns no face that looks the right way to the other side."""
+    px, py, pz = now[i, 0], now[i, 1], now[i, 2]
     share = 1.0
-    x, y, z = step
     for _ in range(_HALVINGS + 1):
-        if not _flips(now, i, rows, start, stop, planes, (share * x, share * y, share * z)):
+        x, y, z = share * step[0], share * step[1], share * step[2]
+        flips = False
+        for k in range(start, stop):
+            f, a, b = np.uint32(rows[k, 0]), np.uint32(rows[k, 1]), np.uint32(rows[k, 2])
+            nx, ny, nz = planes[f, 0], planes[f, 1], planes[f, 2]
+            ux, uy, uz = now[a, 0] - px, now[a, 1] - py, now[a, 2] - pz
+            vx, vy, vz = now[b, 0] - px, now[b, 1] - py, now[b, 2] - pz
+            before = (uy * vz - uz * vy) * nx + (uz * vx - ux * vz) * ny + (ux * vy - uy * vx) * nz
+            # (u - s) x (v - s) = u x v - s x (v - u)
+            wx, wy, wz = vx - ux, vy - uy, vz - uz
+            change = (y * wz - z * wy) * nx + (z * wx - x * wz) * ny + (x * wy - y * wx) * nz
+            if before > 0.0 and before - change <= 0.0:
+                flips = True
+                break
+        if not flips:
             return share
         share *= 0.5
     return 0.0
-
-
-@compiled(nogil=True)
-def _flips(now: Floats, i: int, rows: Ints, start: int, stop: int, planes: Floats, step: tuple[float, float, float]) -> bool:
-    """Whether the step of vertex i turns a face that looks the right way to the other side."""
-    px, py, pz = now[i, 0], now[i, 1], now[i, 2]
-    x, y, z = step
-    for k in range(start, stop):
-        f, a, b = np.uint32(rows[k, 0]), np.uint32(rows[k, 1]), np.uint32(rows[k, 2])
-        nx, ny, nz = planes[f, 0], planes[f, 1], planes[f, 2]
-        ux, uy, uz = now[a, 0] - px, now[a, 1] - py, now[a, 2] - pz
-        vx, vy, vz = now[b, 0] - px, now[b, 1] - py, now[b, 2] - pz
-        before = (uy * vz - uz * vy) * nx + (uz * vx - ux * vz) * ny + (ux * vy - uy * vx) * nz
-        # (u - s) x (v - s) = u x v - s x (v - u)
-        wx, wy, wz = vx - ux, vy - uy, vz - uz
-        change = (y * wz - z * wy) * nx + (z * wx - x * wz) * ny + (x * wy - y * wx) * nz
-        if before > 0.0 and before - change <= 0.0:
-            return True
-    return False

@@ -3,10 +3,8 @@
 The rim of a hole is its boundary loop.
 """
 
-from .closing import close_holes
-from .filling import HOLE_ENERGIES, HoleEnergy, HoleFilling, OpenRim
-from .region_remeshing import remesh_region
-from .rims import Rim, find_rims
+from .closing import HOLE_ENERGIES, HoleEnergy, HoleFilling, close_holes, remesh_region
+from .rims import OpenRim, Rim, find_rims
 
 __all__ = [
     "HOLE_ENERGIES",

@@ -1,6 +1,6 @@
 """Hole filling in the three steps of [liepa2003]: rims triangulated, patches refined to the density of the rim, then faired."""
 
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,14 +9,16 @@ from ..checks import ConvergenceError, FilterInputError, check_choice, check_who
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..fairing.region import ENERGIES, Energy, fair_region
 from ..geometry import angles_between, cross_products
-from ..mesh import Floats, Ints, check_mesh, check_vertex_mask, mask_of, scaled_to_unit
-from ..topology import BoundaryLoop, OneRings, boundary_loops, face_adjacency, one_rings
-from .filling import HOLE_ENERGIES, ISLAND_IN_IT, HoleEnergy, HoleFilling, broken_left_open, left_open_as
-from .refinement import MOST_VERTICES, Patch, refined_patch, uniform_width
-from .rims import MOST_JOINED, sorted_rims
-from .triangulation import joined_corners, polygon, triangulate_polygon
-from .vertex_pairs import ForbiddenEdges, vertex_pairs
+from ..mesh import Bools, Floats, Ints, check_mesh, check_vertex_mask, mask_of, scaled_to_unit
+from ..topology import BoundaryLoop, border_vertices, boundary_loops, connected_components, face_adjacency, one_rings
+from .refinement import MOST_VERTICES, ForbiddenEdges, Patch, refined_patch, uniform_width
+from .rims import ISLAND_IN_IT, MOST_JOINED, OpenRim, broken_left_open, left_open_as, sorted_rims
+from .triangulation import joined_corners, polygon, triangulate_polygon, vertex_pairs
 
+#: How the new vertices are placed: by `fair_region` with this energy, or for "none" where refinement put them. From the lowest
+#: order to the highest.
+HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_variation"]
+HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
 # The share of the progress that triangulation takes.
 _TRIANGULATION = 0.4
 #: A hole at whose rim the surface bends by more than this many times as much as around it is refined further.
@@ -30,6 +32,38 @@ MOST_AT_ONCE = 100_000
 #: The largest distance of new vertices from the box of their rim, in diagonals of that box. Fillings of smooth surfaces reach
 #: 0.2. One that goes further is not the lost surface, and refining it would take triangles for all that area.
 FURTHEST = 1.0
+#: The most edges of the rim of a region that is remeshed.
+LARGEST_RIM = 10_000
+
+
+class HoleFilling(NamedTuple):
+    """Vertices and faces that close the holes of a mesh of n vertices and m faces.
+
+    The closed mesh is ``np.concatenate([vertices, new_vertices])`` and ``np.concatenate([faces, new_faces])``.
+
+    Attributes:
+        new_vertices: (a, 3) float64.
+        new_faces: (b, 3) int32, indices from 0 to n + a - 1: from n on they mean `new_vertices`. Oriented as the faces around.
+        hole_of_face: (b,) int32, ascending, the index in `closed` of the hole that each new face closes.
+        hole_of_vertex: (a,) int32, ascending, the same of each new vertex.
+        closed: for every closed hole (k,) int32 the vertices of its rim in order along it, in the direction of the new faces.
+        islands: for every closed hole (k,) int32 the vertices of the rims of the islands that its new faces join; mostly none.
+        left_open: the other rims, and why they were left.
+        energies: for every closed hole the energy that placed its new vertices: `energy`, or if its equations are too
+            ill-conditioned or throw the filling out, the highest lower one that does not, or "none".
+        thrown_out: for every closed hole whether a higher energy would have put new vertices outside of the box of its rim, by
+            more than the diagonal of that box.
+    """
+
+    new_vertices: Floats
+    new_faces: Ints
+    hole_of_face: Ints
+    hole_of_vertex: Ints
+    closed: tuple[Ints, ...]
+    islands: tuple[Ints, ...]
+    left_open: tuple[OpenRim, ...]
+    energies: tuple[HoleEnergy, ...]
+    thrown_out: tuple[bool, ...]
 
 
 def close_holes(
@@ -95,24 +129,24 @@ def close_holes(
     points, scale = scaled_to_unit(np.where(mask_of(triangles, len(original))[:, None], original, 0.0))
     forwards = rising(progress)  # work that is repeated in another way counts again
     rims, broken = boundary_loops(points, triangles)
-    holes, inside, others = sorted_rims(rims, points, triangles, max_edges, selection, islands)
+    holes, others = sorted_rims(rims, points, triangles, max_edges, selection, islands)
     left_open = [*map(broken_left_open, broken), *others]
     patches = Patches(points, triangles, rims)
     closed, with_islands = [], []
-    for k, (hole, group) in enumerate(zip(holes, inside, strict=True)):
+    for k, (hole, inside) in enumerate(holes):
         partial = part_of(forwards, _TRIANGULATION * k / len(holes), _TRIANGULATION * (k + 1) / len(holes))
-        too_many = bool(group) and sum(len(rim.vertices) for rim in (hole, *group)) > max(MOST_JOINED, max_edges)
-        if not too_many and patches.add(hole, group, refine, partial):
+        too_many = bool(inside) and sum(len(rim.vertices) for rim in (hole, *inside)) > max(MOST_JOINED, max_edges)
+        if not too_many and patches.add(hole, inside, refine, partial):
             closed.append(hole.vertices)
-            with_islands.append(np.concatenate([np.empty(0, dtype=np.int32), *(rim.vertices for rim in group)]))
-        elif group:
-            left_open += [left_open_as(hole, "island", ISLAND_IN_IT), *(left_open_as(rim, "island") for rim in group)]
+            with_islands.append(np.concatenate([np.empty(0, dtype=np.int32), *(rim.vertices for rim in inside)]))
+        elif inside:
+            left_open += [left_open_as(hole, "island", ISLAND_IN_IT), *(left_open_as(rim, "island") for rim in inside)]
         else:
             left_open.append(left_open_as(hole, "no_triangulation"))
-    placements = [Placement("none", False)] * len(closed)
+    energies: list[HoleEnergy] = ["none"] * len(closed)
+    thrown_out = [False] * len(closed)
     if refine and energy != "none":
-        rest = part_of(forwards, _TRIANGULATION, 1.0)
-        placements = fair_patches(patches, points, triangles, energy=energy, rounds=rounds, progress=rest)
+        energies, thrown_out = patches.fair(energy, rounds, part_of(forwards, _TRIANGULATION, 1.0))
     new_vertices, new_faces, hole_of_vertex, hole_of_face = patches.gathered()
     left_open.sort(key=lambda rim: int(rim.vertices.min()))
     progress(1.0)
@@ -124,8 +158,8 @@ def close_holes(
         tuple(closed),
         tuple(with_islands),
         tuple(left_open),
-        tuple(p.energy for p in placements),
-        tuple(p.thrown_out for p in placements),
+        tuple(energies),
+        tuple(thrown_out),
     )
 
 
@@ -149,26 +183,25 @@ class Patches:
 
     def __init__(self, points: Floats, faces: Ints, rims: list[BoundaryLoop]) -> None:
         """No patches yet, for a mesh of which these rims may be closed."""
-        self._points = points
-        self._rings: OneRings = one_rings(faces, len(points))
+        self._points, self._faces = points, faces
+        self._rings = one_rings(faces, len(points))
         met = np.zeros(len(points), dtype=np.int32)
         for rim in rims:
             met[np.unique(rim.vertices)] += 1
         self._shared = met > 1
-        self._bends = bends_around(points, faces, np.flatnonzero(met).astype(np.int32))
-        self._links: dict[int, set[int]] = {}
+        self._bends = bends_around(points, faces, met > 0)
+        self._links: dict[int, list[int]] = {}  # by edges of patches between vertices that several holes share
         self._placed: list[_PlacedPatch] = []
-
-    @property
-    def count(self) -> int:
-        """The number of patches."""
-        return len(self._placed)
 
     def add(self, rim: BoundaryLoop, islands: list[BoundaryLoop], refine: bool, progress: Progress) -> bool:
         """Triangulate and refine a hole with the islands in it; False, and nothing is added, if there is no triangulation."""
         triangulating = part_of(progress, 0.0, _PATCH_TRIANGULATION if refine else 1.0)
         outline = polygon(rim, islands, self._points)
-        joined = joined_corners(outline.vertices, self._rings, self._links)
+        own, first = np.unique(outline.vertices, return_index=True)
+        rings = [self._rings.neighbours[slice(*self._rings.offsets[v : v + 2])] for v in own]
+        joined = joined_corners(
+            outline.vertices, [[*ring, *self._links.get(v, ())] for v, ring in zip(own.tolist(), rings, strict=True)]
+        )
         is_a_face = len(outline.vertices) == 3 and outline.opposite[0] == outline.vertices[2]  # in the other orientation
         triangles = None if is_a_face else triangulate_polygon(outline, self._points, joined, triangulating)
         if triangles is None and refine and len(rim.vertices) > 3:
@@ -176,8 +209,9 @@ class Patches:
             triangles = triangulate_polygon(outline, self._points, vertex_pairs(joined.size), triangulating)
         if triangles is None:
             return False
-        own, first = np.unique(outline.vertices, return_index=True)
-        patch = Patch(self._points[own], self._lengths(own), np.searchsorted(own, triangles).astype(np.int32), len(own))
+        points = self._points[own]
+        sizes = np.array([np.linalg.norm(self._points[ring] - p, axis=1).mean() for ring, p in zip(rings, points, strict=True)])
+        patch = Patch(points, sizes, np.searchsorted(own, triangles).astype(np.int32), len(own))
         alone = np.zeros(len(own), dtype=np.bool_)
         for loop in (rim, *islands):
             distinct, visits = np.unique(loop.vertices, return_counts=True)
@@ -185,9 +219,8 @@ class Patches:
         forbidden = ForbiddenEdges(joined.restricted(first.astype(np.int32)), np.zeros(len(own), dtype=np.bool_), alone)
         uniform = uniform_width(patch)
         if refine:
-            patch = refined_patch(
-                patch, forbidden=forbidden, uniform=uniform, progress=part_of(progress, _PATCH_TRIANGULATION, 1.0)
-            )
+            refining = part_of(progress, _PATCH_TRIANGULATION, 1.0)
+            patch = refined_patch(patch, forbidden=forbidden, uniform=uniform, progress=refining)
             # Another hole with the same two vertices may join them later, so no flip of this one may.
             forbidden = forbidden._replace(apart=self._shared[own])
         at_mesh = outline.opposite >= 0
@@ -196,8 +229,65 @@ class Patches:
         bend = float(self._bends[0][own].sum() / max(self._bends[1][own].sum(), 1.0))
         around = self._points[outline.opposite[at_mesh]]
         self._placed.append(_PlacedPatch(own, patch, forbidden, uniform, sides, around, bend, 1.0))
-        self._record_links(own, patch)
+        # Patches of other holes that share vertices must not repeat its edges between them.
+        corners = own[np.where(patch.triangles < len(own), patch.triangles, 0)]
+        shared = (patch.triangles < len(own)) & self._shared[corners]
+        for k in range(3):
+            both = shared[:, k] & shared[:, k - 1]
+            for i, j in corners[both][:, [k, k - 1]].tolist():
+                self._links.setdefault(i, []).append(j)
+                self._links.setdefault(j, []).append(i)
         return True
+
+    def fair(self, energy: HoleEnergy, rounds: int, progress: Progress) -> tuple[list[HoleEnergy], list[bool]]:
+        """Fairs and refines the patches in turn, and moves their new vertices.
+
+        All patches of one energy are solved for together, the highest energy first. If their equations cannot be solved, the set
+        is halved until each patch that causes it stands alone. Such a patch gets the next lower energy, in this round and all
+        later ones, and so does one that leaves the box of its rim by more than `FURTHEST`. The last energy, "none", leaves
+        vertices among those around. The progress falls where patches are solved for again.
+
+        Returns:
+            For each patch the energy that placed it last, and whether a higher one would have put it further than `FURTHEST`.
+        """
+        energies, thrown_out = [energy] * len(self._placed), [False] * len(self._placed)
+        for done in range(rounds):
+            partial = part_of(progress, done / rounds, (done + 1) / rounds)
+            if done > 0:
+                self.refine_again(energy != "membrane", partial)
+            for lower, level in zip(HOLE_ENERGIES[-2::-1], ENERGIES[::-1], strict=True):
+                new = self._new_counts()
+                parts: list[list[int]] = []
+                for k in (k for k, each in enumerate(energies) if each == level):
+                    if not parts or sum(new[i] for i in parts[-1]) + new[k] > MOST_AT_ONCE:
+                        parts.append([])
+                    parts[-1].append(k)
+                for part in parts:
+                    for k, far in self._place(part, level, partial).items():
+                        energies[k], thrown_out[k] = lower, thrown_out[k] or far
+        return energies, thrown_out
+
+    def _place(self, group: list[int], energy: Energy, progress: Progress) -> dict[int, bool]:
+        """Places the new vertices of these patches; returns those that failed, and whether they were thrown out."""
+        new_vertices, new_faces, patch_of_vertex, _ = self.gathered()
+        n = len(self._points)
+        free = np.concatenate([np.zeros(n, dtype=np.bool_), np.isin(patch_of_vertex, group)])
+        if not free.any():
+            return {}
+        everything, closed = np.concatenate([self._points, new_vertices]), np.concatenate([self._faces, new_faces])
+        try:
+            moved = fair_region(everything, closed, free, energy=energy, dense=True, progress=progress).vertices[n:]
+        except (ConvergenceError, FilterInputError):
+            if len(group) == 1:
+                return {group[0]: False}
+            half = len(group) // 2
+            return self._place(group[:half], energy, progress) | self._place(group[half:], energy, progress)
+        far = np.flatnonzero(self._reach(moved) > FURTHEST).tolist()
+        if not far:
+            self.move(moved)
+            return {}
+        # Where patches meet, one that is thrown out takes others along: they are placed without it.
+        return dict.fromkeys(far, True) | self._place([k for k in group if k not in far], energy, progress)
 
     def refine_again(self, smooth: bool, progress: Progress) -> None:
         """Refine all patches with their current points; if `smooth`, more where the surface bends at the rim.
@@ -206,9 +296,7 @@ class Patches:
         """
         for k, placed in enumerate(self._placed):
             patch = placed.patch
-            everything = np.concatenate([patch.points, placed.around])
-            sides = placed.sides + np.array([0, 0, len(patch.points)], dtype=np.int32)
-            bend = bend_at_rim(everything, patch.triangles, sides)
+            bend = bend_at_rim(patch, placed.sides, placed.around)
             finer = np.clip(SHARP * placed.bend / bend, FINEST / placed.share, 1.0) if smooth and bend > 0.0 else 1.0
             finer = max(finer, min(1.0, float(np.sqrt(len(patch.points) / MOST_VERTICES))))
             patch = patch._replace(sizes=patch.sizes * finer)
@@ -217,12 +305,9 @@ class Patches:
             patch = refined_patch(patch, forbidden=placed.forbidden, uniform=uniform, progress=part_of(progress, 0.0, 0.0))
             self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))
 
-    def reach(self, new_vertices: Floats) -> Floats:
-        """(count,) the distance by which each patch leaves the box of its rim, in diagonals of that box.
-
-        `new_vertices` are coordinates of the new vertices, in the order of `gathered`.
-        """
-        distances = np.zeros(self.count)
+    def _reach(self, new_vertices: Floats) -> Floats:
+        """(count,) the distance by which each patch leaves the box of its rim, in diagonals of that box."""
+        distances = np.zeros(len(self._placed))
         for k, (rim, new) in enumerate(self._rims_and(new_vertices)):
             low, high = rim.min(axis=0), rim.max(axis=0)
             outside = np.linalg.norm(np.maximum(np.maximum(low - new, new - high), 0.0), axis=1)
@@ -235,17 +320,18 @@ class Patches:
             self._placed[k] = self._placed[k]._replace(patch=self._placed[k].patch._replace(points=np.concatenate(points)))
 
     def _rims_and(self, new_vertices: Floats) -> list[tuple[Floats, Floats]]:
-        """The points of each patch: its rim, and its part of the new vertices."""
-        patches = [placed.patch for placed in self._placed]
-        parts = np.split(new_vertices, np.cumsum([len(patch.points) - patch.n_rim for patch in patches])[:-1])
-        return [(patch.points[: patch.n_rim], new) for patch, new in zip(patches, parts, strict=True)]
+        """The points of each patch: its rim, and its part of the new vertices, which are in the order of `gathered`."""
+        parts = np.split(new_vertices, np.cumsum(self._new_counts())[:-1])
+        return [(placed.patch.points[: len(placed.own)], new) for placed, new in zip(self._placed, parts, strict=True)]
+
+    def _new_counts(self) -> list[int]:
+        return [len(placed.patch.points) - len(placed.own) for placed in self._placed]
 
     def gathered(self) -> tuple[Floats, Ints, Ints, Ints]:
         """The new vertices, the new faces, and the index of the patch of each of these vertices and faces."""
         vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int32)]
         total = len(self._points)
-        for own, patch, *_ in self._placed:
-            more = len(patch.points) - len(own)
+        for (own, patch, *_), more in zip(self._placed, self._new_counts(), strict=True):
             numbers = np.concatenate([own, np.arange(total, total + more, dtype=np.int32)]).astype(np.int32)
             vertices.append(patch.points[len(own) :])
             faces.append(numbers[patch.triangles])
@@ -254,115 +340,17 @@ class Patches:
         return (
             np.concatenate(vertices),
             np.concatenate(faces),
-            np.repeat(holes, [len(part) for part in vertices[1:]]),
+            np.repeat(holes, self._new_counts()),
             np.repeat(holes, [len(part) for part in faces[1:]]),
         )
 
-    def _lengths(self, own: Ints) -> Floats:
-        """(k,) the mean length of the edges of the mesh at each of the vertices."""
-        lengths = np.empty(len(own))
-        for i, v in enumerate(own.tolist()):
-            ends = self._rings.neighbours[self._rings.offsets[v] : self._rings.offsets[v + 1]]
-            lengths[i] = np.linalg.norm(self._points[ends] - self._points[v], axis=1).mean()
-        return lengths
 
-    def _record_links(self, own: Ints, patch: Patch) -> None:
-        """Record the edges of the patch between vertices that other holes share, so that their patches do not repeat them."""
-        shared = np.concatenate([self._shared[own], np.zeros(len(patch.points) - len(own), dtype=np.bool_)])
-        for k in range(3):
-            a, b = patch.triangles[:, k], patch.triangles[:, (k + 1) % 3]
-            both = shared[a] & shared[b]
-            for i, j in zip(own[a[both]].tolist(), own[b[both]].tolist(), strict=True):
-                self._links.setdefault(i, set()).add(j)
-                self._links.setdefault(j, set()).add(i)
+def bends_around(points: Floats, faces: Ints, marked: Bools) -> tuple[Floats, Floats]:
+    """(n,) the angles between the normals of the two faces of every edge, summed at its ends in radians, and (n,) their number.
 
-
-class Placement(NamedTuple):
-    """The placement of the new vertices of a patch."""
-
-    energy: HoleEnergy  # the energy that placed them
-    thrown_out: bool  # whether a higher one would have put them further than `FURTHEST` outside of the box of the rim
-
-
-def fair_patches(
-    patches: Patches, points: Floats, faces: Ints, *, energy: HoleEnergy, rounds: int, progress: Progress
-) -> list[Placement]:
-    """Fairs and refines the patches in turn, and moves their new vertices; the last placement of each patch.
-
-    All patches of one energy are solved for together, the highest energy first. If their equations cannot be solved, the set is
-    halved until each patch that causes it stands alone. Such a patch gets the next lower energy, in this round and all later
-    ones, and so does one that leaves the box of its rim by more than `FURTHEST`. The last energy, "none", leaves vertices among
-    those around. The progress falls where patches are solved for again.
-    """
-    placements = [Placement(energy, False)] * patches.count
-    for done in range(rounds):
-        partial = part_of(progress, done / rounds, (done + 1) / rounds)
-        if done > 0:
-            patches.refine_again(energy != "membrane", partial)
-        for lower, level in zip(HOLE_ENERGIES[-2::-1], ENERGIES[::-1], strict=True):
-            group = [k for k in range(patches.count) if placements[k].energy == level]
-            for part in _parts(patches, group):
-                for k, thrown_out in _place(patches, points, faces, part, level, partial).items():
-                    placements[k] = Placement(lower, placements[k].thrown_out or thrown_out)
-    return placements
-
-
-def _parts(patches: Patches, group: list[int]) -> list[list[int]]:
-    """The patches of a group in parts of up to `MOST_AT_ONCE` new vertices, or of one patch."""
-    counts = np.bincount(patches.gathered()[2], minlength=patches.count)
-    parts: list[list[int]] = []
-    total = 0
-    for k in group:
-        total += int(counts[k])
-        if not parts or total > MOST_AT_ONCE:
-            parts.append([])
-            total = int(counts[k])
-        parts[-1].append(k)
-    return parts
-
-
-def _place(
-    patches: Patches, points: Floats, faces: Ints, group: list[int], energy: Energy, progress: Progress
-) -> dict[int, bool]:
-    """Places the new vertices of these patches; returns those that failed, and whether they were thrown out."""
-    new_vertices, new_faces, patch_of_vertex, _ = patches.gathered()
-    free = np.concatenate([np.zeros(len(points), dtype=np.bool_), np.isin(patch_of_vertex, group)])
-    if not free.any():
-        return {}
-    everything, closed = np.concatenate([points, new_vertices]), np.concatenate([faces, new_faces])
-    try:
-        faired = fair_region(everything, closed, free, energy=energy, dense=True, progress=progress)
-    except (ConvergenceError, FilterInputError):
-        pass
-    else:
-        moved = faired.vertices[len(points) :]
-        far = np.flatnonzero(patches.reach(moved) > FURTHEST).tolist()
-        if not far:
-            patches.move(moved)
-            return {}
-        # Where patches meet, one that is thrown out takes others along: they are placed without it.
-        rest = [k for k in group if k not in far]
-        return dict.fromkeys(far, True) | _place(patches, points, faces, rest, energy, progress)
-    if len(group) == 1:
-        return {group[0]: False}
-    half = len(group) // 2
-    parts = (group[:half], group[half:])
-    return {k: far for part in parts for k, far in _place(patches, points, faces, part, energy, progress).items()}
-
-
-def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Floats]:
-    """The angles between the normals of the two faces of every edge, summed at its ends.
-
-    Args:
-        points: (n, 3) the vertices of the mesh.
-        faces: (m, 3) its triangles.
-        at: (k,) vertices; the sums of all others may be incomplete.
-
-    Returns:
-        (n,) the sums in radians, and (n,) how many angles each sums up.
+    Only those of the (n,) `marked` vertices are complete.
     """
     n = len(points)
-    marked = mask_of(at, n)
     near = faces[marked[faces].any(axis=1)]
     pairs, shared = face_adjacency(near)
     pairs, shared = pairs[marked[shared].any(axis=1)], shared[marked[shared].any(axis=1)]
@@ -372,17 +360,70 @@ def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Floats]
     return total, np.asarray(np.bincount(shared.ravel(), minlength=n), dtype=np.float64)
 
 
-def bend_at_rim(points: Floats, triangles: Ints, sides: Ints) -> float:
-    """The mean angle between the normals of the patch and of the mesh along the rim, in radians.
+def bend_at_rim(patch: Patch, sides: Ints, around: Floats) -> float:
+    """The mean angle between the normals of the patch and of the mesh along the rim, in radians; see `_PlacedPatch`."""
+    n, triangles = len(patch.points), patch.triangles
+    keys = (triangles * np.int64(n) + np.roll(triangles, -1, axis=1)).ravel()
+    order = np.argsort(keys)
+    inside = triangles[order[np.searchsorted(keys[order], sides[:, 0] * np.int64(n) + sides[:, 1])] // 3]
+    outside = cross_products(np.concatenate([patch.points, around]), sides + np.array([0, 0, n], dtype=np.int32))
+    return float(angles_between(cross_products(patch.points, inside), -outside).mean())
+
+
+def remesh_region(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    region: ArrayLike,
+    *,
+    energy: Energy = "thin_plate",
+    rounds: int = 3,
+    progress: Progress = ignore_progress,
+) -> tuple[Bools, HoleFilling]:
+    """Deletes the vertices of a region with their triangles, and closes the holes by `close_holes`.
+
+    `fair_region` keeps the triangles, so that over rough damage needles and folds remain, and pull at the solution. Here neither
+    the places nor the triangles of the region matter, but for the vertices around it.
 
     Args:
-        points: (n, 3) the vertices of the patch and of the faces around it.
-        triangles: (b, 3) the patch.
-        sides: (k, 3) for every edge of the rim its start, its end in the direction of the patch, and the third vertex of the
-            face of the mesh.
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        region: (n,) bool, the vertices to delete. Those in a triangle with a vertex on a border stay, so that borders do.
+        energy: as for `fair_region`.
+        rounds: as for `close_holes`.
+        progress: called with the share that is done; may raise to stop.
+
+    Returns:
+        (n,) the vertices to delete with their faces, which is the region without the triangles at open borders; and the faces to
+        add in their place, in the numbers of the whole mesh.
+
+    Raises:
+        FilterInputError: not a mesh; a region that is a whole component or all at borders, or whose rim cannot be closed.
     """
+    points, triangles = check_mesh(vertices, faces)
+    check_choice("energy", energy, ENERGIES)
     n = len(points)
-    keys = np.concatenate([triangles[:, k].astype(np.int64) * n + triangles[:, (k + 1) % 3] for k in range(3)])
-    order = np.argsort(keys, kind="stable")
-    inside = triangles[order[np.searchsorted(keys[order], sides[:, 0].astype(np.int64) * n + sides[:, 1])] % len(triangles)]
-    return float(angles_between(cross_products(points, inside), -cross_products(points, sides)).mean())
+    border = border_vertices(triangles, n)
+    labels, _ = connected_components(triangles, n)
+    used = labels >= 0  # not by triangles alone that name a vertex twice
+    chosen = check_vertex_mask("region", region, n) & ~mask_of(triangles[border[triangles].any(axis=1)], n) & used
+    if not chosen.any():
+        raise FilterInputError(
+            "nothing can be remade: all of the region lies at an open border, whose triangles stay, or has no triangle"
+        )
+    if not np.isin(labels[chosen], labels[used & ~chosen]).all():
+        raise FilterInputError("a whole component is selected, so that its place is undetermined: select less")
+    gone = chosen[triangles].any(axis=1)
+    rim = mask_of(triangles[gone], n) & ~chosen & ~border
+    filling = close_holes(
+        points,
+        triangles[~gone],
+        max_edges=LARGEST_RIM,
+        energy=energy,
+        rounds=rounds,
+        selected=rim if rim.any() else None,
+        progress=progress,
+    )
+    for left in filling.left_open:
+        if left.reason != "selection" and rim[left.vertices].any():
+            raise FilterInputError(f"the region cannot be remade: {left.message}; select a ring more or less")
+    return chosen, filling

@@ -10,7 +10,7 @@ from ..geometry import angle_at, cross_product, cross_products, squared_length
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 from ..topology import diamond, faces_across, fan_size, flip
-from .vertex_pairs import ForbiddenEdges, is_pair
+from .triangulation import VertexPairs, is_pair
 
 #: A triangle is split if the distance of each corner from the centroid, times this, exceeds the edge length there [liepa2003].
 DENSITY = np.sqrt(2.0)
@@ -34,6 +34,14 @@ MOST_VERTICES = 60_000
 SLOPE = 0.4
 #: That distance is at least so many edges.
 _LEAST_WIDTH = 1.0
+
+
+class ForbiddenEdges(NamedTuple):
+    """The edges between vertices 0 to k - 1 of its rim that a patch must not have."""
+
+    pairs: VertexPairs  # pairs that are joined outside the patch
+    apart: Bools  # (k,) the vertices of which no two may be joined
+    alone: Bools  # (k,) the vertices that no flip may join with any other
 
 
 class Patch(NamedTuple):
@@ -65,25 +73,22 @@ def refined_patch(
         patch: a patch with points on the rim alone, or a refined patch whose points have moved.
         forbidden: which pairs of vertices of the rim must not be joined because they are joined outside the patch. An edge
             of the patch between such a pair is split. `alone` are the vertices that the rim meets twice.
-        uniform: the distance from the rim, in edges, beyond which triangles may be larger; see `Growth`.
+        uniform: the distance from the rim, in edges, beyond which triangles may be larger; see `growing`.
         progress: called with the share that is done after each round; may raise to stop.
     """
-    n_rim = patch.n_rim
-    points, sizes = patch.points, patch.sizes
-    growth = Growth(points[:n_rim], uniform)
-    targets = sizes * growth.at(points, sizes)
-    triangles = np.ascontiguousarray(patch.triangles, dtype=np.int32).copy()
+    points, sizes, triangles, n_rim = patch
+    rim, triangles = points[:n_rim], np.ascontiguousarray(triangles, dtype=np.int32).copy()
+    targets = growing(sizes, points, rim, uniform)
     flip_towards_delaunay(points, triangles, faces_across(triangles), forbidden)
     for done in range(_MOST_ROUNDS):
         progress(done / (done + _HALF))
         split = np.flatnonzero(_too_large(points, targets, triangles)).astype(np.int32)
         if len(split) == 0 or len(points) + len(split) > _MOST_POINTS:
             break
-        centres = points[triangles[split]].mean(axis=1)
-        sizes = np.concatenate([sizes, means := sizes[triangles[split]].mean(axis=1)])
-        targets = np.concatenate([targets, means * growth.at(centres, means)])
+        centres, means = points[triangles[split]].mean(axis=1), sizes[triangles[split]].mean(axis=1)
         triangles = _split(len(points), triangles, split)
-        points = np.concatenate([points, centres])
+        points, sizes = np.concatenate([points, centres]), np.concatenate([sizes, means])
+        targets = np.concatenate([targets, growing(means, centres, rim, uniform)])
         flip_towards_delaunay(points, triangles, faces_across(triangles), forbidden)
     points, sizes, triangles = _split_diagonals(points, sizes, triangles, n_rim, forbidden)
     forbidden = forbidden._replace(apart=np.ones(n_rim, dtype=np.bool_))
@@ -99,15 +104,14 @@ def _split_diagonals(
     concerned = (triangles < n_rim).sum(axis=1) > 1
     rows = triangles[concerned].tolist()
     holder = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}
-    middles: list[tuple[int, int]] = []
-    inner = [(a, b) for a, b in holder if a < n_rim and b < n_rim and (b, a) in holder]
+    inner = [(a, b) for a, b in holder if max(a, b) < n_rim and (b, a) in holder]
     if not inner:
         return points, sizes, triangles
-    # Every edge is in the list in both directions; the second time it is split already.
+    middles: list[tuple[int, int]] = []
     for a, b in inner:
         if (a, b) not in holder:
-            continue
-        if not forbidden.has(a, b):
+            continue  # every edge is there in both directions; the second time it is split already
+        if not ((forbidden.apart[a] and forbidden.apart[b]) or is_pair(forbidden.pairs, a, b)):
             heights = [_height(points[rows[holder[edge]]]) for edge in ((a, b), (b, a)) if max(rows[holder[edge]]) < len(points)]
             if heights and min(heights) < _CRACK * (sizes[a] + sizes[b]) / 2.0:
                 continue
@@ -230,18 +234,9 @@ def uniform_width(patch: Patch) -> float:
     return max(_LEAST_WIDTH, float(MOST_VERTICES * each / patch.n_rim - 1.0 / SLOPE))
 
 
-class Growth:
-    """The growth of edges away from the rim."""
-
-    def __init__(self, rim: Floats, uniform: float) -> None:
-        """For a rim of (k, 3) points, and a band of this width in edges where they do not grow."""
-        self._tree = spatial.cKDTree(rim) if np.isfinite(uniform) else None
-        self._uniform = uniform
-
-    def at(self, points: Floats, sizes: Floats) -> Floats:
-        """(n,) the factors 1 + SLOPE (distance / size - width), at least 1, of edges of these sizes."""
-        if self._tree is None or len(points) == 0:
-            return np.ones(len(points))
-        distance, _ = self._tree.query(points)
-        factors: Floats = np.maximum(1.0, 1.0 + SLOPE * (distance / sizes - self._uniform))
-        return factors
+def growing(sizes: Floats, points: Floats, rim: Floats, uniform: float) -> Floats:
+    """(n,) the lengths of edges at points: `sizes`, beyond a band of `uniform` edges along the (k, 3) rim growing by `SLOPE`."""
+    if not np.isfinite(uniform) or len(points) == 0:
+        return sizes
+    distance, _ = spatial.cKDTree(rim).query(points)
+    return np.asarray(sizes * np.maximum(1.0, 1.0 + SLOPE * (distance / sizes - uniform)))

@@ -1,4 +1,4 @@
-"""Rims of a mesh: holes, outer borders of open sheets, and islands within holes."""
+"""Rims of a mesh: holes, outer borders of open sheets, and islands within holes; and why a rim is left open."""
 
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -7,8 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..geometry import area_vector, corner_angles, cross_products, side_lengths
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
-from ..topology import BoundaryLoop, boundary_loops, connected_components, is_seam, proper_faces
-from .filling import ISLAND_IN_IT, OpenRim, left_open_as
+from ..topology import BoundaryLoop, BrokenBorder, boundary_loops, connected_components, is_seam, proper_faces
 
 #: A rim whose total geodesic curvature is above this is an outer border. It is 2 pi for a flat disc, -2 pi for a hole in a plane,
 #: 0 for the end of a tube, 2 pi cos t for a cap of the sphere up to the angle t from its pole.
@@ -27,11 +26,60 @@ SHORT_RIM = 1.0
 Outer: TypeAlias = Literal["no", "probably", "surely"]
 # An island may lie this far above or below the middle plane of its hole, as a share of the root of the hole's area.
 _HEIGHT = 0.5
-# The number of pairs of a point and a side that are tested at once.
-_AT_ONCE = 2_000_000
 #: The largest number of edges of a hole and the islands in it together, or `max_edges` if that is larger: memory grows with its
 #: square.
 MOST_JOINED = 10_000
+#: Why a rim was left open. "size": the hole has more edges than `max_edges`. "selection": none of its vertices is selected.
+#: "outer": it is the outer border of an open sheet. "probably_outer": it seems to be one, by its area. "island": it is the border
+#: of an island that could not be joined to the hole around it, or the rim of that hole. "seam": its two sides coincide.
+#: "orientation": faces at it are not coherently oriented. "non_manifold": an edge with more than two faces ends at it.
+#: "no_triangulation": any triangulation would have degenerate triangles or edges with more than two faces.
+Reason: TypeAlias = Literal[
+    "size", "selection", "outer", "probably_outer", "island", "seam", "orientation", "non_manifold", "no_triangulation"
+]
+ISLAND_IN_IT = (
+    ": an island lies in it that cannot be joined to it; to fill it nonetheless, delete the island or leave islands loose"
+)
+_WHY: dict[Reason, str] = {
+    "selection": ", none of whose vertices is selected",
+    "outer": ": it is the outer border of an open sheet",
+    "probably_outer": ": it spans so much of the area of its sheet that it seems to be the outer border; if it is a hole, "
+    "select a vertex of it and close only the holes at the selection",
+    "island": ": it is the border of an island that cannot be joined to the hole around it",
+    "seam": ": its two sides are in the same places, so merge close vertices",
+    "no_triangulation": ": every triangulation of it would have triangles without area, as where its vertices coincide or lie "
+    "on a line, or edges with more than two faces",
+    "non_manifold": "an edge with more than two faces ends there: delete or separate its faces",
+    "orientation": "the faces there are not coherently oriented: orient them first",
+}
+
+
+class OpenRim(NamedTuple):
+    """A rim that was left open.
+
+    Attributes:
+        vertices: (k,) int32 its vertices, in order along the rim; ascending for the reasons "orientation" and "non_manifold",
+            where there is no such order.
+        reason: why, one word.
+        message: why, one sentence with the numbers.
+    """
+
+    vertices: Ints
+    reason: Reason
+    message: str
+
+
+def left_open_as(rim: BoundaryLoop, reason: Reason, more: str = "") -> OpenRim:
+    """The rim with its reason, and a message; `more` replaces the usual explanation of this reason."""
+    edges, why = len(rim.vertices), more or _WHY[reason]
+    return OpenRim(rim.vertices, reason, f"the rim of {edges} edges through vertex {rim.vertices[0]} was left{why}")
+
+
+def broken_left_open(border: BrokenBorder) -> OpenRim:
+    """A part of the border that forms no loop."""
+    others = len(border.vertices) - 1
+    message = f"the border through vertex {border.vertex} (and {others} others) was left: {_WHY[border.reason]}"
+    return OpenRim(border.vertices, border.reason, message)
 
 
 class Rim(NamedTuple):
@@ -56,15 +104,13 @@ def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
     Raises:
         FilterInputError: not a mesh.
     """
-    points, triangles = check_mesh(vertices, faces)
-    mesh = normalised_mesh(points, triangles)
+    mesh = normalised_mesh(*check_mesh(vertices, faces))
     loops = boundary_loops(mesh.points, mesh.cells).loops
-    outer = outer_borders(loops, mesh.points, mesh.cells)
     measured = []
-    for loop, kind in zip(loops, outer, strict=True):
+    for loop, outer in zip(loops, outer_borders(loops, mesh.points, mesh.cells), strict=True):
         places = mesh.points[loop.vertices]
         length = float(side_lengths(places).sum()) / mesh.scale
-        measured.append(Rim(len(places), length, places.mean(axis=0) / mesh.scale + mesh.middle, kind != "no"))
+        measured.append(Rim(len(places), length, places.mean(axis=0) / mesh.scale + mesh.middle, outer != "no"))
     return sorted(measured, key=lambda rim: -rim.edges)
 
 
@@ -79,64 +125,100 @@ def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> li
     """
     if not rims:
         return []
-    turns = _turns(rims, vertices, faces)
-    components, count = connected_components(faces, len(vertices))
+    n = len(vertices)
     proper = faces[proper_faces(faces)]  # others may name vertices that belong to no component
+    components, count = connected_components(proper, n)
     areas = np.bincount(components[proper[:, 0]], np.linalg.norm(cross_products(vertices, proper), axis=1) / 2.0, minlength=count)
+    visits = np.bincount(np.concatenate([rim.vertices for rim in rims]), minlength=n)
+    near = proper[(visits[proper] > 0).any(axis=1)]
+    angles = np.bincount(near.T.ravel(), corner_angles(vertices, near).T.ravel(), n)
     verdicts: list[Outer] = []
-    for rim, turn in zip(rims, turns, strict=True):
-        spans = float(np.linalg.norm(area_vector(vertices[rim.vertices])))
-        if side_lengths(vertices[rim.vertices]).sum() ** 2 < SHORT_RIM * areas[components[rim.vertices[0]]]:
+    for own in (rim.vertices for rim in rims):
+        area = areas[components[own[0]]]
+        turn = float((np.pi - angles[own] / visits[own]).sum())
+        if side_lengths(vertices[own]).sum() ** 2 < SHORT_RIM * area:
             verdicts.append("no")
         elif turn > OUTER_TURN:
             verdicts.append("surely")
-        elif turn > FRAME_TURN and spans > OUTER_SHARE * areas[components[rim.vertices[0]]]:
+        elif turn > FRAME_TURN and float(np.linalg.norm(area_vector(vertices[own]))) > OUTER_SHARE * area:
             verdicts.append("probably")
         else:
             verdicts.append("no")
     return verdicts
 
 
-def _turns(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[float]:
-    """The total geodesic curvature of each rim."""
-    n = len(vertices)
-    visits = np.bincount(np.concatenate([rim.vertices for rim in rims]), minlength=n)
-    near = faces[(visits[faces] > 0).any(axis=1) & proper_faces(faces)]
-    angles = np.bincount(near.T.ravel(), corner_angles(vertices, near).T.ravel(), n)
-    return [float((np.pi - angles[rim.vertices] / visits[rim.vertices]).sum()) for rim in rims]
+def sorted_rims(
+    rims: list[BoundaryLoop],
+    points: Floats,
+    triangles: Ints,
+    max_edges: int,
+    selected: Bools | None,
+    islands: Literal["join", "leave"],
+) -> tuple[list[tuple[BoundaryLoop, list[BoundaryLoop]]], list[OpenRim]]:
+    """The holes to close, each with the rims of the islands in it, and the other rims with the reason.
+
+    Separates holes from outer borders and islands first, then drops the holes that are too large, seams or not selected.
+    """
+    outer = outer_borders(rims, points, triangles)
+    holes = [rim for rim, outside in zip(rims, outer, strict=True) if outside == "no"]
+    borders = [(rim, outside) for rim, outside in zip(rims, outer, strict=True) if outside != "no"]
+    around = [-1] * len(borders)
+    if islands == "join" and borders and holes:
+        around = _holes_around([rim for rim, _ in borders], holes, points, triangles)
+    groups: list[tuple[BoundaryLoop, list[BoundaryLoop]]] = [(hole, []) for hole in holes]
+    left = []
+    for (rim, outside), number in zip(borders, around, strict=True):
+        if number >= 0:
+            groups[number][1].append(rim)
+        elif outside == "probably" and selected is not None and selected[rim.vertices].any():
+            groups.append((rim, []))
+        elif is_seam(rim, points):
+            left.append(left_open_as(rim, "seam"))
+        else:
+            left.append(left_open_as(rim, "outer" if outside == "surely" else "probably_outer"))
+    groups.sort(key=lambda group: tuple(group[0].vertices[:2].tolist()))
+    closed = []
+    for hole, inside in groups:
+        edges = len(hole.vertices)
+        if edges > max_edges:
+            left.append(left_open_as(hole, "size", f": it has more than {max_edges}; to close it, raise max_edges to {edges}"))
+        elif is_seam(hole, points):
+            left.append(left_open_as(hole, "seam"))
+        elif selected is not None and not selected[hole.vertices].any():
+            left.append(left_open_as(hole, "selection"))
+        elif any(is_seam(rim, points) for rim in inside):
+            left.append(left_open_as(hole, "island", ISLAND_IN_IT))
+        else:
+            closed.append((hole, inside))
+            continue
+        left += [left_open_as(rim, "seam" if is_seam(rim, points) else "outer") for rim in inside]
+    return closed, left
 
 
-def holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertices: Floats, components: Ints) -> list[int]:
+def _holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[int]:
     """For every island's rim the index of the smallest hole that it lies in, -1 if there is none.
 
     It lies in a hole of another component if, projected along the normal of the hole's rim, all its vertices are inside the rim
     and not far from its middle plane, and its sheet is oriented as the surface around the hole.
     """
-    if not holes:
-        return [-1] * len(islands)
-    middles = np.array([vertices[hole.vertices].mean(axis=0) for hole in holes])
-    reaches = np.array(
-        [np.linalg.norm(vertices[hole.vertices] - m, axis=1).max() for hole, m in zip(holes, middles, strict=True)]
-    )
+    components, _ = connected_components(faces, len(vertices))
+    rims = [vertices[hole.vertices] for hole in holes]
+    middles = np.array([rim.mean(axis=0) for rim in rims])
+    reaches = np.array([np.linalg.norm(rim - middle, axis=1).max() for rim, middle in zip(rims, middles, strict=True)])
+    sheets = components[[hole.vertices[0] for hole in holes]]
     numbers = []
     for island in islands:
         points = vertices[island.vertices]
-        close = np.flatnonzero(np.linalg.norm(middles - points.mean(axis=0), axis=1) < reaches)
-        best, smallest = -1, np.inf
-        for h in close.tolist():
-            if components[holes[h].vertices[0]] == components[island.vertices[0]]:
-                continue
-            size = _size_if_inside(points, vertices[holes[h].vertices])
-            if size < smallest:
-                best, smallest = h, size
-        numbers.append(best)
+        close = np.linalg.norm(middles - points.mean(axis=0), axis=1) < reaches
+        others = np.flatnonzero(close & (sheets != components[island.vertices[0]])).tolist()
+        size, number = min(((_size_if_inside(points, rims[h]), h) for h in others), default=(np.inf, -1))
+        numbers.append(number if size < np.inf else -1)
     return numbers
 
 
 def _size_if_inside(island: Floats, hole: Floats) -> float:
     """The area of the hole's projection, infinite if the island is not in it."""
-    middle = hole.mean(axis=0)
-    normal = area_vector(hole)
+    middle, normal = hole.mean(axis=0), area_vector(hole)
     size = float(np.linalg.norm(normal))
     # An island oriented as the surface around has a rim that runs the other way round than that of the hole.
     if not size > 0.0 or float(normal @ area_vector(island)) >= 0.0:
@@ -147,78 +229,11 @@ def _size_if_inside(island: Floats, hole: Floats) -> float:
     x = np.eye(3)[np.abs(normal).argmin()]
     x = np.cross(normal, x) / np.linalg.norm(np.cross(normal, x))
     plane = np.column_stack([x, np.cross(normal, x)])
-    return size if _inside((island - middle) @ plane, (hole - middle) @ plane).all() else np.inf
-
-
-def _inside(points: Floats, loop: Floats) -> Bools:
-    """Whether a ray from each point crosses the loop an odd number of times."""
-    a, b = loop, np.roll(loop, -1, axis=0)
-    if len(points) > _AT_ONCE // len(loop) + 1:
-        # In parts: the arrays below have an entry for every point and side.
-        step = _AT_ONCE // len(loop) + 1
-        return np.concatenate([_inside(points[i : i + step], loop) for i in range(0, len(points), step)])
-    over = (a[:, 1] > points[:, None, 1]) != (b[:, 1] > points[:, None, 1])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        x = a[:, 0] + (points[:, None, 1] - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
-    inside: Bools = ((over & (x > points[:, None, 0])).sum(axis=1) % 2).astype(np.bool_)
-    return inside
-
-
-def sorted_rims(
-    rims: list[BoundaryLoop],
-    points: Floats,
-    triangles: Ints,
-    max_edges: int,
-    selected: Bools | None,
-    islands: Literal["join", "leave"],
-) -> tuple[list[BoundaryLoop], list[list[BoundaryLoop]], list[OpenRim]]:
-    """The holes to close, for each the rims of the islands in it, and the other rims with the reason.
-
-    Separates holes from outer borders and islands first, then drops the holes that are too large, seams or not selected.
-    """
-    outer = outer_borders(rims, points, triangles)
-    holes = [rim for rim, outside in zip(rims, outer, strict=True) if outside == "no"]
-    borders = [(rim, outside) for rim, outside in zip(rims, outer, strict=True) if outside != "no"]
-    around = [-1] * len(borders)
-    if islands == "join" and borders and holes:
-        components, _ = connected_components(triangles, len(points))
-        around = holes_around([rim for rim, _ in borders], holes, points, components)
-    in_hole: dict[int, list[BoundaryLoop]] = {}
-    left = []
-    for (rim, outside), number in zip(borders, around, strict=True):
-        if number >= 0:
-            in_hole.setdefault(id(holes[number]), []).append(rim)
-        elif outside == "probably" and selected is not None and selected[rim.vertices].any():
-            holes.append(rim)
-        elif is_seam(rim, points):
-            left.append(left_open_as(rim, "seam"))
-        else:
-            left.append(left_open_as(rim, "outer" if outside == "surely" else "probably_outer"))
-    holes.sort(key=lambda rim: tuple(rim.vertices[:2].tolist()))
-    closed: list[BoundaryLoop] = []
-    inside: list[list[BoundaryLoop]] = []
-    for hole in holes:
-        group = in_hole.get(id(hole), [])
-        refused = _refused(hole, group, points, max_edges, selected)
-        if refused is None:
-            closed.append(hole)
-            inside.append(group)
-        else:
-            left.append(refused)
-            left += [left_open_as(rim, "seam" if is_seam(rim, points) else "outer") for rim in group]
-    return closed, inside, left
-
-
-def _refused(
-    hole: BoundaryLoop, islands: list[BoundaryLoop], points: Floats, max_edges: int, selected: Bools | None
-) -> OpenRim | None:
-    """The hole with the reason why it must not be closed; None if it may be."""
-    if len(hole.vertices) > max_edges:
-        return left_open_as(hole, "size", f": it has more than {max_edges}; to close it, raise max_edges to {len(hole.vertices)}")
-    if is_seam(hole, points):
-        return left_open_as(hole, "seam")
-    if selected is not None and not selected[hole.vertices].any():
-        return left_open_as(hole, "selection")
-    if any(is_seam(rim, points) for rim in islands):
-        return left_open_as(hole, "island", ISLAND_IN_IT)
-    return None
+    across, up = ((island - middle) @ plane).T
+    inside = np.zeros(len(island), dtype=np.bool_)
+    corners = (hole - middle) @ plane
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        # A ray along the first axis crosses the rim of what is around it an odd number of times.
+        over = np.flatnonzero((a[1] > up) != (b[1] > up))
+        inside[over] ^= a[0] + (up[over] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) > across[over]
+    return size if inside.all() else np.inf

@@ -4,17 +4,18 @@ The rim becomes a polygon that cuts join with the islands in the hole.
 """
 
 from collections import deque
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..compilation import compiled
-from ..execution import Progress, ignore_progress, part_of
+from ..execution import Progress, ignore_progress
 from ..geometry import cross_product, cross_products, side_lengths, squared_length
 from ..libraries import sparse, spatial
 from ..mesh import Bools, Floats, Ints, Longs
-from ..topology import BoundaryLoop, OneRings
-from .vertex_pairs import VertexPairs, is_pair, vertex_pairs
+from ..topology import BoundaryLoop
 
 #: A rim with more vertices than this is first cut in two by a short chord: time grows with the cube of this, memory with the
 #: square.
@@ -25,12 +26,49 @@ _THINNEST = 1e-7
 _SAME = 1e-9
 # So do areas that differ by less than this share, the rounding of sums of some hundred of them.
 _SAME_AREA = 1e-12
-# The number of triangles tried between two calls of `progress`, about.
-_BATCH = 20_000_000
 #: The number of triangles around a chord that are replaced together.
 WINDOW = 120
 # The most triangulations of a polygon that are tried.
 _MOST_TRIES = 20
+
+
+class VertexPairs(NamedTuple):
+    """Unordered pairs of the numbers 0 to size - 1."""
+
+    size: int  # how many numbers there are
+    keys: Longs  # (p,) ascending, i size + j of every pair (i, j), in both directions
+
+    def restricted(self, chosen: Ints) -> "VertexPairs":
+        """The pairs within `chosen`, distinct numbers, as places in `chosen`."""
+        place = np.full(self.size, -1, dtype=np.int64)
+        place[chosen] = np.arange(len(chosen))
+        first, second = place[self.keys // self.size], place[self.keys % self.size]
+        both = (first >= 0) & (second >= 0)
+        return vertex_pairs(len(chosen), first[both], second[both])
+
+    def among(self, chosen: Ints) -> Bools:
+        """(k, k) which two of `chosen`, distinct numbers, are a pair."""
+        dense = np.zeros((len(chosen), len(chosen)), dtype=np.bool_)
+        dense.ravel()[self.restricted(chosen).keys] = True
+        return dense
+
+    def with_pairs(self, first: ArrayLike, second: ArrayLike) -> "VertexPairs":
+        """These pairs and those of each number in `first` with the one in `second`."""
+        return VertexPairs(self.size, np.union1d(self.keys, vertex_pairs(self.size, first, second).keys))
+
+
+def vertex_pairs(count: int, first: ArrayLike = (), second: ArrayLike = ()) -> VertexPairs:
+    """The pairs of each number in `first`, from 0 to count - 1, with the one in `second`."""
+    a, b = np.asarray(first, dtype=np.int64), np.asarray(second, dtype=np.int64)
+    return VertexPairs(count, np.unique(np.concatenate([a * count + b, b * count + a])))
+
+
+@compiled
+def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
+    """Whether (i, j) is one of the pairs."""
+    key = i * pairs.size + j
+    at = np.searchsorted(pairs.keys, key)
+    return bool(at < pairs.keys.shape[0] and pairs.keys[at] == key)
 
 
 class Polygon(NamedTuple):
@@ -69,11 +107,27 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> P
     return Polygon(vertices, opposite)
 
 
+def joined_corners(corners: Ints, neighbours: list[list[int]]) -> VertexPairs:
+    """Which corners of a polygon are joined by an edge that is no side of it; `neighbours` are those of each distinct vertex."""
+    k = len(corners)
+    own, index = np.unique(corners, return_inverse=True)
+    starts, others = np.repeat(np.arange(len(own)), [len(ends) for ends in neighbours]), np.concatenate(neighbours)
+    place = np.minimum(np.searchsorted(own, others), len(own) - 1)
+    within = own[place] == others
+    linked = sparse.csr_array((np.ones(int(within.sum())), (starts[within], place[within])), shape=(len(own), len(own)))
+    at = sparse.csr_array((np.ones(k), (np.arange(k), index)), shape=(k, len(own)))
+    first, second = (at @ linked @ at.T).nonzero()
+    side = (np.abs(first - second) == 1) | (np.abs(first - second) == k - 1)
+    return vertex_pairs(k, first[~side], second[~side])
+
+
 def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
     """(b, 3) the vertices of triangles that close the polygon, without `joined` diagonals; None if no such surface exists."""
     corners = outline.vertices
     opposite = np.where(outline.opposite[:, None] < 0, np.nan, points[outline.opposite])
-    forbidden = joined.with_pairs(*_corners_at_one_vertex(corners))
+    _, vertex = np.unique(corners, return_inverse=True)
+    at = sparse.csr_array((np.ones(len(corners)), (np.arange(len(corners)), vertex)))
+    forbidden = joined.with_pairs(*(at @ at.T).nonzero())  # two corners at one vertex
     for _ in range(_MOST_TRIES):
         triangles = triangulate_rim(points[corners], opposite, forbidden, progress=progress)
         if triangles is None:
@@ -86,18 +140,6 @@ def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, p
     return None
 
 
-def _corners_at_one_vertex(corners: Ints) -> tuple[Longs, Longs]:
-    """Every two corners of a polygon that are the same vertex."""
-    order = np.argsort(corners, kind="stable")
-    first, second = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
-    step = 1
-    while (same := corners[order[step:]] == corners[order[:-step]]).any():
-        first.append(order[:-step][same])
-        second.append(order[step:][same])
-        step += 1
-    return np.concatenate(first), np.concatenate(second)
-
-
 def _doubled_diagonals(corners: Ints, triangles: Ints) -> Longs:
     """(d, 2) the corners of the diagonals that join the same two vertices as another diagonal before them."""
     ends = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
@@ -105,27 +147,6 @@ def _doubled_diagonals(corners: Ints, triangles: Ints) -> Longs:
     diagonals = ends[uses == 2]
     _, first = np.unique(np.sort(corners[diagonals], axis=1), axis=0, return_index=True)
     return np.asarray(np.delete(diagonals, first, axis=0), dtype=np.int64)
-
-
-def joined_corners(corners: Ints, rings: OneRings, more: dict[int, set[int]]) -> VertexPairs:
-    """Which corners of a polygon are joined by an edge that is no side of it.
-
-    Args:
-        corners: (k,) the vertices of the polygon.
-        rings: the neighbours of every vertex of the mesh.
-        more: further neighbours of vertices, by edges of the patches made before.
-    """
-    k = len(corners)
-    own, index = np.unique(corners, return_inverse=True)
-    ends = [[*rings.neighbours[rings.offsets[v] : rings.offsets[v + 1]], *more.get(v, ())] for v in own.tolist()]
-    starts, others = np.repeat(np.arange(len(own)), [len(linked) for linked in ends]), np.concatenate(ends)
-    place = np.minimum(np.searchsorted(own, others), len(own) - 1)
-    within = own[place] == others
-    linked = sparse.csr_array((np.ones(int(within.sum())), (starts[within], place[within])), shape=(len(own), len(own)))
-    at = sparse.csr_array((np.ones(k), (np.arange(k), index)), shape=(k, len(own)))
-    first, second = (at @ linked @ at.T).nonzero()
-    side = (np.abs(first - second) == 1) | (np.abs(first - second) == k - 1)
-    return vertex_pairs(k, first[~side], second[~side])
 
 
 def triangulate_rim(
@@ -149,45 +170,117 @@ def triangulate_rim(
         triangles and forbidden diagonals.
     """
     n = len(points)
-    size = float(np.abs(points - points.mean(axis=0)).max())
+    centre = points.mean(axis=0)
+    size = float(np.abs(points - centre).max())
     if n < 3 or not size > 0.0:
         return None
     # Products of four lengths stay in range in any unit.
-    centre = points.mean(axis=0)
-    p, q = (points - centre) / size, (opposite - centre) / size
-    parts = [(np.arange(n, dtype=np.int32), q)]
-    done: list[Ints] = []
+    rim = RimTriangles((points - centre) / size, (opposite - centre) / size, forbidden, np.empty((n - 2, 3), dtype=np.int32), {})
+    parts = [np.arange(n, dtype=np.int32)]
     chords: list[tuple[int, int]] = []
+    done = 0
     while parts:
-        part, across = parts.pop()
-        if len(part) > LARGEST_WHOLE:
-            i, j = _chord(p[part], part, forbidden)
-            if i >= 0:
-                chords.append((int(part[i]), int(part[j])))
-                # The part from i to j is done first; its triangle at the chord is then the neighbour of the other part.
-                rest = np.concatenate([part[: i + 1], part[j:]])
-                parts.append((rest, np.concatenate([across[:i], np.full((1, 3), np.nan), across[j:]])))
-                parts.append((part[i : j + 1], np.concatenate([across[i:j], np.full((1, 3), np.nan)])))
-                continue
-        for k in np.flatnonzero(np.isnan(across[:, 0])):
-            across[k] = _apex(done, int(part[k]), int(part[(k + 1) % len(part)]), p)
-        before, own = sum(map(len, done)), len(part) - 2
-        partial = part_of(progress, before / (n - 2), (before + own) / (n - 2))
-        triangles = minimal_triangulation(p[part], across, forbidden.among(part), partial)
+        part = parts.pop()
+        i, j = _chord(rim.points[part], part, forbidden) if len(part) > LARGEST_WHOLE else (-1, -1)
+        if i >= 0:
+            chords.append((int(part[i]), int(part[j])))
+            # The part from i to j is done first; its triangle at the chord is then the neighbour of the other part.
+            parts += [np.concatenate([part[: i + 1], part[j:]]), part[i : j + 1]]
+            continue
+        triangles = minimal_triangulation(rim.points[part], rim.across(part), forbidden.among(part))
         if triangles is None:
             return None
-        done.append(part[triangles])
-    return retriangulated(np.concatenate(done), chords, p, q, forbidden)
+        rim.enter(range(done, done + len(triangles)), part[triangles])
+        done += len(triangles)
+        progress(done / (n - 2))
+    for chord in chords:
+        retriangulate(rim, chord)
+    return rim.triangles
 
 
-def _apex(done: list[Ints], a: int, b: int, points: Floats) -> Floats:
-    """The third vertex of the triangle with the edge from b to a among those made so far; NaN if there is none."""
-    for triangles in done:
-        for k in range(3):
-            at = np.flatnonzero((triangles[:, k] == b) & (triangles[:, (k + 1) % 3] == a))
-            if len(at):
-                return np.asarray(points[triangles[at[0], (k + 2) % 3]])
-    return np.full(3, np.nan)
+class RimTriangles(NamedTuple):
+    """A rim, and the triangles made so far."""
+
+    points: Floats  # (k, 3)
+    opposite: Floats  # (k, 3) as for `triangulate_rim`
+    forbidden: VertexPairs
+    triangles: Ints  # (k - 2, 3)
+    holder: dict[tuple[int, int], int]  # the triangle at each directed edge
+
+    def across(self, corners: Ints) -> Floats:
+        """(c, 3) the third vertex of what lies across each side of a polygon of these corners; NaN if nothing does yet."""
+        beyond = np.full((len(corners), 3), np.nan)
+        for i, (u, v) in enumerate(zip(corners.tolist(), np.roll(corners, -1).tolist(), strict=True)):
+            t = self.holder.get((v, u))
+            if t is not None:
+                beyond[i] = self.points[int(self.triangles[t].sum()) - u - v]
+            elif v == (u + 1) % len(self.points):
+                beyond[i] = self.opposite[u]
+        return beyond
+
+    def enter(self, places: Iterable[int], triangles: Ints) -> None:
+        """Write triangles, where there were none or others that cover the same."""
+        self.triangles[list(places)] = triangles
+        for t, row in zip(places, triangles.tolist(), strict=True):
+            self.holder.update(dict.fromkeys(_sides(row), t))
+
+
+def _sides(triangle: list[int]) -> tuple[tuple[int, int], ...]:
+    a, b, c = triangle
+    return (a, b), (b, c), (c, a)
+
+
+def retriangulate(rim: RimTriangles, chord: tuple[int, int]) -> None:
+    """Triangulates what lies around a chord anew, where that is better.
+
+    The `WINDOW` triangles nearest to a chord, by the number of edges crossed, form a polygon, since a triangulated polygon is a
+    tree of triangles. `minimal_triangulation` triangulates it anew, with the triangles around as neighbours, and its triangles
+    are taken if their (largest dihedral angle, area) is less.
+    """
+    if chord not in rim.holder:
+        return  # no longer an edge
+    chosen = _nearest(rim, rim.holder[chord])
+    corners = np.unique(rim.triangles[chosen]).astype(np.int32)
+    points, across = rim.points[corners], rim.across(corners)
+    better = minimal_triangulation(points, across, rim.forbidden.among(corners))
+    if better is None:
+        return
+    before = np.searchsorted(corners, rim.triangles[chosen]).astype(np.int32)
+    (angle, area), (old_angle, old_area) = (_energy(points, across, each) for each in (better, before))
+    if angle < old_angle - _SAME or (angle <= old_angle + _SAME and area < old_area):
+        for row in rim.triangles[chosen].tolist():
+            for side in _sides(row):
+                del rim.holder[side]
+        rim.enter(chosen, corners[better])
+
+
+def _nearest(rim: RimTriangles, first: int) -> list[int]:
+    """The `WINDOW` triangles that are fewest edges away from the first, in ascending order."""
+    near, queue = {first}, deque([first])
+    while queue:
+        for a, b in _sides(rim.triangles[queue.popleft()].tolist()):
+            t = rim.holder.get((b, a))
+            if t is not None and t not in near and len(near) < WINDOW:
+                near.add(t)
+                queue.append(t)
+    return sorted(near)
+
+
+def _energy(points: Floats, across: Floats, triangles: Ints) -> tuple[float, float]:
+    """The largest angle of the triangles with each other and the faces across the sides, as 1 - cos, and their doubled area."""
+    n = len(points)
+    sides = np.arange(n)
+    faces = np.concatenate([triangles, np.column_stack([np.roll(sides, -1), sides, n + sides])])
+    normals = cross_products(np.concatenate([points, across]), faces)
+    doubled = np.linalg.norm(normals, axis=1)
+    if (doubled[: n - 2] == 0.0).any():
+        return np.inf, np.inf
+    with np.errstate(invalid="ignore"):
+        normals /= doubled[:, None]
+    holder = {side: t for t, row in enumerate(faces.tolist()) for side in _sides(row)}
+    pairs = np.array([(t, holder[b, a]) for (a, b), t in holder.items() if t < n - 2])
+    bends = 1.0 - np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]])
+    return max(0.0, float(np.nanmax(bends))), float(doubled[: n - 2].sum())
 
 
 @compiled
@@ -199,28 +292,18 @@ def _chord(p: Floats, part: Ints, forbidden: VertexPairs) -> tuple[int, int]:
     n = p.shape[0]
     along = np.zeros(n + 1)
     for i in range(n):
-        j = (i + 1) % n
-        along[i + 1] = along[i] + np.sqrt((p[j, 0] - p[i, 0]) ** 2 + (p[j, 1] - p[i, 1]) ** 2 + (p[j, 2] - p[i, 2]) ** 2)
+        along[i + 1] = along[i] + np.sqrt(squared_length(p, i, (i + 1) % n))
     best, best_i, best_j = np.inf, -1, -1
     for i in range(n):
         for j in range(i + n // 4, min(n, i + n - n // 4)):
             way = min(along[j] - along[i], along[n] - along[j] + along[i])
-            length = np.sqrt((p[j, 0] - p[i, 0]) ** 2 + (p[j, 1] - p[i, 1]) ** 2 + (p[j, 2] - p[i, 2]) ** 2)
+            length = np.sqrt(squared_length(p, i, j))
             if length > 0.0 and length < best * way and not is_pair(forbidden, part[i], part[j]):
                 best, best_i, best_j = length / way, i, j
     return best_i, best_j
 
 
-class _BestParts(NamedTuple):
-    """The best triangulation of the part of a polygon from corner i to corner j > i."""
-
-    angle: Floats  # (k, k) its largest dihedral angle, as 1 - cos; infinite if there is none
-    area: Floats  # (k, k) its doubled area
-    split: Ints  # (k, k) the third corner of its triangle at the side from i to j, -1 if there is none
-    normals: Floats  # (k, k, 3) the unit normal of that triangle
-
-
-def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, progress: Progress) -> Ints | None:
+def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools) -> Ints | None:
     """The triangulation of a closed polygon that minimises (largest dihedral angle, area), compared in this order [liepa2003].
 
     By dynamic programming: the best triangulation of the part of the polygon from i to j is, for the best vertex m between, the
@@ -232,44 +315,68 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, pr
         points: (k, 3) the corners of the polygon, with coordinates of ordinary size.
         opposite: (k, 3) the third vertex of the face of the mesh at the side from i to i + 1; NaN if there is none.
         forbidden: (k, k) symmetric, which diagonals must not be used.
-        progress: called with the share that is done; may raise to stop.
 
     Returns:
         (k - 2, 3) indices from 0 to k - 1 in the orientation of the polygon; None if all triangulations have degenerate triangles
         or forbidden diagonals.
     """
     n = len(points)
-    best = _BestParts(np.full((n, n), np.inf), np.full((n, n), np.inf), np.full((n, n), -1, dtype=np.int32), np.zeros((n, n, 3)))
-    for i in range(n - 1):
-        best.angle[i, i + 1] = best.area[i, i + 1] = 0.0
-    side_normals = _side_normals(np.concatenate([points, opposite]))
-    span = 2
-    while span < n:
-        until = span
-        tried = 0
-        while until < n and (tried == 0 or tried < _BATCH):
-            tried += (n - until) * until
-            until += 1
-        _solve(points, side_normals, forbidden, span, until, best)
-        span = until
-        progress(span / n)
-    if best.split[0, n - 1] < 0:
+    third = np.full((n, n), -1, dtype=np.int32)
+    _solve(
+        np.concatenate([points, opposite]),
+        forbidden,
+        np.full((n, n), np.inf),
+        np.full((n, n), np.inf),
+        np.zeros((n, n, 3)),
+        third,
+    )
+    if third[0, n - 1] < 0:
         return None
-    return _collect(best.split)
+    triangles, rest = [], [(0, n - 1)]
+    while rest:
+        i, j = rest.pop()
+        if j - i > 1:
+            m = int(third[i, j])
+            triangles.append((i, m, j))
+            rest += [(m, j), (i, m)]
+    return np.array(triangles, dtype=np.int32)
 
 
 @compiled
-def _side_normals(points: Floats) -> Floats:
-    """The unit normals of the faces of the mesh at the sides, 0 where there is no face or it is degenerate.
+def _solve(points: Floats, forbidden: Bools, angle: Floats, area: Floats, normals: Floats, third: Ints) -> None:
+    """Writes of the best triangulation of every part from corner i to j > i, where there is one:
 
-    `points` are the corners of the polygon, then the third vertices of these faces.
+    its largest angle, as 1 - cos; its doubled area; and the unit normal and the third corner of its triangle at (i, j). `points`
+    are the corners, then the third vertices of the faces at the sides.
     """
-    n = points.shape[0] // 2
-    normals = np.empty((n, 3))
+    n = forbidden.shape[0]
     for i in range(n):
-        x, y, z, _ = _unit_normal(points, (i + 1) % n, i, n + i)
-        normals[i, 0], normals[i, 1], normals[i, 2] = x, y, z
-    return normals
+        j = (i + 1) % n
+        normals[i, j, 0], normals[i, j, 1], normals[i, j, 2], _ = _unit_normal(points, j, i, n + i)
+        angle[i, j] = area[i, j] = 0.0
+    for span in range(2, n):
+        for i in range(n - span):
+            j = i + span
+            last = span == n - 1
+            if forbidden[i, j] and not last:
+                continue
+            best_angle, best_area, best_skew = np.inf, np.inf, n
+            for m in range(i + 1, j):
+                worst = max(angle[i, m], angle[m, j])
+                if worst > best_angle + _SAME or worst == np.inf:
+                    continue
+                x, y, z, doubled = _unit_normal(points, i, m, j)
+                if doubled == 0.0:
+                    continue
+                worst = max(worst, _bend(x, y, z, normals[i, m]), _bend(x, y, z, normals[m, j]))
+                if last:
+                    worst = max(worst, _bend(x, y, z, normals[j, i]))
+                total = area[i, m] + area[m, j] + doubled
+                if not _is_better(worst, total, abs(2 * m - i - j), best_angle, best_area, best_skew):
+                    continue
+                best_angle, best_area, best_skew = worst, total, abs(2 * m - i - j)
+                angle[i, j], area[i, j], third[i, j] = worst, total, m
+                normals[i, j, 0], normals[i, j, 1], normals[i, j, 2] = x, y, z
 
 
 @compiled
@@ -292,37 +399,6 @@ def _bend(ax: float, ay: float, az: float, b: Floats) -> float:
 
 
 @compiled
-def _solve(p: Floats, side_normals: Floats, forbidden: Bools, span_from: int, span_to: int, best: _BestParts) -> None:
-    """Enter the best triangulations of all parts of the polygon with `span_from` to less than `span_to` sides."""
-    angle, area, split, normals = best
-    n = p.shape[0]
-    for span in range(span_from, span_to):
-        for i in range(n - span):
-            j = i + span
-            last = span == n - 1
-            if forbidden[i, j] and not last:
-                continue
-            best_angle, best_area, best_skew = np.inf, np.inf, n
-            for m in range(i + 1, j):
-                worst = max(angle[i, m], angle[m, j])
-                if worst > best_angle + _SAME or worst == np.inf:
-                    continue
-                x, y, z, doubled = _unit_normal(p, i, m, j)
-                if doubled == 0.0:
-                    continue
-                worst = max(worst, _bend(x, y, z, side_normals[i] if m == i + 1 else normals[i, m]))
-                worst = max(worst, _bend(x, y, z, side_normals[m] if j == m + 1 else normals[m, j]))
-                if last:
-                    worst = max(worst, _bend(x, y, z, side_normals[j]))
-                total = area[i, m] + area[m, j] + doubled
-                if not _is_better(worst, total, abs(2 * m - i - j), best_angle, best_area, best_skew):
-                    continue
-                best_angle, best_area, best_skew = worst, total, abs(2 * m - i - j)
-                angle[i, j], area[i, j], split[i, j] = worst, total, m
-                normals[i, j, 0], normals[i, j, 1], normals[i, j, 2] = x, y, z
-
-
-@compiled
 def _is_better(angle: float, area: float, skew: int, best_angle: float, best_area: float, best_skew: int) -> bool:
     """Whether a split is to replace the best so far: by angle, then by area, then for the evener one.
 
@@ -333,102 +409,3 @@ def _is_better(angle: float, area: float, skew: int, best_angle: float, best_are
     if angle > best_angle + _SAME or area > best_area * (1.0 + _SAME_AREA):
         return False
     return area < best_area * (1.0 - _SAME_AREA) or skew < best_skew
-
-
-@compiled
-def _collect(split: Ints) -> Ints:
-    """The triangles (i, split[i, j], j), from the whole polygon down."""
-    n = split.shape[0]
-    triangles = np.empty((n - 2, 3), dtype=np.int32)
-    stack = np.empty((n, 2), dtype=np.int32)
-    stack[0, 0], stack[0, 1] = 0, n - 1
-    height, count = 1, 0
-    while height > 0:
-        height -= 1
-        i, j = stack[height, 0], stack[height, 1]
-        if j - i < 2:
-            continue
-        m = split[i, j]
-        triangles[count, 0], triangles[count, 1], triangles[count, 2] = i, m, j
-        count += 1
-        stack[height, 0], stack[height, 1] = m, j
-        stack[height + 1, 0], stack[height + 1, 1] = i, m
-        height += 2
-    return triangles
-
-
-def retriangulated(
-    triangles: Ints, chords: list[tuple[int, int]], points: Floats, opposite: Floats, forbidden: VertexPairs
-) -> Ints:
-    """The triangulation with the triangles around each chord triangulated anew, where that is better.
-
-    The `WINDOW` triangles nearest to a chord, by the number of edges crossed, form a polygon, since a triangulated polygon is a
-    tree of triangles. `minimal_triangulation` triangulates it anew, with the triangles around as neighbours, and its triangles
-    are taken if their (largest dihedral angle, area) is less. The arguments are those of `triangulate_rim`, its result, and the
-    two corners of each chord.
-    """
-    if not chords:
-        return triangles
-    n = len(points)
-    rows = triangles.copy()
-    holder = {(int(row[k]), int(row[(k + 1) % 3])): t for t, row in enumerate(rows) for k in range(3)}
-    for a, b in chords:
-        first = holder.get((a, b))
-        if first is None:
-            continue  # no longer an edge
-        chosen = _nearest(rows, holder, first)
-        corners = np.unique(rows[chosen]).astype(np.int32)
-        across = np.full((len(corners), 3), np.nan)
-        for i, (u, v) in enumerate(zip(corners.tolist(), np.roll(corners, -1).tolist(), strict=True)):
-            t = holder.get((v, u))
-            across[i] = opposite[u] if t is None else points[int(rows[t].sum()) - u - v]
-        better = minimal_triangulation(points[corners], across, forbidden.among(corners), ignore_progress)
-        if better is None:
-            continue
-        before = np.searchsorted(corners, rows[chosen]).astype(np.int32)
-        (angle, area), (old_angle, old_area) = (_energy(points[corners], across, each) for each in (better, before))
-        if angle < old_angle - _SAME or (angle <= old_angle + _SAME and area < old_area):
-            for t in chosen:
-                for k in range(3):
-                    del holder[int(rows[t, k]), int(rows[t, (k + 1) % 3])]
-            rows[chosen] = corners[better]
-            for t in chosen:
-                for k in range(3):
-                    holder[int(rows[t, k]), int(rows[t, (k + 1) % 3])] = t
-    assert len(holder) == 3 * (n - 2)
-    return rows
-
-
-def _nearest(rows: Ints, holder: dict[tuple[int, int], int], first: int) -> list[int]:
-    """The triangles that are fewest edges away from the first, in ascending order."""
-    near, queue = {first}, deque([first])
-    while queue and len(near) < WINDOW:
-        row = rows[queue.popleft()].tolist()
-        for k in range(3):
-            t = holder.get((row[(k + 1) % 3], row[k]))
-            if t is not None and t not in near and len(near) < WINDOW:
-                near.add(t)
-                queue.append(t)
-    return sorted(near)
-
-
-def _energy(points: Floats, across: Floats, triangles: Ints) -> tuple[float, float]:
-    """The largest angle of the triangles with each other and the faces across the sides, as 1 - cos, and their doubled area."""
-    n = len(points)
-    normals = cross_products(points, triangles)
-    areas = np.linalg.norm(normals, axis=1)
-    if (areas == 0.0).any():
-        return np.inf, np.inf
-    normals /= areas[:, None]
-    sides = np.arange(n)
-    beyond = np.cross(points[sides] - points[(sides + 1) % n], across - points[(sides + 1) % n])
-    lengths = np.linalg.norm(beyond, axis=1)
-    owner = {(int(row[k]), int(row[(k + 1) % 3])): t for t, row in enumerate(triangles) for k in range(3)}
-    worst = 0.0
-    for (u, v), t in owner.items():
-        other = owner.get((v, u))
-        if other is not None:
-            worst = max(worst, 1.0 - float(normals[t] @ normals[other]))
-        elif lengths[u] > 0.0:
-            worst = max(worst, 1.0 - float(normals[t] @ beyond[u]) / float(lengths[u]))
-    return worst, float(areas.sum())

@@ -7,7 +7,6 @@ import numpy as np
 
 from ..compilation import compiled, prange
 from ..execution import over_range, threads_for
-from ..libraries import sparse
 from .arrays import Floats, Ints
 
 # A vertex and its neighbours up to this distance on both sides take a third of a second-level cache of 1 MB.
@@ -33,11 +32,7 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, 
     Subdivision, decimation and merging leave vertices in an order that has little to do with place. It makes no difference to
     the result of a sweep.
 
-    Args:
-        faces: (m, 3) triangles.
-        n_vertices: n.
-        sweeps: how many times a kernel will visit every one-ring; by default, more often than matters.
-        size: how many times as much as three coordinates the kernel reads of each vertex and its faces.
+    The kernel reads of each vertex and its faces `size` times as much as three coordinates.
     """
     if n_vertices * size < FITS_IN_CACHE or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS:
         return False
@@ -51,11 +46,7 @@ def order_by_place(points: Floats, faces: Ints, middle: Floats | None = None, sc
     A sweep over a surface in this order reads a few rows of neighbours at a time, each from its start to its end. Breadth first
     would be better by a quarter, but takes longer to find: it visits one vertex after another, far apart in memory.
 
-    Args:
-        points: (n, 3) finite coordinates.
-        faces: (m, 3) triangles, m at least 1.
-        middle: (3,) about which, and
-        scale: times which the coordinates are of ordinary size; by default as they are.
+    About the (3,) `middle`, and times the scale, the coordinates are of ordinary size; there is a triangle at least.
     """
     n, middle = len(points), np.zeros(3) if middle is None else middle
     sample = faces[:: max(1, len(faces) // _SAMPLE)]
@@ -70,25 +61,24 @@ def order_by_place(points: Floats, faces: Ints, middle: Floats | None = None, sc
             per_length = count / (high[axis] - low[axis])
             over_range(_find_slabs, n, points, axis, middle[axis], scale, low[axis], per_length, count, slabs)
             with threads_for(n):
-                _sort_by_slab(slabs, np.zeros((_PARTS, count), dtype=np.int32), order, other)
+                _sort_by_key(slabs, np.zeros((_PARTS, count), dtype=np.int32), order, other)
             order, other = other, order
     return order
 
 
 def faces_by_place(faces: Ints, n_vertices: int) -> Ints:
     """(m, 3) the triangles sorted by about their lowest vertex, for vertices in an order such as that of `order_by_place`."""
-    ordered = np.empty_like(faces)
+    return faces[order_of_faces(faces, n_vertices, _RUN)]
+
+
+def order_of_faces(faces: Ints, n_vertices: int, run: int = 1) -> Ints:
+    """(m,) a permutation: the triangles by the number of their lowest vertex over `run`, rounded down."""
+    lowest = np.minimum(np.minimum(faces[:, 0], faces[:, 1]), faces[:, 2]) // np.int32(run)
+    order = np.empty(len(faces), dtype=np.int32)
+    starts = np.zeros((_PARTS, n_vertices // run + 1), dtype=np.int32)
     with threads_for(n_vertices):
-        _sort_faces(faces, np.zeros((_PARTS, n_vertices // _RUN + 1), dtype=np.int32), ordered)
-    return ordered
-
-
-def order_of_faces(faces: Ints, n_vertices: int) -> Ints:
-    """(m,) a permutation: the triangles by their lowest vertex, for vertices in an order such as that of `order_by_place`."""
-    count = len(faces)
-    # Compressed rows are sorted by counting, stable, in linear time.
-    entries = np.ones(count, dtype=np.bool_), (faces.min(axis=1), np.arange(count, dtype=np.int32))
-    return np.asarray(sparse.csr_array(entries, shape=(n_vertices, count)).indices, dtype=np.int32)
+        _sort_by_key(lowest, starts, np.arange(len(faces), dtype=np.int32), order)
+    return order
 
 
 @compiled(nogil=True)
@@ -109,18 +99,18 @@ def _find_slabs(
 
 
 @compiled(parallel=True)
-def _sort_by_slab(slabs: Any, starts: Ints, order: Ints, ordered: Ints) -> None:
+def _sort_by_key(keys: Any, starts: Ints, order: Ints, ordered: Ints) -> None:
     """Sort by counting, stable: each part of `order` counts its own, and writes after those of the parts before it."""
     parts, n = starts.shape[0], order.shape[0]
     for part in prange(parts):
         for k in range(part * n // parts, (part + 1) * n // parts):
-            starts[part, slabs[order[k]]] += 1
+            starts[part, keys[order[k]]] += 1
     _counts_to_starts(starts)
     for part in prange(parts):
         for k in range(part * n // parts, (part + 1) * n // parts):
             i = order[k]
-            ordered[starts[part, slabs[i]]] = i
-            starts[part, slabs[i]] += 1
+            ordered[starts[part, keys[i]]] = i
+            starts[part, keys[i]] += 1
 
 
 @compiled
@@ -132,20 +122,3 @@ def _counts_to_starts(counts: Ints) -> None:
             count = counts[part, k]
             counts[part, k] = total
             total += count
-
-
-@compiled(parallel=True)
-def _sort_faces(faces: Ints, starts: Ints, ordered: Ints) -> None:
-    """As `_sort_by_slab`, for triangles by the run of their lowest vertex."""
-    parts, m = starts.shape[0], faces.shape[0]
-    for part in prange(parts):
-        for f in range(part * m // parts, (part + 1) * m // parts):
-            starts[part, min(faces[f, 0], faces[f, 1], faces[f, 2]) // _RUN] += 1
-    _counts_to_starts(starts)
-    for part in prange(parts):
-        for f in range(part * m // parts, (part + 1) * m // parts):
-            run = min(faces[f, 0], faces[f, 1], faces[f, 2]) // _RUN
-            at = starts[part, run]
-            for c in range(3):
-                ordered[at, c] = faces[f, c]
-            starts[part, run] = at + 1

@@ -54,14 +54,9 @@ class Nearest(NamedTuple):
 
 
 def reaching_out(points: Floats, bounds: Floats, cells: CellTree, first: int, last: int) -> Bools:
-    """(n,) whether a cell outside of a tile can hold a point within the bound.
+    """(n,) whether a cell outside of a tile can hold a point within the bound, the squared distance of the k-th nearest in it.
 
-    Args:
-        points: (n, 3) coordinates.
-        bounds: (n,) squared distances of the k-th nearest in the tile.
-        cells: of the whole cloud.
-        first: cell of the tile.
-        last: the cell after its last.
+    The tile has the cells from `first` to before `last`.
     """
     counts: Longs = np.zeros(len(points), np.int64)
     list_cells(points, bounds, cells, first, last, counts, np.zeros(0, np.int64), np.empty(0, np.int32))
@@ -76,14 +71,7 @@ def cells_within(
     `bounds` shrink in place to what the boxes alone guarantee: a box with more than k points has k others within its farthest
     corner. So a point far from everything does not get all cells at about the same distance.
 
-    Args:
-        points: (n, 3) coordinates.
-        bounds: (n,) squared distances within which their neighbours lie.
-        cells: of the whole cloud.
-        first: cell of the tile.
-        last: the cell after its last.
-        k: neighbours.
-        most: the most cells in the list, which then ends with the last point whose cells fit; it has at least one point.
+    The list ends with the last point with which it has `most` cells, and has at least one point.
 
     Returns:
         (a + 1,) offsets into the (c,) cells, of the a points whose cells are listed.

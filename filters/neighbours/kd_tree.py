@@ -30,8 +30,6 @@ FAR = 1e300
 ANY_INDEX = 2**62
 #: Guesses at a threshold before an exact selection: with ties no guess succeeds.
 _GUESSES = 6
-#: Up to k / 8 more candidates than k may stay.
-_MORE = 8
 
 
 class KdTree(NamedTuple):
@@ -53,12 +51,9 @@ def tree_scale(largest: float) -> float:
 
 
 def build_tree(points: Floats, progress: Progress, *, scale: float | None = None) -> KdTree:
-    """The tree of (n, 3) finite points, n >= 1; the same for any number of threads.
+    """The tree of finite points, at least one; the same for any number of threads.
 
-    Args:
-        points: (n, 3) coordinates.
-        progress: called after every task.
-        scale: `tree_scale` of a cloud that these points are a part of; None if they are all.
+    Of a part of a cloud the scale is the `tree_scale` of the whole.
     """
     count = len(points)
     leaves = -(-count // LEAF)
@@ -91,16 +86,10 @@ def build_tree(points: Floats, progress: Progress, *, scale: float | None = None
 
 @compiled(nogil=True)
 def split_nodes(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int, first: int, last: int) -> None:
-    """Splits a node and all nodes below it, in place.
+    """Splits a node, which covers the leaves from `first` to before `last`, and all nodes below it, in place.
 
-    Args:
-        rows: (n, 4) coordinates and indices, which are put into the order of the tree.
-        leaf: the number of rows in a leaf.
-        boxes: (nodes, 2, 3) filled with the lowest and the highest coordinates of each node's rows.
-        lowest: (nodes,) filled with the smallest index of each node's rows.
-        node: the node.
-        first: the first leaf that it covers.
-        last: the leaf after its last.
+    The (n, 4) rows, coordinates and indices, `leaf` of them in a leaf, are put into the order of the tree; (nodes, 2, 3) `boxes`
+    get the lowest and the highest coordinates of each node's rows, (nodes,) `lowest` their smallest index.
     """
     stack = np.empty((STACK, 3), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = node, first, last
@@ -165,15 +154,18 @@ def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) ->
 
 
 @compiled(nogil=True)
-def keep_near(near: Floats, at: Ints, q: int, count: int, k: int, bound: float, indices: Ints) -> tuple[int, float, int]:
-    """Keeps the k nearest of the candidates of a point, and perhaps some more: exactly k would take longer.
+def keep_nearest(
+    near: Floats, at: Ints, q: int, count: int, k: int, most: int, bound: float, indices: Ints
+) -> tuple[int, float, int]:
+    """Moves the k nearest of the candidates of a point, or up to `most`, to the front.
 
     Returns:
         How many are kept, their bound, and the index below which a tie counts.
     """
+    if count <= most:
+        return count, bound, ANY_INDEX
     low, high = 0.0, bound
     n_low, n_high = 0, count
-    most = k + k // _MORE
     if bound == FAR:
         high = _farthest(near, q, count)
     # Guess a distance as if all were spread evenly, and count: that is faster than sorting.
@@ -183,42 +175,17 @@ def keep_near(near: Floats, at: Ints, q: int, count: int, k: int, bound: float, 
         if k <= n <= most:
             _drop_beyond(near, at, q, count, guess)
             return n, guess, ANY_INDEX
-        if n > k:
-            high, n_high = guess, n
-        else:
-            low, n_low = guess, n
-    bound, tie = keep_nearest(near, at, q, count, k, bound, indices)
-    return k, bound, tie
-
-
-@compiled(nogil=True)
-def keep_nearest(near: Floats, at: Ints, q: int, count: int, k: int, bound: float, indices: Ints) -> tuple[float, int]:
-    """Moves the k nearest candidates of a point to the front; returns their bound and the index below which a tie counts."""
-    if count == k:
-        return bound, ANY_INDEX
-    low, high = 0.0, bound
-    n_low, n_high = 0, count
-    if bound == FAR:
-        high = _farthest(near, q, count)
-    for _ in range(_GUESSES):
-        guess = low + (high - low) * ((k - n_low) / (n_high - n_low))
-        n = _count_within(near, q, count, guess)
         if n in (n_low, n_high):
             break  # probably ties
         if n > k:
             high, n_high = guess, n
         else:
             low, n_low = guess, n
-        if n == k:
-            break
-    if n_low == k:
-        _drop_beyond(near, at, q, count, low)
-        return low, ANY_INDEX
     _drop_beyond(near, at, q, count, high)
     if n_low > 0:
         _move_to_front(near, at, q, n_high, low)
     _select(near, at, q, n_low, n_high, k - 1, indices)
-    return near[q, k - 1], int(indices[at[q, k - 1]])
+    return k, near[q, k - 1], int(indices[at[q, k - 1]])
 
 
 @compiled(nogil=True)

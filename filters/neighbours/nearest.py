@@ -11,7 +11,7 @@ from ..checks import FilterInputError, check_whole_number
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
 from ..mesh import Floats, Ints, check_points
-from .kd_tree import ANY_INDEX, FAR, LEAF, STACK, KdTree, build_tree, keep_near, keep_nearest
+from .kd_tree import ANY_INDEX, FAR, LEAF, STACK, KdTree, build_tree, keep_nearest
 
 #: The share of the time that building the tree takes, roughly.
 _BUILDING = 0.2
@@ -21,6 +21,8 @@ _CHUNK = 2**18
 _TASKS = 64
 #: unless one would find fewer neighbours than these: half a millisecond. To give a thread a task takes a hundredth.
 _LEAST = 2**14
+#: Up to k / 8 more candidates than k may stay in the search.
+_MORE = 8
 
 
 def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore_progress) -> tuple[Floats, Ints]:
@@ -128,14 +130,8 @@ def _exact_places(index_at: Ints, positions: Ints, squared: Floats, r: int, plac
 def search_leaves(tree: KdTree, first: int, last: int, positions: Ints) -> tuple[slice, Floats]:
     """Writes the k nearest other points of every point in the leaves from `first` to before `last` to its row of `positions`.
 
-    Args:
-        tree: of n points.
-        first: the first leaf.
-        last: the leaf after the last.
-        positions: (n, k), k < n; the rows in the order of the tree, each in no particular but a fixed order.
-
-    Returns:
-        The rows that were written, and their (rows, k) squared distances in the tree's scale.
+    The rows of the (n, k) positions are in the order of the tree, each in no particular but a fixed order. Returns those that
+    were written, and their squared distances in the tree's scale.
     """
     rows = slice(first * LEAF, min(last * LEAF, tree.size))
     squared: Floats = np.empty((rows.stop - rows.start, positions.shape[1]))
@@ -199,7 +195,8 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
                     count += np.uint64(distances[i] <= limit)  # no branch to predict
                 counts[q] = count
                 if counts[q] > 2 * k:
-                    counts[q], bounds[q], ties[q] = keep_near(near, at, q, counts[q], k, limit, indices)
+                    # Some more may stay: exactly k would take longer.
+                    counts[q], bounds[q], ties[q] = keep_nearest(near, at, q, counts[q], k, k + k // _MORE, limit, indices)
                     shrunk = True
             if shrunk:
                 bound, tie = 0.0, 0
@@ -207,7 +204,7 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
                     if bounds[q] > bound or (bounds[q] == bound and ties[q] > tie):
                         bound, tie = bounds[q], ties[q]
         for q in range(asking):
-            keep_nearest(near, at, q, counts[q], k, bounds[q], indices)
+            keep_nearest(near, at, q, counts[q], k, k, bounds[q], indices)
             for i in range(k):
                 squared[start + q, i], positions[start + q, i] = near[q, i], at[q, i]
 

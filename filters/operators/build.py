@@ -71,12 +71,9 @@ def _named(vertices: Floats, faces_or_edges: Ints, operator: OperatorName) -> La
 def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName = "auto") -> Laplacian:
     """The Laplace-Beltrami operator of a surface, in one over squared mesh units.
 
-    Args:
-        points: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        operator: "cotangent": linear finite elements with mixed Voronoi areas as lumped mass [meyer2003]. "robust": the same on
-            the intrinsic Delaunay triangulation of the tufted cover [sharp2020]. "auto": "robust" for meshes that are not
-            manifold or have triangles with next to no area, "cotangent" for all others.
+    "cotangent" is linear finite elements with mixed Voronoi areas as lumped mass [meyer2003], "robust" the same on the intrinsic
+    Delaunay triangulation of the tufted cover [sharp2020], which "auto" takes for meshes that are not manifold or have triangles
+    with next to no area.
 
     Raises:
         FilterInputError: an unknown operator.
@@ -119,13 +116,7 @@ def _thinnest_triangle(points: Floats, faces: Ints) -> float:
 
 
 def curve_laplacian(vertices: Floats, edges: Ints, operator: OperatorName) -> Laplacian:
-    """The operator of `CURVE_OPERATOR` on the polylines that the edges form, for example the borders of a mesh.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        edges: (e, 2) edges; the rows of vertices that none of them touches are 0.
-        operator: the operator of the surface.
-    """
+    """The operator of `CURVE_OPERATOR` on the polylines that (e, 2) edges form, for example the borders of a mesh."""
     return _named(vertices, edges, CURVE_OPERATOR[operator])
 
 

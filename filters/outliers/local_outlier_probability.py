@@ -98,14 +98,9 @@ def standard_distances(squared: Floats) -> Floats:
 
 @compiled(nogil=True)
 def compare(distances: Floats, positions: Ints, start: int, stop: int, factors: Floats) -> None:
-    """Compute PLOF of the points at the positions from `start` to before `stop`, in place.
+    """Write the (n,) PLOF of the points at the positions from `start` to before `stop`.
 
-    Args:
-        distances: (n,) the standard distance of every point, in the unit of a tree.
-        positions: (n, k) the neighbours.
-        start: the first point.
-        stop: the point after the last.
-        factors: (n,) PLOF.
+    They have (n,) standard distances, in the unit of a tree, and (n, k) neighbours.
     """
     k = positions.shape[1]
     others = np.empty(k)
@@ -127,9 +122,7 @@ def compare_rows(own: Floats, theirs: Floats) -> Floats:
 def spread_of(blocks: Callable[[], Iterable[Floats]], extent: float) -> float:
     """nPLOF: `extent` times the root mean square of the finite factors of a cloud.
 
-    Args:
-        blocks: gives the factors in the order of the points, `SPREAD_BLOCK` at a time and the rest at the end; called twice.
-        extent: lambda.
+    The factors come in the order of the points, `SPREAD_BLOCK` at a time and the rest at the end; they are asked for twice.
     """
     largest, count = 0.0, 0
     for block in blocks():

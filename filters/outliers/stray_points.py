@@ -31,13 +31,7 @@ _GRAIN = 2.0**-20
 
 @dataclass(frozen=True)
 class StrayRule:
-    """The thresholds of `stray_points`.
-
-    Attributes:
-        neighbors: k.
-        sparseness: in median spacings.
-        smallest_part: in points.
-    """
+    """The thresholds of `stray_points`."""
 
     neighbors: int
     sparseness: float
@@ -126,11 +120,8 @@ def thicknesses(places: Floats, numbers: Longs, neighbours: Ints) -> Floats:
     """(m,) the least of the variances of each point and its neighbours along three axes, over their sum.
 
     With 16 neighbours 0 on a plane or a line, 0.07 on a plane with noise of half of the spacing, 0.18 where points fill space.
-
-    Args:
-        places: (n, 3) coordinates.
-        numbers: (n,) by which neighbours at one distance are put into order.
-        neighbours: (m, k) rows of the nearest points of the first m; put into order by distance, in place.
+    The (m, k) neighbours are rows of the nearest of (n, 3) places to the first m; they are put into order by distance, then by
+    their (n,) numbers, in place.
     """
     shares: Floats = np.empty(len(neighbours))
     over_range(_measure, len(neighbours), places, numbers, neighbours, shares)
@@ -138,14 +129,9 @@ def thicknesses(places: Floats, numbers: Longs, neighbours: Ints) -> Floats:
 
 
 def cut_links(places: Floats, numbers: Longs, neighbours: Ints, reaches: Floats, lasts: Longs) -> None:
-    """Replace neighbours by `NO_LINK` where the point is none of their own k nearest.
+    """Replace neighbours by `NO_LINK` where the point is none of their own k nearest; arguments as of `thicknesses`.
 
-    Args:
-        places: (n, 3) coordinates.
-        numbers: (n,) by which neighbours at one distance are put into order.
-        neighbours: (m, k) rows of the nearest points of the first m; changed in place.
-        reaches: (n,) the squared distance of the k-th neighbour of every point.
-        lasts: (n,) the number of that neighbour.
+    The (n,) `reaches` are the squared distances of the k-th neighbour of every point, the `lasts` the numbers of that neighbour.
     """
     over_range(_cut, len(neighbours), places, numbers, neighbours, reaches, lasts)
 
@@ -158,11 +144,9 @@ def linked_to(links: Ints, chosen: Bools) -> Longs:
 
 
 def linked_parts(links: Ints, chosen: Bools) -> Longs:
-    """(m,) the connected part of each of m points: the lowest row in it; links to rows from m on, and others, join nothing.
+    """(m,) the connected part of each of m points, the lowest row in it, over (m, k) links between chosen ones of n points.
 
-    Args:
-        links: (m, k) rows, or `NO_LINK`.
-        chosen: (n,) which points may be joined.
+    Links to rows from m on join nothing.
     """
     parents: Longs = np.arange(len(links))
     _unite(links, chosen, parents)
@@ -171,9 +155,8 @@ def linked_parts(links: Ints, chosen: Bools) -> Longs:
 
 def part_sums(parts: Longs, thickness: Floats, count: int) -> tuple[Longs, Longs]:
     """(count,) the points of each part, and the sum of their thicknesses, in 2^-20."""
-    grains = np.rint(thickness / _GRAIN)
-    sizes = np.bincount(parts, minlength=count).astype(np.int64)
-    return sizes, np.bincount(parts, grains, minlength=count).astype(np.int64)
+    sums = np.bincount(parts, np.rint(thickness / _GRAIN), minlength=count).astype(np.int64)
+    return np.bincount(parts, minlength=count).astype(np.int64), sums
 
 
 @compiled(nogil=True)

@@ -1,24 +1,29 @@
 """Connectivity from triangle lists: edges, one-rings, stars, faces at vertices and across edges, flips, boundary loops, parts."""
 
 from .boundary import Boundary, BoundaryLoop, BrokenBorder, boundary_loops, is_seam
-from .edge_lists import (
+from .flips import corner_at, diamond, faces_across, fan_size, flip, relink
+from .incidence import (
     BORDER_POLICIES,
     BorderPolicy,
+    OneRings,
+    VertexFaces,
     border_edges,
     border_vertices,
     edge_face_counts,
     edges,
     face_adjacency,
-    faces_across,
     faces_by_edge,
     listed_edges,
     non_manifold_edges,
+    one_rings,
+    position,
     proper_faces,
     referenced_vertices,
+    ring_ends,
+    sort_slice,
+    vertex_faces,
 )
-from .flips import corner_at, diamond, fan_size, flip, relink
 from .parts import Submesh, connected_components, root_of, submesh_around
-from .rings import OneRings, VertexFaces, one_rings, position, ring_ends, sort_slice, vertex_faces
 from .vertex_stars import CLOSED, IRREGULAR, NO_STAR, OPEN, SLOTS, Kinds, Stars, distinct_ends, slot_of, stars
 
 __all__ = [

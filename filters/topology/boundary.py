@@ -13,7 +13,7 @@ import numpy as np
 
 from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, mask_of
-from .edge_lists import edge_face_counts, proper_faces
+from .incidence import faces_by_edge, listed_edges, proper_faces
 
 #: Why a border cannot be followed at a vertex: an edge with more than two faces ends there, or its faces are not coherently
 #: oriented.
@@ -65,23 +65,21 @@ def boundary_loops(vertices: Floats, faces: Ints) -> Boundary:
 
     Coordinates matter only where three or more fans of faces meet at a vertex.
     """
-    pairs, counts = edge_face_counts(faces)
-    border = pairs[counts == 1]
+    by_edge = faces_by_edge(faces)
+    border, at = listed_edges(*by_edge, 1, 1, columns=2)
     if len(border) == 0:
         return Boundary([], [])
-    n = len(vertices)
-    on_border = mask_of(border, n)
-    near: Ints = faces[on_border[faces].any(axis=1) & proper_faces(faces)]
-    starts, ends, opposite = _directed_border(border, near, n)
-    following, breaks = border_successors(starts, ends, near, vertices, mask_of(pairs[counts > 2], n))
+    corners = faces[at[:, 0]]
+    low, high = border.T
+    rises = (np.roll(corners, -1, axis=1)[corners == low[:, None]] == high)[:, None]  # the face goes from the lower end up
+    # Each edge against the direction of its face, in ascending order, so that a cycle begins at its lowest edge.
+    starts, ends = np.where(rises, border[:, ::-1], border).T
+    order = np.lexsort((ends, starts))
+    starts, ends, opposite = starts[order], ends[order], (corners.sum(axis=1) - low - high).astype(np.int32)[order]
+    crowded = mask_of(listed_edges(*by_edge, 3)[0], len(vertices))
+    following, breaks = _successors(starts, ends, faces, vertices, crowded)
     cycles, rest = _cycles(following)
-    loops = []
-    for cycle in cycles:
-        along = starts[cycle]
-        first = min(range(len(cycle)), key=lambda i: (along[i], along[(i + 1) % len(cycle)]))
-        turned = np.roll(np.array(cycle), -first)
-        loops.append(BoundaryLoop(starts[turned], opposite[turned]))
-    loops.sort(key=lambda loop: tuple(loop.vertices[:2].tolist()))
+    loops = [BoundaryLoop(starts[cycle], opposite[cycle]) for cycle in cycles]
     return Boundary(loops, _broken(starts[rest], ends[rest], breaks))
 
 
@@ -90,16 +88,6 @@ def is_seam(loop: BoundaryLoop, vertices: Floats) -> bool:
     own = np.unique(loop.vertices)
     _, counts = np.unique(vertices[own], axis=0, return_counts=True)
     return 2 * int(counts[counts > 1].sum()) >= len(own)
-
-
-def _directed_border(border: Ints, near: Ints, n_vertices: int) -> tuple[Ints, Ints, Ints]:
-    """Start, end and opposite vertex of the border edges, against the direction of their faces, in ascending order."""
-    ends, starts, opposite = (np.concatenate([near[:, (k + j) % 3] for k in range(3)]) for j in range(3))
-    keys = np.minimum(starts, ends).astype(np.int64) * n_vertices + np.maximum(starts, ends)
-    chosen = np.isin(keys, border[:, 0].astype(np.int64) * n_vertices + border[:, 1])
-    starts, ends, opposite = starts[chosen], ends[chosen], opposite[chosen]
-    order = np.lexsort((ends, starts))
-    return starts[order], ends[order], opposite[order]
 
 
 def _cycles(following: Ints) -> tuple[list[list[int]], list[int]]:
@@ -137,41 +125,27 @@ def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[Br
     return broken
 
 
-def border_successors(
-    starts: Ints, ends: Ints, near: Ints, vertices: Floats, non_manifold: Bools
-) -> tuple[Ints, dict[int, BreakReason]]:
-    """The border edge that follows each one, by the next gap between two fans of faces at its end.
+def _successors(starts: Ints, ends: Ints, faces: Ints, vertices: Floats, crowded: Bools) -> tuple[Ints, dict[int, BreakReason]]:
+    """(b,) the border edge that follows each one, by the next gap between two fans of faces at its end, -1 if there is none.
 
-    Args:
-        starts: (b,) the start of every border edge, against the direction of its face.
-        ends: (b,) its end.
-        near: (k, 3) the proper faces with a vertex on the border.
-        vertices: (n, 3) coordinates, for the order of three or more fans round a vertex.
-        non_manifold: (n,) the ends of edges with more than two faces.
-
-    Returns:
-        (b,) the index of the next edge, -1 if there is none; and the vertices at which there is none, with the reason.
+    And the vertices at which there is none, with the reason. `crowded` are the ends of edges with more than two faces.
     """
-    n = len(non_manifold)
+    n = len(vertices)
     leaving, arriving = np.bincount(starts, minlength=n), np.bincount(ends, minlength=n)
-    plain = (leaving == 1) & (arriving == 1) & ~non_manifold
+    as_many = (leaving == arriving) & ~crowded
     leaves_by = np.full(n, -1, dtype=np.int32)
     leaves_by[starts] = np.arange(len(starts), dtype=np.int32)
-    following = np.where(plain[ends], leaves_by[ends], np.int32(-1))
-    breaks: dict[int, BreakReason] = {}
-    several = np.zeros(n, dtype=np.bool_)
-    for v in np.flatnonzero(((leaving > 0) | (arriving > 0)) & ~plain).tolist():
-        if non_manifold[v]:
-            breaks[v] = "non_manifold"
-        elif leaving[v] != arriving[v]:
-            breaks[v] = "orientation"
-        else:
-            several[v] = True
+    following = np.where((as_many & (leaving == 1))[ends], leaves_by[ends], np.int32(-1))
+    met = leaving + arriving > 0
+    breaks: dict[int, BreakReason] = dict.fromkeys(np.flatnonzero(met & crowded).tolist(), "non_manifold")
+    breaks |= dict.fromkeys(np.flatnonzero((leaving != arriving) & ~crowded).tolist(), "orientation")
+    several = as_many & (leaving > 1)
     if several.any():
+        concerned = np.flatnonzero(several[starts] | several[ends])
         edge_of = {
-            (a, b): e for e, (a, b) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)) if several[a] or several[b]
+            (a, b): e for e, a, b in zip(*(x.tolist() for x in (concerned, starts[concerned], ends[concerned])), strict=True)
         }
-        for v, onwards in _next_round(near[several[near].any(axis=1)], several).items():
+        for v, onwards in _next_round(faces[several[faces].any(axis=1) & proper_faces(faces)], several).items():
             fans = _fans(v, onwards, vertices)
             if fans is None or len(fans) != leaving[v]:
                 breaks[v] = "orientation"

@@ -1,10 +1,46 @@
-"""Edge flips in two tables: the vertices of every face, and the faces across its edges as `faces_across` gives them.
+"""Edge flips in two tables: the vertices of every face, and the faces across its edges.
 
 Edge k of a face goes from its corner k to the next. The caller chooses the edges to flip, by their geometry.
 """
 
+import numpy as np
+
 from ..compilation import compiled
 from ..mesh import Ints
+from .incidence import face_adjacency
+
+
+def faces_across(faces: Ints) -> Ints:
+    """(m, 3) int32 the face across edge k of every face, the edge from its corner k to the next.
+
+    -1 where the edge has other than two faces, and where its two faces are not coherently oriented.
+    """
+    triangles = np.ascontiguousarray(faces, dtype=np.int32)
+    pairs, shared = face_adjacency(triangles)
+    across = np.full(triangles.shape, -1, dtype=np.int32)
+    _link(triangles, pairs, shared, across)
+    return across
+
+
+@compiled
+def _link(faces: Ints, pairs: Ints, shared: Ints, across: Ints) -> None:
+    for p in range(pairs.shape[0]):
+        f, g = pairs[p, 0], pairs[p, 1]
+        u, v = shared[p, 0], shared[p, 1]
+        j, k = _edge_from(faces, f, u, v), _edge_from(faces, g, v, u)
+        if j < 0:
+            j, k = _edge_from(faces, f, v, u), _edge_from(faces, g, u, v)
+        if k >= 0:
+            across[f, j], across[g, k] = g, f
+
+
+@compiled
+def _edge_from(faces: Ints, f: int, u: int, v: int) -> int:
+    """Which edge of face f goes from u to v; -1 if none does."""
+    for k in range(3):
+        if faces[f, k] == u and faces[f, (k + 1) % 3] == v:
+            return k
+    return -1
 
 
 @compiled
@@ -63,8 +99,5 @@ def flip(faces: Ints, across: Ints, f: int, k: int) -> None:
 @compiled
 def relink(faces: Ints, across: Ints, f: int, a: int, b: int, now: int) -> None:
     """Enter face `now` across the edge from b to a of face f; nothing to do for f = -1."""
-    if f < 0:
-        return
-    for k in range(3):
-        if faces[f, k] == b and faces[f, (k + 1) % 3] == a:
-            across[f, k] = now
+    if f >= 0:
+        across[f, _edge_from(faces, f, b, a)] = now

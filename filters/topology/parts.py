@@ -6,7 +6,7 @@ import numpy as np
 
 from ..compilation import compiled
 from ..mesh import Bools, Floats, Ints, Longs, mask_of
-from .edge_lists import faces_by_edge, listed_edges
+from .incidence import faces_by_edge, listed_edges
 
 
 def connected_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:

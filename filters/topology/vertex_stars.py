@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Ints, Longs
-from .rings import ring_ends, sort_slice
+from .incidence import ring_ends, sort_slice
 
 Kinds: TypeAlias = NDArray[np.uint8]
 # Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
@@ -68,16 +68,11 @@ class Stars(NamedTuple):
     def border_edges(self) -> Ints:
         """(b, 2) the edges with exactly one face, lower vertex first."""
         on_border = np.flatnonzero(self.kinds == OPEN)
-        if len(on_border) == 0 and len(self.irregular) == 0:
-            return np.empty((0, 2), dtype=np.int32)
         places, faces = np.unique(self.ends, return_counts=True)
-        single = places[faces == 1]
-        owners = np.concatenate([on_border, on_border, np.searchsorted(self.offsets, single, side="right") - 1])
-        entries = np.concatenate([self.offsets[on_border], self.offsets[on_border + 1] - 1, single])
+        entries = np.concatenate([self.offsets[on_border], self.offsets[on_border + 1] - 1, places[faces == 1]])
+        owners = np.searchsorted(self.offsets, entries, side="right") - 1
         pairs = np.column_stack([owners, self.neighbours[entries]]).astype(np.int32)
-        # Each is found from both of its ends.
-        edges: Ints = pairs[pairs[:, 0] < pairs[:, 1]]
-        return edges
+        return np.asarray(pairs[pairs[:, 0] < pairs[:, 1]])  # each is found from both of its ends
 
 
 def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
@@ -99,30 +94,39 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
             ring_offsets >>= 1  # halves: where the walks stand
             nothing = np.empty(0, dtype=np.int32)
             return Stars(kinds, ring_offsets, walks, nothing, np.zeros(1, dtype=np.int64), nothing.astype(np.int64))
-        take_walks(ring_offsets, ring, kinds, walks)
-        del walks  # before memory for the neighbours is taken
         irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
-        offsets = np.zeros(n_vertices + 1, dtype=np.int64)
-        sizes = offsets[1:]
-        np.subtract(ring_offsets[1:], ring_offsets[:-1], out=sizes)
-        sizes //= 2
+        sizes = np.diff(ring_offsets) // 2
         sizes[kinds == OPEN] += 1
         measure_irregular(ring_offsets, ring, irregular, sizes)
-        np.cumsum(sizes, out=sizes)
+        offsets = np.concatenate([[0], np.cumsum(sizes)])
         neighbours = np.empty(offsets[-1], dtype=np.int32)
-        write_stars(ring_offsets, ring, kinds, names, offsets, neighbours)
-    end_offsets = np.zeros(len(irregular) + 1, dtype=np.int64)
-    np.cumsum(ring_offsets[irregular + 1] - ring_offsets[irregular], out=end_offsets[1:])
+        write_stars(ring_offsets, ring, walks, kinds, names, offsets, neighbours)
+    end_offsets = np.concatenate([[0], np.cumsum(np.diff(ring_offsets)[irregular])])
     ends = np.empty(end_offsets[-1], dtype=np.int64)
     find_ends(irregular, ring_offsets, ring, offsets[irregular], neighbours, end_offsets, ends)
     return Stars(kinds, offsets, neighbours, irregular, end_offsets, ends)
 
 
 @compiled(parallel=True)
-def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, names: Ints | None, offsets: Longs, neighbours: Ints) -> None:
+def write_stars(
+    end_offsets: Longs, ends: Ints, walks: Ints, kinds: Kinds, names: Ints | None, offsets: Longs, neighbours: Ints
+) -> None:
     """The stars of all vertices; low and high vertices are those of low and high names, or numbers if there are no names."""
     for i in prange(kinds.shape[0]):
-        _write_star(ends, end_offsets[i], end_offsets[i + 1], kinds[i], names, neighbours, offsets[i], offsets[i + 1])
+        start, stop, at, end = _U(end_offsets[i]), _U(end_offsets[i + 1]), _U(offsets[i]), _U(offsets[i + 1])
+        if kinds[i] == CLOSED:
+            for m in range(end - at):
+                neighbours[at + m] = walks[start // _U(2) + m]
+        elif kinds[i] == OPEN:
+            forward = _name(names, ends[start]) < _name(names, ends[stop - _U(1)])
+            for m in range(end - at - _U(1)):
+                neighbours[at + m] = ends[start + _U(2) * m] if forward else ends[stop - _U(1) - _U(2) * m]
+            neighbours[end - _U(1)] = ends[stop - _U(1)] if forward else ends[start]
+        elif kinds[i] == IRREGULAR:
+            ring = distinct_ends(ends, end_offsets[i], end_offsets[i + 1])
+            if names is not None:
+                ring = ring[np.argsort(names[ring])]
+            neighbours[offsets[i] : offsets[i + 1]] = ring
 
 
 @compiled
@@ -143,35 +147,6 @@ def find_ends(
 @compiled
 def _name(names: Ints | None, i: int) -> int:
     return i if names is None else names[i]
-
-
-@compiled
-def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints | None, neighbours: Ints, at: int, end: int) -> None:
-    """Write the neighbours of one vertex, whose pairs are ordered, from `at` to `end`, in the order that `Stars` states."""
-    if kind == CLOSED:
-        for m in range(_U(at), _U(end)):
-            neighbours[m] = ends[_U(start - at) + m]
-    elif kind == OPEN:
-        forward = _name(names, ends[start]) < _name(names, ends[stop - 1])
-        for m in range(at, end - 1):
-            neighbours[m] = ends[start + 2 * (m - at)] if forward else ends[stop - 1 - 2 * (m - at)]
-        neighbours[end - 1] = ends[stop - 1] if forward else ends[start]
-    elif kind == IRREGULAR:
-        ring = distinct_ends(ends, start, stop)
-        if names is not None:
-            ring = ring[np.argsort(names[ring])]
-        for m in range(at, end):
-            neighbours[m] = ring[m - at]
-
-
-@compiled(parallel=True)
-def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> None:
-    """Write the closed stars that `order_ends` wrote to `walks` among the ends, from where their pairs begin."""
-    for i in prange(kinds.shape[0]):
-        if kinds[i] == CLOSED:
-            start, size = _U(end_offsets[i]), _U((end_offsets[i + 1] - end_offsets[i]) // 2)
-            for m in range(size):
-                ends[start + m] = walks[start // _U(2) + m]
 
 
 @compiled(parallel=True)

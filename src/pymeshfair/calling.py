@@ -35,25 +35,25 @@ def check_needs(declared: Filter, layer: Layer) -> None:
 
 def resolved(declared: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
     """Declared values with lengths in mesh units on this layer."""
-    of_edges = {p.name for p in declared.parameters if isinstance(p, Percentage) and p.of_edges}
+    of_edges = {p.name for p in declared.parameters if isinstance(p, Percentage) and p.of_edges and len(layer.edges)}
+
+    def edge_of_polylines() -> float:
+        from .filters.geometry import mean_edge_length  # compiled code, which not every use needs
+
+        return mean_edge_length(layer.vertices, layer.edges)
 
     def mesh_units(name: str, length: Length) -> float:
-        return length.resolve(diagonal=layer.diagonal, mean_edge=lambda: _mean_edge(layer, of_edges=name in of_edges))
+        mean_edge = edge_of_polylines if name in of_edges else lambda: layer.mean_edge
+        return length.resolve(diagonal=layer.diagonal, mean_edge=mean_edge)
 
     return {name: mesh_units(name, value) if isinstance(value, Length) else value for name, value in values.items()}
 
 
 def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress: Callable[[float], None] | None) -> Edit:
-    """The edit that a plugin's filter makes of a layer.
-
-    Args:
-        declared: the filter.
-        inputs: all its values, of `resolved`.
-        layer: the mesh that it reads.
-        on_progress: called with the share of the work that is done; an exception that it raises stops the work.
+    """The edit that a plugin's filter makes of a layer; `inputs` are all its values, of `resolved`.
 
     Raises:
-        StoppedError: `on_progress` raised the exception that is its cause.
+        StoppedError: `on_progress`, which is given the share of the work that is done, raised the exception that is its cause.
         Exception: whatever the function raised, or `MeshError` if its edit does not fit the layer.
     """
     assert declared.function is not None
@@ -80,11 +80,3 @@ def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress:
 def reason(error: Exception) -> str:
     """The cause of an error, as the end of a sentence; an error of another package is named by its class."""
     return str(error) if isinstance(error, PymeshfairError) else f"{type(error).__name__}: {error}"
-
-
-def _mean_edge(layer: Layer, *, of_edges: bool) -> float:
-    if not (of_edges and len(layer.edges)):
-        return layer.mean_edge
-    from .filters.geometry import mean_edge_length  # compiled code, which not every use needs
-
-    return mean_edge_length(layer.vertices, layer.edges)

@@ -6,26 +6,40 @@ The errors of `pymeshfair.filters` are exported here too, so that a caller impor
 from __future__ import annotations
 
 import importlib.util
+import signal
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from .filters.checks import ConvergenceError as ConvergenceError
 from .filters.checks import FilterInputError as FilterInputError
 from .filters.checks import PymeshfairError as PymeshfairError
 
 
-class UnknownNameError(PymeshfairError, LookupError):
-    """A filter, parameter, choice or recipe of that name does not exist.
+def nearest(name: str, names: Iterable[str]) -> str | None:
+    """The one of `names` that `name` was most likely meant to be, upper and lower case, spaces and underscores aside; or None."""
+    import difflib
+    import re
 
-    Attributes:
-        suggestion: the nearest name that does exist, or None.
-        cause: why a filter of that name is not there, if a plugin that declares it cannot be used; else None.
-    """
+    plain = {re.sub(r"[\s_-]+", "", n.casefold()): n for n in names}
+    near = difflib.get_close_matches(re.sub(r"[\s_-]+", "", name.casefold()), plain, n=1, cutoff=0.6)
+    return plain[near[0]] if near else None
+
+
+def hint(name: str, names: Collection[str], otherwise: str = "") -> str:
+    """The end of a sentence about a wrong name: the one that was meant, or else all that there are."""
+    near = nearest(name, names)
+    return f"did you mean {near!r}?" if near else otherwise or f"there are {', '.join(names)}"
+
+
+class UnknownNameError(PymeshfairError, LookupError):
+    """A filter, parameter, choice or recipe of that name does not exist."""
 
     def __init__(self, message: str, *, suggestion: str | None = None, cause: str | None = None) -> None:
         super().__init__(message)
-        self.suggestion = suggestion
-        self.cause = cause
+        self.suggestion = suggestion  # the nearest name that does exist, or None
+        self.cause = cause  # why a filter of that name is not there, if a plugin that declares it cannot be used; else None
 
 
 class ParameterError(PymeshfairError, ValueError):
@@ -73,7 +87,7 @@ class Place:
 
     @classmethod
     def of_step(cls, step: int, total: int, filter: str, *, file: Path | None = None, line: int | None = None) -> Place:
-        """The place of a step; see the class."""
+        """The place of a step."""
         return cls(f"step {step} of {total}, {filter!r}", step, total, filter, file, line)
 
     def __str__(self) -> str:
@@ -83,14 +97,86 @@ class Place:
 
 
 class StepFailedError(RunError):
-    """A step failed: its filter refused the mesh or its parameters, or gave a result that no file may hold.
-
-    Attributes:
-        place: which step.
-        reason: the filter's own words.
-    """
+    """A step failed: its filter refused the mesh or its parameters, or gave a result that no file may hold."""
 
     def __init__(self, place: Place, reason: str) -> None:
         super().__init__(f"{place}: {reason}")
+        self.place = place  # which step
+        self.reason = reason  # the filter's own words
+
+
+class PlacedError(RunError):
+    """A failure with its place, the work that the run was doing."""
+
+    def __init__(self, place: Place, words: str) -> None:
+        super().__init__(f"{place}: {words}")
         self.place = place
-        self.reason = reason
+
+
+class WorkerDied(PlacedError):  # noqa: N818 - says what happened
+    """The worker process ended without a report; some of MeshLab's filters crash on awkward meshes."""
+
+    def __init__(
+        self, place: Place, status: int, details: str = "", *, memory_limit: int | None = None, advice: str = ""
+    ) -> None:
+        self.status = status  # its exit status, minus the signal's number if a signal ended it
+        self.details = details  # the end of what it wrote to stderr
+        if self.signal is None:
+            cause = f"ended with exit status {status}, which it never does by itself"
+        elif self.signal == "SIGKILL":
+            cause = "was killed (SIGKILL): by hand, or by the system because memory ran out"
+        else:
+            limit = "" if memory_limit is None else f", perhaps for want of memory (the limit is {memory_limit / 1e6:.0f} MB)"
+            cause = f"crashed ({self.signal}){limit}"
+        super().__init__(place, f"the worker process {cause}{advice and f'; {advice}'}")
+
+    @property
+    def signal(self) -> str | None:
+        """The name of the signal that ended the worker, such as ``"SIGSEGV"``, or None."""
+        if self.status >= 0:
+            return None
+        try:
+            return signal.Signals(-self.status).name
+        except ValueError:
+            return f"signal {-self.status}"
+
+
+class GuardBroken(RunError):  # noqa: N818 - says what happened
+    """The result does not keep within the limits that the recipe or the command set; it was not written."""
+
+    def __init__(self, breaches: Sequence[Mapping[str, Any]], maps: Sequence[Path]) -> None:
+        sentences = "; ".join(f"{breach['guard']}: {breach['message']}" for breach in breaches)
+        shown = f"; {maps[0].name} shows where" if maps else "; --map OUT.ply shows where"
+        super().__init__(f"{sentences}{shown}. No output was written; --keep-broken writes it all the same")
+        self.breaches = tuple(breaches)  # each a `pymeshfair.running.guarding.Breach` by name
+        self.maps = tuple(maps)  # the files of the intervention map, which show where
+
+
+class RunTimeout(PlacedError):  # noqa: N818 - says what happened
+    """The run took longer than it was given, `seconds`, or without `is_given` than reading any file takes, and was stopped."""
+
+    def __init__(self, place: Place, seconds: float, *, is_given: bool = True) -> None:
+        reason = (
+            f"the {seconds:g} s that the run was given; give it more, or a smaller mesh"
+            if is_given
+            else f"{seconds:g} s, ten times as long as files of its size take to read; it is probably damaged"
+        )
+        super().__init__(place, f"stopped after {reason}")
+        self.seconds = seconds
+
+
+class OutOfMemory(PlacedError):  # noqa: N818 - says what happened
+    """The run needed more memory than there is, or than the `limit` in bytes that it was given."""
+
+    def __init__(self, place: Place, limit: int | None) -> None:
+        limit_text = "there is" if limit is None else f"the {limit / 1e6:.0f} MB that the run was given"
+        super().__init__(place, f"needed more memory than {limit_text}; give it more, or a smaller mesh")
+        self.limit = limit
+
+
+class WorkerError(PlacedError):
+    """The worker raised an exception that is none of ours, a defect; `details` has its traceback and the end of its stderr."""
+
+    def __init__(self, place: Place, reason: str, details: str) -> None:
+        super().__init__(place, f"{reason}; this is a defect of pymeshfair, please report it")
+        self.details = details

@@ -6,6 +6,7 @@ says. The environment variable `FORCE_PORTABLE` takes POSIX away anywhere.
 
 import contextlib
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -15,8 +16,7 @@ from typing import IO, Any
 
 #: the environment variable that, set to anything, makes every process of a run do without POSIX
 FORCE_PORTABLE = "PYMESHFAIR_PORTABLE"
-#: bytes; the largest limit that a system takes
-_ALL = (1 << 63) - 1
+_ALL = (1 << 63) - 1  # bytes; the largest limit that a system takes
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,7 @@ class System:
             os.killpg(process.pid, signal.SIGKILL)
 
     def has_ended(self, process: subprocess.Popen[bytes]) -> bool:
-        """Whether a child has ended, even if another process holds its pipes open.
-
-        With POSIX the child is left to be waited for, so that what it started can be ended with it.
-        """
+        """Whether a child has ended, even if another process holds its pipes open; with POSIX it is left to be waited for."""
         if not self.is_posix or not hasattr(os, "waitid"):  # macOS before Python 3.13
             return process.poll() is not None
         return os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
@@ -74,25 +71,22 @@ class System:
             resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
 
     def usable_memory(self) -> int | None:
-        """Bytes that a worker may take by default: 80 % of the machine's or the container's; None where that is not known.
-
-        The rest is the system's, so that a hostile file stops its own run and nothing else.
-        """
+        """Bytes that a worker may take, so that a hostile file stops its own run alone; None where that is not known."""
         try:
             total = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
         except (AttributeError, ValueError, OSError):
             return None
         with contextlib.suppress(OSError, ValueError):  # of a container
             total = min(total, int(Path("/sys/fs/cgroup/memory.max").read_text()))
-        return int(0.8 * total)
+        return int(0.8 * total)  # the rest is the system's
 
     def peak_memory(self) -> int | None:
         """The most bytes of memory that this process has held since it last forgot; known on Linux alone."""
-        with contextlib.suppress(OSError, ValueError, IndexError):
+        with contextlib.suppress(OSError):
             # Not getrusage: a child's begins with the memory of the process that started it.
-            for line in Path("/proc/self/status").read_text("ascii", "replace").splitlines() if self.is_posix else ():
-                if line.startswith("VmHWM:"):
-                    return int(line.split()[1]) * 1024
+            status = Path("/proc/self/status").read_text("ascii", "replace") if self.is_posix else ""
+            if found := re.search(r"^VmHWM:\s*(\d+)", status, re.MULTILINE):
+                return int(found[1]) * 1024
         return None
 
     def forget_peak_memory(self) -> None:

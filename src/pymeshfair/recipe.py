@@ -12,14 +12,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .declaration import nearest
-from .errors import ParameterError, UnknownNameError
+from .errors import ParameterError, UnknownNameError, nearest
 from .mlx_scripts import WITHDRAWN
+from .scripts.changing import override
 from .scripts.fits import Condition, parse_fits
-from .scripts.overrides import override
-from .scripts.problems import Change
 from .scripts.read import parse_document, parse_script, read_bytes
-from .scripts.script import KEYWORDS, Script, Setting, paragraphs
+from .scripts.script import KEYWORDS, Change, Script, Setting, paragraphs
 from .scripts.upgrade import upgrade_script
 from .scripts.write import format_script
 
@@ -27,16 +25,12 @@ if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
 #: the tasks of recipes, in the usual order of work
-TASKS = ("clean", "denoise", "smooth", "repair", "prepare", "change the shape", "curves", "look")
+TASKS = ("clean", "denoise", "smooth", "repair", "prepare", "remesh", "change the shape", "curves", "look")
 
 
 @dataclass(frozen=True)
 class RecipeInfo:
-    """The comment at the head of a recipe, taken apart.
-
-    The comment is a title on the first line and paragraphs, some of which begin with a word and a colon: ``Task:``, ``For:``,
-    ``Fits:``, ``Judged:``, ``Does:``, ``Tune:`` and ``Superseded:``. Any of them may be missing.
-    """
+    """The comment at the head of a recipe, taken apart: a title, and paragraphs that begin with one of `KEYWORDS`, if at all."""
 
     title: str = ""  # the first line
     purpose: str = ""  # for which scans the recipe is (``For:``)
@@ -101,10 +95,7 @@ class Recipe:
         return self.script.comment.partition("\n")[2].strip()
 
     def override(self, overrides: Sequence[str]) -> Recipe:
-        """The recipe with these values over its own, each ``NAME=VALUE`` or ``STEP.PARAM=VALUE``.
-
-        See `pymeshfair.scripts.overrides.override`.
-        """
+        """The recipe with these values over its own, as `pymeshfair.scripts.changing.override` puts them."""
         return replace(self, script=override(self.script, overrides))
 
 
@@ -131,20 +122,17 @@ class RecipeHead:
 def shipped_heads() -> list[RecipeHead]:
     """The heads of all shipped recipes; reads no declaration, so no plugin and no compiled code is loaded."""
     documents = ((name, parse_document(file.read_bytes(), file.name)) for name, file in sorted(_scripts().items()))
-    return [RecipeHead(name, head_info(read.comment), read.settings, len(read.filters)) for name, read in documents]
+    return [RecipeHead(name, head_info(read.comment), tuple(read.settings), len(read.filters)) for name, read in documents]
 
 
 def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:
     """A shipped recipe by its name, or a script by its path; a path ends in ``.mlx`` or has a folder.
 
-    Recipes that are superseded are shipped too, without being listed; a run of one says what to take instead.
-
-    With `upgrade` a script of an older MeshLab is brought up to date as `pymeshfair.scripts.upgrade_script` does; the recipe's
-    `changes` say how.
+    Recipes that are superseded are shipped too, without being listed; a run of one says what to take instead. With `upgrade` a
+    script of an older MeshLab is brought up to date; the recipe's `changes` say how.
 
     Raises:
-        UnknownNameError: no recipe of that name is shipped, and there is no such file. Of one that was shipped once, it says what
-            to take instead.
+        UnknownNameError: no recipe of that name is shipped, and there is no such file.
         ScriptError: something in the script is wrong; lists every problem.
     """
     text = os.fspath(name_or_path)
@@ -157,12 +145,9 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
     if text in WITHDRAWN:
         raise UnknownNameError(f"the recipe {text!r} is shipped no more: {WITHDRAWN[text]}")
     near = nearest(text, shipped)
-    hint = f"; did you mean {near!r}?" if near else ""
-    names = ", ".join(sorted(shipped)) or "none"
-    raise UnknownNameError(
-        f"there is no recipe {text!r}{hint} (shipped: {names}; a script of your own is given by its path, with .mlx)",
-        suggestion=near,
-    )
+    meant = f"; did you mean {near!r}?" if near else ""
+    listed = f"shipped: {', '.join(sorted(shipped))}; a script of your own is given by its path, with .mlx"
+    raise UnknownNameError(f"there is no recipe {text!r}{meant} ({listed})", suggestion=near)
 
 
 def parse_recipe(data: bytes, name: str, *, upgrade: bool = False, path: Path | None = None) -> Recipe:

@@ -12,7 +12,7 @@ import pytest
 from pymeshfair import MeshSet
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Script, ScriptError, Step, format_script, read_script
-from pymeshfair.scripts.value_text import parse_value
+from pymeshfair.scripts.values import parse_value
 from pymeshfair.scripts.write import MeshFacts, export_script
 
 from .command_line import document, invoke

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pymeshlab
@@ -148,6 +149,16 @@ def test_relief_is_no_evidence_where_neighbours_share_their_noise(
     found = _trials(read_mesh(scan).mesh, {"mesh": 1.0, "noise": 0.3}, values, None, None)
     assert found["denoise"] == Trial(error=0.2, before=0.3, relief=None)
     assert found["smooth_implicit"] == Trial(error=0.3, before=0.3, relief=None)
+
+
+@pytest.mark.parametrize(("noise", "outliers", "clean"), [(0.015, "keep", True), (0.015, "only", False), (0.03, "keep", False)])
+def test_noise_of_meshing_counts_as_none(noise: float, outliers: str, clean: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Recipes are judged by how little they move below 0.018 edges, but where few vertices are far off."""
+    told: dict[str, Any] = {}
+    monkeypatch.setattr("pymeshfair.running.trials.trials", lambda *_, **how: told.update(how) or {})
+    values = {"shape": "noisy", "outliers": outliers}
+    _trials(MeshData(vertices=np.empty((0, 3))), {"mesh": 1.0, "noise": noise}, values, None, None)
+    assert told["clean"] is clean
 
 
 def test_noise_of_impulses_counts_by_what_removing_it_moves() -> None:

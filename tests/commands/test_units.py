@@ -16,8 +16,8 @@ from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.looking.coloring import COLORINGS, in_unit
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.scripts.guards import Guards
-from pymeshfair.scripts.problems import ScriptError
 from pymeshfair.scripts.read import parse_script
+from pymeshfair.scripts.script import ScriptError
 from pymeshfair.scripts.write import export_script, format_script
 from tests.commands.command_line import document, invoke, run_process
 from tests.meshes import icosphere, noisy

@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.denoising import Outliers, denoised, normal_filtering
-from pymeshfair.filters.denoising.adjacency import Adjacency
-from pymeshfair.filters.denoising.border_trend import cut_off_by_border
-from pymeshfair.filters.denoising.face_neighbourhoods import Neighborhood, face_neighbourhoods
+from pymeshfair.filters.denoising.face_neighbourhoods import Adjacency, Neighborhood
 from pymeshfair.filters.denoising.impulses import replace_outlying
-from pymeshfair.filters.denoising.normal_filters import weighted_normals
-from pymeshfair.filters.denoising.relaxation import outline_kept, relaxed
+from pymeshfair.filters.denoising.normal_filter import NormalFilter, Weighting, weighted_normals
+from pymeshfair.filters.denoising.preparation import outline_kept, relaxed
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
 from pymeshfair.filters.geometry import CENTRE, NORMAL, face_normals, measure_faces
 from pymeshfair.filters.mesh import normalised_mesh
-from pymeshfair.filters.topology import BORDER_POLICIES, border_vertices, vertex_faces
+from pymeshfair.filters.topology import BORDER_POLICIES, border_vertices
 from tests.angles import mean_angle
 from tests.meshes import Bools, Floats, irregular_grid, torus
 
@@ -23,7 +21,7 @@ FLAT, FACES = irregular_grid(30, 34)
 BORDER = border_vertices(FACES, len(FLAT))
 UP = np.tile([0.0, 0.0, 1.0], (len(FLAT), 1))
 AT_BORDER = BORDER[FACES].any(axis=1)
-NEAR = face_neighbourhoods(FACES, vertex_faces(FACES, len(FLAT)), "two_ring")
+SHEET = Adjacency.of(normalised_mesh(FLAT, FACES))
 
 
 def _bowl(curvature: float) -> Floats:
@@ -42,17 +40,14 @@ def test_the_faces_that_a_border_cuts_off_are_those_within_so_many_rings(kind: N
         ends = reached[sides]
         reached[sides[ends.any(axis=1)]] = True
     expected = np.flatnonzero(reached[FACES].any(axis=1))
-    assert np.array_equal(cut_off_by_border(FACES, BORDER, kind, 2.0), expected)
-    faces = torus()[1]
-    closed = border_vertices(faces, int(faces.max()) + 1)
-    assert len(cut_off_by_border(faces, closed, kind, 2.0)) == 0
+    assert np.array_equal(SHEET.cut_off(kind, 2.0), expected)
+    assert len(Adjacency.of(normalised_mesh(*torus())).cut_off(kind, 2.0)) == 0
 
 
 def test_the_rim_of_a_patch_is_no_end_of_the_surface() -> None:
     """Where the mesh is cut out of a larger one, no face is cut off."""
-    mesh = normalised_mesh(FLAT, FACES)
-    assert len(Adjacency.of(mesh).cut_off("two_ring", 2.0)) > 0
-    assert len(Adjacency.of(mesh, ends=False).cut_off("two_ring", 2.0)) == 0
+    assert len(SHEET.cut_off("two_ring", 2.0)) > 0
+    assert len(Adjacency.of(normalised_mesh(FLAT, FACES), ends=False).cut_off("two_ring", 2.0)) == 0
 
 
 def test_normals_that_turn_evenly_are_reproduced_at_a_border() -> None:
@@ -60,10 +55,10 @@ def test_normals_that_turn_evenly_are_reproduced_at_a_border() -> None:
     table = measure_faces(FLAT, FACES)
     normals = np.column_stack([0.005 * table[:, CENTRE] @ [[1.0, 0.3], [-0.2, 0.8], [0.0, 0.0]], np.ones(len(FACES))])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    which = cut_off_by_border(FACES, BORDER, "two_ring", 2.0)
+    which = SHEET.cut_off("two_ring", 2.0)
+    weighting = Weighting.of(NormalFilter(range_kernel="huber", range_sigma=1.0), 2.0)
     plain, followed = (
-        weighted_normals(normals, table, NEAR, range_kernel="huber", range_sigma=1.0, space_sigma=2.0, cut_off=cut_off)
-        for cut_off in (None, which)
+        weighted_normals(normals, table, SHEET.around("two_ring"), weighting, cut_off=cut_off) for cut_off in (None, which)
     )
     assert mean_angle(followed[AT_BORDER], normals[AT_BORDER]) < 0.2 * mean_angle(plain[AT_BORDER], normals[AT_BORDER])
     others = np.setdiff1d(np.arange(len(FACES)), which)
@@ -75,10 +70,10 @@ def test_where_normals_scatter_the_mean_stays() -> None:
     table = measure_faces(FLAT, FACES)
     normals = table[:, NORMAL] + 0.3 * np.random.default_rng(2).normal(size=(len(FACES), 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    which = cut_off_by_border(FACES, BORDER, "two_ring", 2.0)
+    which = SHEET.cut_off("two_ring", 2.0)
+    weighting = Weighting.of(NormalFilter(range_kernel="huber", range_sigma=2.0), 2.0)
     plain, followed = (
-        weighted_normals(normals, table, NEAR, range_kernel="huber", range_sigma=2.0, space_sigma=2.0, cut_off=cut_off)
-        for cut_off in (None, which)
+        weighted_normals(normals, table, SHEET.around("two_ring"), weighting, cut_off=cut_off) for cut_off in (None, which)
     )
     assert np.mean((plain == followed).all(axis=1)[which]) >= 0.5
 

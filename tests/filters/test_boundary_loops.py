@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from numpy.typing import NDArray
 
-from pymeshfair.filters.holes.filling import broken_left_open
+from pymeshfair.filters.holes.rims import broken_left_open
 from pymeshfair.filters.topology import BoundaryLoop, border_edges, boundary_loops
 from tests.filters.test_topology import any_faces
 from tests.meshes import Mesh, book, bow_tie, grid, icosphere, moebius_strip, renumbered, tube

@@ -10,9 +10,8 @@ from pymeshfair.filters.execution import ignore_progress
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.holes import refinement
 from pymeshfair.filters.holes.closing import Patches
-from pymeshfair.filters.holes.refinement import MOST_VERTICES, SLOPE, Growth, Patch, uniform_width
-from pymeshfair.filters.holes.triangulation import triangulate_rim
-from pymeshfair.filters.holes.vertex_pairs import ForbiddenEdges, VertexPairs, vertex_pairs
+from pymeshfair.filters.holes.refinement import MOST_VERTICES, SLOPE, ForbiddenEdges, Patch, growing, uniform_width
+from pymeshfair.filters.holes.triangulation import VertexPairs, triangulate_rim, vertex_pairs
 from pymeshfair.filters.topology import border_edges, boundary_loops, edges, face_adjacency, non_manifold_edges
 from tests.meshes import area, icosphere, rotation
 
@@ -146,10 +145,10 @@ def test_a_hole_of_any_size_gets_a_bounded_number_of_vertices() -> None:
 
 def test_edges_grow_with_the_distance_from_the_rim() -> None:
     """Twice the width of the band away, in edges of length 1/2 there, edges are 1 + slope width as long; within it they are 1."""
-    growth = Growth(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), 3.0)
+    rim, lengths = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.full(3, 0.5)
     points = np.array([[0.5, 0.0, 0.0], [0.0, 1.5, 0.0], [1.0, 3.0, 0.0]])
-    np.testing.assert_allclose(growth.at(points, np.full(3, 0.5)), [1.0, 1.0, 1.0 + 3.0 * SLOPE])
-    assert (Growth(points, np.inf).at(100.0 * points, np.ones(3)) == 1.0).all()
+    np.testing.assert_allclose(growing(lengths, points, rim, 3.0) / lengths, [1.0, 1.0, 1.0 + 3.0 * SLOPE])
+    assert (growing(lengths, 100.0 * points, points, np.inf) == lengths).all()
 
 
 def test_a_graded_patch_has_fewer_vertices_and_the_same_rim() -> None:

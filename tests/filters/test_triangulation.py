@@ -10,8 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pymeshfair.filters.holes import triangulation
-from pymeshfair.filters.holes.triangulation import retriangulated, triangulate_rim
-from pymeshfair.filters.holes.vertex_pairs import VertexPairs, vertex_pairs
+from pymeshfair.filters.holes.triangulation import VertexPairs, is_pair, triangulate_rim, vertex_pairs
 from tests.meshes import area, rotation
 
 Floats = NDArray[np.float64]
@@ -189,7 +188,10 @@ def test_parts_triangulated_anew_bend_no_more(seed: int) -> None:
     """Around a chord the best triangles replace the given ones, so that the largest angle, or the area at the same, is less."""
     points, opposite = bent(40, seed)
     fan = np.column_stack([np.zeros(38), np.arange(1, 39), np.arange(2, 40)]).astype(np.int32)
-    better = retriangulated(fan, [(20, 0)], points, opposite, nothing(40))
+    rim = triangulation.RimTriangles(points, opposite, nothing(40), np.empty((38, 3), dtype=np.int32), {})
+    rim.enter(range(38), fan)
+    triangulation.retriangulate(rim, (20, 0))
+    better = rim.triangles
     assert energy(points, opposite, better) < energy(points, opposite, fan)
     # All 38 triangles lie in one window, so nothing is better than what is found for the whole rim at once.
     assert as_set(better) == as_set(triangulate_rim(points, opposite, nothing(40)))
@@ -228,4 +230,4 @@ def test_pairs_are_a_symmetric_matrix_without_its_zeros() -> None:
         pairs = pairs.with_pairs(first, second)
     chosen = rng.permutation(12)[:7].astype(np.int32)
     assert np.array_equal(pairs.among(chosen), full[np.ix_(chosen, chosen)])
-    assert all(pairs.has(i, j) == full[i, j] for i in range(12) for j in range(12))
+    assert all(is_pair(pairs, i, j) == full[i, j] for i in range(12) for j in range(12))

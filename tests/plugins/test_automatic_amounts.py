@@ -12,6 +12,7 @@ import pytest
 
 import pymeshfair
 from pymeshfair.declaration import Layer
+from pymeshfair.filters.checks import ConvergenceError
 from pymeshfair.filters.choosing import DETAIL_SIZES, SMOOTHERS, chosen_amount, compare_smoothers
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.diffusion import taubin_fairing
@@ -107,6 +108,21 @@ def test_families_are_compared() -> None:
     assert found.chosen.excess <= least.excess + found.chosen.uncertainty
     assert found.chosen.label.smoother is not None
     assert compare_smoothers(*TRUE) is None
+
+
+def test_a_family_that_fails_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Energies of meshes with needles may have no factors: the others are compared."""
+
+    def fails(*_: object) -> np.ndarray:
+        raise ConvergenceError("the matrix is not positive definite to rounding")
+
+    monkeypatch.setattr(
+        "pymeshfair.filters.choosing.smoothers.SMOOTHERS", dict(SMOOTHERS) | {"bilaplacian": (fails, DETAIL_SIZES)}
+    )
+    found = compare_smoothers(*NOISY)
+    assert found is not None
+    assert {"taubin", "spectral"} <= {trial.label.smoother for trial in found.trials}
+    assert "bilaplacian" not in {trial.label.smoother for trial in found.trials}
 
 
 def test_sizes_rise_and_a_fair_ball_needs_no_more() -> None:

@@ -21,7 +21,7 @@ from pymeshfair.filters.denoising import (
     replace_outlying,
 )
 from pymeshfair.filters.denoising.noise_level import smooth_normals
-from pymeshfair.filters.denoising.relaxation import along_normals
+from pymeshfair.filters.denoising.preparation import along_normals
 from pymeshfair.filters.diffusion import taubin_fairing
 from pymeshfair.filters.geometry import face_normals, mean_edge_length, mean_normals_at_vertices
 from pymeshfair.filters.inspection import folded_faces

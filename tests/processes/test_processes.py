@@ -13,11 +13,10 @@ from typing import ClassVar
 
 import pytest
 
-from pymeshfair.errors import ParameterError, RunError, StepFailedError
+from pymeshfair.errors import ParameterError, RunError, RunTimeout, StepFailedError, WorkerDied
 from pymeshfair.files.provenance import sha256_of
 from pymeshfair.processes.process import LostProcessError, Pool, Process
 from pymeshfair.processes.worker import DefectError, use_up
-from pymeshfair.running.errors import RunTimeout, WorkerDied
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import MODULES, run_job, workers_of_runs
 from tests.running.runs import BONE, CRASHES, SLOW, SMOOTH, Given, names_in, recipe_of

@@ -11,10 +11,10 @@ from threading import Timer
 
 import pytest
 
+from pymeshfair.errors import RunTimeout
 from pymeshfair.operating_system import this_system
 from pymeshfair.processes.process import Items, Process
 from pymeshfair.processes.worker import Answer, Order
-from pymeshfair.running.errors import RunTimeout
 from pymeshfair.running.job import Compiling, Event, Job, PhaseStarted
 from pymeshfair.running.report import Report
 from pymeshfair.running.supervise import Watch, run_job

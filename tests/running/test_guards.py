@@ -12,15 +12,14 @@ import pymeshlab
 import pytest
 
 from pymeshfair.declaration import Length
-from pymeshfair.errors import ParameterError
+from pymeshfair.errors import GuardBroken, ParameterError
 from pymeshfair.files.errors import OutputError
 from pymeshfair.recipe import Recipe, load_recipe
-from pymeshfair.running.errors import GuardBroken
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
 from pymeshfair.scripts.guards import NO_GUARDS, Guards
-from pymeshfair.scripts.problems import ScriptError
 from pymeshfair.scripts.read import parse_script
+from pymeshfair.scripts.script import ScriptError
 from pymeshfair.scripts.write import format_script
 from tests.meshes import icosphere, noisy
 from tests.running.runs import BONE, SMOOTH, names_in, ply_bytes, recipe_of, xyz

@@ -10,10 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.errors import StepFailedError
+from pymeshfair.errors import RunTimeout, StepFailedError, WorkerDied
 from pymeshfair.files.staging import STAGE_PREFIX, staging_folder
 from pymeshfair.operating_system import FORCE_PORTABLE, System, this_system
-from pymeshfair.running.errors import RunTimeout, WorkerDied
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
 

@@ -52,6 +52,12 @@ def test_openings_are_not_closed_unasked() -> None:
         assert [s.recipe for s in ranked(traits, heads, moves_nothing)] == order
 
 
+def test_a_new_surface_is_not_made_unasked() -> None:
+    """A recipe that makes the surface anew comes behind others, however many conditions it sets that the scan meets."""
+    heads = [head("anew", "mesh, noise up to 0.04 edges", task="remesh"), head("keeps", "mesh", task="prepare")]
+    assert [s.recipe for s in ranked({"mesh": 1.0, "noise": 0.0, "border edges": 0.0}, heads)] == ["keeps", "anew"]
+
+
 def test_what_was_tried_leads_by_its_error_and_what_erases_detail_comes_last() -> None:
     """The least error comes first, a recipe that moves nothing before one that is worse, and relief lost behind all."""
     traits = {"mesh": 1.0, "noise": 0.2, "sharpness": 0.9}

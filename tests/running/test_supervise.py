@@ -20,11 +20,10 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.errors import RunError, StepFailedError
+from pymeshfair.errors import OutOfMemory, RunError, RunTimeout, StepFailedError, WorkerDied, WorkerError
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.provenance import sha256_of
 from pymeshfair.processes.process import Process
-from pymeshfair.running.errors import OutOfMemory, RunTimeout, WorkerDied, WorkerError
 from pymeshfair.running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
 from pymeshfair.running.read import read_mesh
 from pymeshfair.running.supervise import run_job

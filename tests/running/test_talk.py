@@ -16,8 +16,8 @@ from pymeshfair.files.provenance import formatted
 from pymeshfair.operating_system import this_system
 from pymeshfair.processes.environment import thread_settings, versions, worker_environment
 from pymeshfair.running.job import Job, Message, PhaseStarted, StepProgress
-from pymeshfair.running.plain_values import plain
-from pymeshfair.running.talk import Talk, mark, parse_talk
+from pymeshfair.running.report import plain
+from pymeshfair.running.supervise import Talk, mark, parse_talk
 from pymeshfair.scripts.guards import Guards
 
 from .runs import recipe_of

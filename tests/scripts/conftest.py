@@ -15,4 +15,4 @@ def _every_kind(monkeypatch: pytest.MonkeyPatch) -> None:
         known = apply_coord_every_kind
         return known if name in (known.name, known.python_name) else find_filter(name)
 
-    monkeypatch.setattr("pymeshfair.scripts.step_builder.find_filter", find)
+    monkeypatch.setattr("pymeshfair.scripts.read.find_filter", find)

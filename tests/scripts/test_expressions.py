@@ -9,7 +9,7 @@ import pymeshlab
 import pytest
 
 from pymeshfair import MeshSet
-from pymeshfair.scripts.expressions import FUNCTIONS, expression_error, is_expression
+from pymeshfair.scripts.values import FUNCTIONS, expression_error, is_expression
 from tests.scripts.texts import one_filter, problems
 
 

@@ -15,7 +15,7 @@ from pymeshfair.declaration import Length
 from pymeshfair.errors import ParameterError, UnknownNameError
 from pymeshfair.recipe import load_recipe, shipped_heads
 from pymeshfair.scripts import Script, format_script, parse_script, read_script
-from pymeshfair.scripts.overrides import override
+from pymeshfair.scripts.changing import override
 from pymeshfair.scripts.script import Setting
 from tests.scripts.texts import problems, script
 

@@ -36,9 +36,8 @@ from pymeshfair.errors import PymeshfairError
 from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Script, Step, format_script, parse_script, read_script, write_script
-from pymeshfair.scripts.expressions import is_expression
 from pymeshfair.scripts.script import clean_comment
-from pymeshfair.scripts.write import number_text
+from pymeshfair.scripts.values import is_expression, number_text
 from tests.scripts.texts import apply_coord_every_kind
 
 # XML holds no other characters; lone surrogates are no text at all.

@@ -18,7 +18,7 @@ from ..processes.process import Pool
 from ..processes.worker import Order
 from ..report.comparison_page import Verdict
 from ..report.page import render
-from ..running.plain_values import plain
+from ..running.report import plain
 from .outcomes import (
     QUESTIONS,
     Outcome,

@@ -16,7 +16,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
-from ..errors import ParameterError, RunError
+from ..errors import OutOfMemory, ParameterError, RunError, WorkerDied
 from ..files.errors import OutputBusyError
 from ..files.formats import extension
 from ..files.inputs import check_input
@@ -27,10 +27,8 @@ from ..operating_system import this_system
 from ..processes.cluster import ClusterError, LostSchedulerError, Scheduler
 from ..processes.environment import PACKAGES, packages_here
 from ..processes.process import Items, Pool
-from ..running.errors import OutOfMemory, WorkerDied
-from ..running.interrupts import Interrupted, Interrupts
 from ..running.job import Job, RunResult
-from ..running.supervise import run_job, workers_of_runs
+from ..running.supervise import Interrupted, Interrupts, run_job, workers_of_runs
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
 from .outcomes import DOCUMENT, NAME, TABLE, BatchError, Journal, Outcome, Summary, now, read_journal

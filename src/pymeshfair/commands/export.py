@@ -31,8 +31,7 @@ def export(
     script = open_recipe(recipe).script
     facts, lengths = None, []
     if mesh is not None:
-        from ..authoring.lengths import lengths_on_mesh
-        from ..running.read import read_mesh
+        from ..running.read import lengths_on_mesh, read_mesh
 
         read = read_mesh(mesh)
         facts = MeshFacts(read.measured.diagonal, read.measured.resolution(), closed=read.measures["closed"])

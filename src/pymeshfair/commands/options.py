@@ -216,13 +216,13 @@ def memory_limit(text: str | None) -> int | None:
 
 def map_tolerance(text: str | None, path: Path | None) -> Length | None:
     """The length that ``--map-tolerance`` means, None without it."""
-    from ..declaration.units import parse_length
+    from ..declaration import Length
 
     if text is None:
         return None
     if path is None:
         raise typer.BadParameter("it is about the intervention map: give --map, too", param_hint="--map-tolerance")
-    length = parse_length(text)
+    length = Length.parse(text)
     if length.amount < 0.0:
         raise typer.BadParameter(f"{text} is below 0", param_hint="--map-tolerance")
     return length
@@ -254,11 +254,12 @@ def limits_in_mesh_units(text: str | None, unit: str | None, diagonal: float, me
 
 
 def _in_mesh_units(text: str, unit: str | None, diagonal: float, mean_edge: float) -> float:
-    from ..declaration.units import check_unit, parse_length
+    from ..declaration import Length
+    from ..declaration.units import check_unit
 
     if unit is not None:
         check_unit(unit)
-    return parse_length(text).in_mesh_units(unit).resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
+    return Length.parse(text).in_mesh_units(unit).resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
 
 
 # ---------------------------------------------------------------------------------- of commands with a scheduler of dask

@@ -10,13 +10,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import PymeshfairError
+from ..errors import GuardBroken, PymeshfairError
 from ..files.writing import StagedFile, stage_file, write_file
 from ..looking.comparison import Comparison, compare
 from ..looking.mesh_state import MeshState, state_of
 from ..report.comparison_page import Compared, Verdict, comparison_page, verdict_of
 from ..report.scene import Marker
-from ..running.errors import GuardBroken
 from ..running.read import read_mesh, reported_values
 from ..running.supervise import run_job
 from .options import check_report

@@ -1,21 +1,12 @@
 """The vocabulary in which a filter declares itself: its parameters, the layer that it reads and the edit that it returns.
 
 One frozen `Filter` drives everything that users see of it: the method of `MeshSet`, the checks, the .mlx reader and writer,
-``pymeshfair info``, the documentation and MeshLab's dialog. It mirrors MeshLab's C++ ``FilterPlugin`` member by member. The
-usual way to make one is the decorator `mesh_filter` on a function with an annotated, keyword-only signature::
-
-    @mesh_filter(name="Shift", classes=FilterClass.SMOOTHING, changes=MeshElement.VERTCOORD)
-    def apply_coord_shift(
-        layer: Layer,
-        *,
-        distance: Annotated[float, Percentage(label="Distance", help="How far. Larger moves further.", default="1%")],
-    ) -> Edit:
-        "Moves the mesh along x."
-        return Edit(vertices=layer.vertices + [distance, 0.0, 0.0])
-
+``pymeshfair info``, the documentation and MeshLab's dialog. It mirrors MeshLab's C++ ``FilterPlugin`` member by member.
+The decorator `mesh_filter` makes one of a function with an annotated, keyword-only signature; CONTRIBUTING.md has an example.
 This module imports neither pymeshlab nor any plugin.
 """
 
+from ..errors import nearest
 from .filter import Arity, Equivalent, Filter, FilterClass, MeshElement, mesh_filter
 from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
 from .parameters import (
@@ -37,7 +28,6 @@ from .parameters import (
     String,
 )
 from .units import Length, LengthUnit
-from .values import nearest
 
 __all__ = [
     "AUTO",

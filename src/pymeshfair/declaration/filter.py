@@ -11,92 +11,35 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeAlias, TypeGuard
 
-from ..errors import DeclarationError, ParameterError, UnknownNameError
+from ..errors import DeclarationError, ParameterError, UnknownNameError, hint, nearest
 from .layer import Edit, Layer
 from .parameters import Enum, Mesh, Parameter
-from .values import nearest
 
 
 class FilterClass(enum.IntFlag):
     """The menus of MeshLab that a filter appears in, with MeshLab's own bits."""
 
-    SELECTION = 0x1
-    CLEANING = 0x2
-    REMESHING = 0x4
-    FACE_COLORING = 0x8
-    VERTEX_COLORING = 0x10
-    MESH_COLORING = 0x20
-    MESH_CREATION = 0x40
-    SMOOTHING = 0x80
-    QUALITY = 0x100
-    LAYER = 0x200
-    RASTER_LAYER = 0x400
-    NORMAL = 0x800
-    SAMPLING = 0x1000
-    TEXTURE = 0x2000
-    RANGE_MAP = 0x4000
-    POINT_SET = 0x8000
-    MEASURE = 0x10000
-    POLYGONAL = 0x20000
-    CAMERA = 0x40000
-    OTHER = 0x80000
+    SELECTION, CLEANING, REMESHING, FACE_COLORING = 0x1, 0x2, 0x4, 0x8
+    VERTEX_COLORING, MESH_COLORING, MESH_CREATION, SMOOTHING = 0x10, 0x20, 0x40, 0x80
+    QUALITY, LAYER, RASTER_LAYER, NORMAL = 0x100, 0x200, 0x400, 0x800
+    SAMPLING, TEXTURE, RANGE_MAP, POINT_SET = 0x1000, 0x2000, 0x4000, 0x8000
+    MEASURE, POLYGONAL, CAMERA, OTHER = 0x10000, 0x20000, 0x40000, 0x80000
 
 
 class MeshElement(enum.IntFlag):
     """Parts of a mesh that a filter needs or changes, with the bits of MeshLab's ``MeshModel::MeshElement``."""
 
     NONE = 0
-    VERTCOORD = 0x1
-    VERTNORMAL = 0x2
-    VERTFLAG = 0x4
-    VERTCOLOR = 0x8
-    VERTQUALITY = 0x10
-    VERTNUMBER = 0x800
-    FACEVERT = 0x1000
-    FACENORMAL = 0x2000
-    FACEFLAG = 0x4000
-    FACECOLOR = 0x8000
-    FACEQUALITY = 0x10000
-    FACENUMBER = 0x80000
-    WEDGTEXCOORD = 0x200000
-    VERTFLAGSELECT = 0x1000000
-    FACEFLAGSELECT = 0x2000000
-    #: the edges of polylines; MeshLab has no bit for them and does not use this one
-    EDGENUMBER = 0x4000000
+    VERTCOORD, VERTNORMAL, VERTFLAG, VERTCOLOR, VERTQUALITY, VERTNUMBER = 0x1, 0x2, 0x4, 0x8, 0x10, 0x800
+    FACEVERT, FACENORMAL, FACEFLAG, FACECOLOR, FACEQUALITY, FACENUMBER = 0x1000, 0x2000, 0x4000, 0x8000, 0x10000, 0x80000
+    WEDGTEXCOORD, VERTFLAGSELECT, FACEFLAGSELECT = 0x200000, 0x1000000, 0x2000000
+    EDGENUMBER = 0x4000000  # the edges of polylines; MeshLab has no bit for them and does not use this one
 
 
 class Arity(enum.IntEnum):
     """The number of layers that a filter reads, with MeshLab's numbers."""
 
-    NONE = 0
-    SINGLE_MESH = 1
-    FIXED = 2
-    VARIABLE = 3
-
-
-def is_group(hint: Any) -> TypeGuard[type[Any]]:
-    """Whether a parameter's type is a dataclass, whose fields then are parameters of the filter."""
-    return isinstance(hint, type) and dataclasses.is_dataclass(hint)
-
-
-def gathering(function: Callable[..., Edit]) -> Callable[..., Edit]:
-    """The function that takes the fields of its groups one by one; the function itself if it has no group."""
-    hints = typing.get_type_hints(function)
-    groups = {
-        name: hints[name]
-        for name, argument in inspect.signature(function).parameters.items()
-        if argument.kind is argument.KEYWORD_ONLY and is_group(hints.get(name))
-    }
-    if not groups:
-        return function
-
-    @functools.wraps(function)
-    def gathered(layer: Layer, **values: Any) -> Edit:
-        for name, group in groups.items():
-            values[name] = group(**{field.name: values.pop(field.name) for field in dataclasses.fields(group)})
-        return function(layer, **values)
-
-    return gathered
+    NONE, SINGLE_MESH, FIXED, VARIABLE = 0, 1, 2, 3
 
 
 @dataclass(frozen=True)
@@ -145,9 +88,9 @@ class Filter:
             if parameter.name == name:
                 return parameter
         names = [p.name for p in self.parameters]
-        near = nearest(name, names)
-        hint = f"; did you mean {near!r}?" if near else f"; it has {', '.join(names)}" if names else "; it has none"
-        raise UnknownNameError(f"filter {self.python_name!r} has no parameter {name!r}{hint}", suggestion=near)
+        meant = hint(name, names, f"it has {', '.join(names) or 'none'}")
+        words = f"filter {self.python_name!r} has no parameter {name!r}; {meant}"
+        raise UnknownNameError(words, suggestion=nearest(name, names))
 
     def check(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The values by parameter name, checked, in declared order; absent ones stay absent."""
@@ -165,8 +108,7 @@ class Filter:
 
     def layers(self, values: Mapping[str, Any]) -> dict[str, int]:
         """The ids of layers among the values, by parameter name."""
-        named = {p.name: values.get(p.name) for p in self.parameters if isinstance(p, Mesh)}
-        return {name: value for name, value in named.items() if isinstance(value, int)}
+        return {p.name: values[p.name] for p in self.parameters if isinstance(p, Mesh) and isinstance(values.get(p.name), int)}
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -197,12 +139,10 @@ def mesh_filter(
     """
 
     def declare(function: Callable[..., Edit]) -> Filter:
-        parameters = tuple(_parameters(function))
-        in_scripts = [p.xml_name for p in parameters]
-        if len(set(in_scripts)) != len(in_scripts):
-            raise DeclarationError(
-                f"{function.__module__}.{function.__name__}: two parameters share a name in scripts, {in_scripts}"
-            )
+        try:
+            parameters = _parameters(function)
+        except DeclarationError as error:
+            raise DeclarationError(f"{function.__module__}.{function.__name__}: {error}") from error.__cause__
         return Filter(
             python_name=function.__name__,
             name=name,
@@ -214,26 +154,34 @@ def mesh_filter(
             parameters=parameters,
             references=tuple(references),
             origin=function.__module__.partition(".")[0],
-            function=gathering(function),
+            function=_gathering(function),
             equivalent=equivalent,
         )
 
     return declare
 
 
-def _parameters(function: Callable[..., Edit]) -> Iterable[Parameter]:
-    where = f"{function.__module__}.{function.__name__}"
-    hints = typing.get_type_hints(function, include_extras=True)
-    if not inspect.getdoc(function):
-        raise DeclarationError(f"{where} has no docstring; it is the filter's description")
-    arguments = list(inspect.signature(function).parameters.values())
-    if not arguments or arguments[0].kind not in (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD):
-        raise DeclarationError(f"{where} must take the layer as its first, positional parameter")
-    yield from _described(arguments[1:], hints, _documented(function)[1], where)
+def _gathering(function: Callable[..., Edit]) -> Callable[..., Edit]:
+    """The function that takes the fields of its groups one by one; the function itself if it has no group."""
+    groups = {name: hint for name, hint in typing.get_type_hints(function).items() if name != "return" and _is_group(hint)}
+    if not groups:
+        return function
+
+    @functools.wraps(function)
+    def gathered(layer: Layer, **values: Any) -> Edit:
+        for name, group in groups.items():
+            values[name] = group(**{field.name: values.pop(field.name) for field in dataclasses.fields(group)})
+        return function(layer, **values)
+
+    return gathered
 
 
-#: the section of a docstring on parameters
-_SECTION = re.compile(r"\n\n(?:Args|Attributes):\n((?:    .*(?:\n|$))+)")
+def _is_group(hint: Any) -> TypeGuard[type[Any]]:
+    """Whether a parameter's type is a dataclass, whose fields then are parameters of the filter."""
+    return isinstance(hint, type) and dataclasses.is_dataclass(hint)
+
+
+_SECTION = re.compile(r"\n\n(?:Args|Attributes):\n((?:    .*(?:\n|$))+)")  # the section of a docstring on parameters
 
 
 def _documented(described: object) -> tuple[str, dict[str, str]]:
@@ -245,29 +193,51 @@ def _documented(described: object) -> tuple[str, dict[str, str]]:
     return _SECTION.sub("\n", text).rstrip(), helps
 
 
-def _described(
-    arguments: Iterable[inspect.Parameter], hints: Mapping[str, Any], helps: Mapping[str, str], where: str
-) -> Iterable[Parameter]:
-    for argument in arguments:
-        if argument.name == "progress":
+def _parameters(function: Callable[..., Edit]) -> tuple[Parameter, ...]:
+    if not inspect.getdoc(function):
+        raise DeclarationError("it has no docstring, which is the filter's description")
+    layer = next(iter(inspect.signature(function).parameters.values()), None)
+    if layer is None or layer.kind not in (layer.POSITIONAL_ONLY, layer.POSITIONAL_OR_KEYWORD):
+        raise DeclarationError("it must take the layer as its first, positional parameter")
+    parameters = tuple(_described(function, {}, skipped=1))
+    in_scripts = [p.xml_name for p in parameters]
+    if len(set(in_scripts)) != len(in_scripts):
+        raise DeclarationError(f"two parameters share a name in scripts, {in_scripts}")
+    return parameters
+
+
+def _described(owner: Callable[..., Any], helps: Mapping[str, str], *, skipped: int = 0) -> Iterable[Parameter]:
+    """The parameters that the arguments of a function declare, or the fields of a group."""
+    hints, helps = typing.get_type_hints(owner, include_extras=True), {**_documented(owner)[1], **helps}
+    for argument in list(inspect.signature(owner).parameters.values())[skipped:]:
+        name, hint = argument.name, hints.get(argument.name)
+        if name == "progress":
             continue
         if argument.kind is not argument.KEYWORD_ONLY:
-            raise DeclarationError(f"{where}: parameter {argument.name!r} must be keyword-only")
-        hint = hints.get(argument.name)
-        if is_group(hint):
-            fields = inspect.signature(hint).parameters.values()
-            of_group = {**_documented(hint)[1], **helps}
-            yield from _described(fields, typing.get_type_hints(hint, include_extras=True), of_group, where)
+            raise DeclarationError(f"parameter {name!r} must be keyword-only")
+        if _is_group(hint):
+            yield from _described(hint, helps)
             continue
         described = [x for x in getattr(hint, "__metadata__", ()) if isinstance(x, Parameter)]
         if len(described) != 1:
-            raise DeclarationError(f"{where}: annotate {argument.name!r} as Annotated[type, Float(...)] or another parameter")
+            raise DeclarationError(f"annotate {name!r} as Annotated[type, Float(...)] or another parameter")
+        parameter = replace(
+            described[0],
+            name=name,
+            label=described[0].label or name.replace("_", " ").capitalize(),
+            help=described[0].help or helps.get(name, ""),
+            xml_name=described[0].xml_name or name,
+            default=described[0].default if argument.default is argument.empty else argument.default,
+        )
         annotated = typing.get_args(hint)[0]
-        parameter = replace(described[0], help=described[0].help or helps.get(argument.name, ""))
         if isinstance(parameter, Enum) and not parameter.choices:
             parameter = replace(parameter, choices=_words(annotated))
-        _check_consistent(parameter, annotated, f"{where}: parameter {argument.name!r}")
-        yield _completed(parameter, argument, where)
+        if reason := _contradiction(parameter, annotated):
+            raise DeclarationError(f"parameter {name!r} {reason}")
+        try:
+            yield replace(parameter, default=parameter.check(parameter.default))
+        except ParameterError as error:
+            raise DeclarationError(f"the default does not fit: {error}") from error
 
 
 def _words(annotated: Any) -> tuple[str, ...]:
@@ -280,33 +250,21 @@ def _words(annotated: Any) -> tuple[str, ...]:
 _PLAIN_TYPES = (bool, int, float, str)
 
 
-def _check_consistent(described: Parameter, annotated: Any, where: str) -> None:
-    """Raise `DeclarationError` if a parameter's type, bounds and choices contradict each other."""
-    minimum, maximum = getattr(described, "minimum", None), getattr(described, "maximum", None)
+def _contradiction(parameter: Parameter, annotated: Any) -> str:
+    """Where a parameter's name, help, type, bounds and choices contradict each other; empty if nowhere."""
+    minimum, maximum = getattr(parameter, "minimum", None), getattr(parameter, "maximum", None)
+    if keyword.iskeyword(parameter.name):
+        return "is a word of Python"
+    if not parameter.help:
+        return "needs a help text"
     if minimum is not None and maximum is not None and minimum > maximum:
-        raise DeclarationError(f"{where} has the minimum {minimum} above the maximum {maximum}")
-    if isinstance(described, Enum):
-        if not described.choices or len(set(described.choices)) != len(described.choices):
-            raise DeclarationError(f"{where} needs choices, each of them once; it has {described.choices}")
-        if typing.get_origin(annotated) is Literal and not set(described.choices) <= set(typing.get_args(annotated)):
-            raise DeclarationError(f"{where} offers {described.choices}, but its type allows {typing.get_args(annotated)}")
-    elif described.python_type in _PLAIN_TYPES and annotated in _PLAIN_TYPES and annotated is not described.python_type:
-        kind = type(described).__name__
-        raise DeclarationError(
-            f"{where} is annotated as {annotated.__name__}, but {kind} hands over {described.python_type.__name__}"
-        )
-
-
-def _completed(described: Parameter, argument: inspect.Parameter, where: str) -> Parameter:
-    """The annotation's parameter with the name and default of the argument that it annotates."""
-    if keyword.iskeyword(argument.name):
-        raise DeclarationError(f"{where}: {argument.name!r} is a word of Python")
-    if not described.help:
-        raise DeclarationError(f"{where}: parameter {argument.name!r} needs a help text")
-    default = described.default if argument.default is argument.empty else argument.default
-    label, xml_name = described.label or argument.name.replace("_", " ").capitalize(), described.xml_name or argument.name
-    parameter = replace(described, name=argument.name, label=label, xml_name=xml_name, default=default)
-    try:
-        return replace(parameter, default=parameter.check(default))
-    except ParameterError as error:
-        raise DeclarationError(f"{where}: the default does not fit: {error}") from error
+        return f"has the minimum {minimum} above the maximum {maximum}"
+    if isinstance(parameter, Enum):
+        if not parameter.choices or len(set(parameter.choices)) != len(parameter.choices):
+            return f"needs choices, each of them once; it has {parameter.choices}"
+        if typing.get_origin(annotated) is Literal and not set(parameter.choices) <= set(typing.get_args(annotated)):
+            return f"offers {parameter.choices}, but its type allows {typing.get_args(annotated)}"
+    elif parameter.python_type in _PLAIN_TYPES and annotated in _PLAIN_TYPES and annotated is not parameter.python_type:
+        kind = type(parameter).__name__
+        return f"is annotated as {annotated.__name__}, but {kind} hands over {parameter.python_type.__name__}"
+    return ""

@@ -91,22 +91,15 @@ class Edit:
 
     Attributes of added elements that the edit does not set come from near by: a vertex takes scalar and texture
     coordinates of the nearest old vertex that added faces use, a face the scalar of an old face at such a vertex, nearest to its
-    own centre. Colours are blended: that of a vertex is the mean of those of its neighbours in added faces, that of a face goes
-    on in the same way from the faces around. A face shows one place of the texture at its three corners, instead of a strip
-    across it: the middle of an old face near by whose colour there is such a blend, or of the one next to it where the image is
-    not readable. Of several textures, added faces have the most frequent one among their old vertices. Added elements are
-    not selected, their custom attributes are 0, normals follow from the coordinates.
+    own centre. Colours are blended: those of a vertex from its neighbours in added faces, those of a face from the faces around.
+    A face shows one place of the texture at its three corners: the middle of an old face near by whose colour there is such a
+    blend, or of the one next to it where the image is not readable; of several textures, the most frequent one among its old
+    vertices. Added elements are not selected, their custom attributes are 0, normals follow from the coordinates.
 
-    A layer to which elements are added stays the same one, with its id. Two things MeshLab does not leave as they were: a mesh
-    with texture coordinates at the corners of its faces alone gets some at its vertices, each from one of its corners, and a mesh
-    of polygons that has no triangle becomes one of triangles.
-
-    Writing scalars of faces makes MeshLab give a mesh without colours of faces white ones, which a saved file then has. So does
-    an addition to a mesh that has scalars of faces which are not all the same.
-
-    If an addition fails or is interrupted, the layer becomes what it was, but for what MeshLab cannot take away: texture
-    coordinates of vertices, scalars and colours of faces, and triangles in place of polygons, as far as it had come with them.
-
+    A layer to which elements are added stays the same one, with its id. MeshLab leaves some things not as they were: a mesh
+    with texture coordinates at the corners of its faces alone gets some at its vertices, a mesh of polygons alone becomes one of
+    triangles, and scalars of faces that are written, or differ when faces are added, make the faces of a mesh without colours
+    white. If an addition fails the layer becomes what it was, but for these.
     """
 
     vertices: Floats | None = None  # (n, 3) new coordinates

@@ -8,13 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ParameterError
-from .layer import Floats
-from .units import METRES, Length
-from .values import as_float, nearest, shown
+from ..errors import ParameterError, nearest
+from .units import METRES, Length, as_float, shown
 
-#: the word for a value that the filter chooses for the mesh
-AUTO = "auto"
+AUTO = "auto"  # the word for a value that the filter chooses for the mesh
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,12 +28,9 @@ class Parameter:
     #: function; None if nothing is automatic
     automatic: float | None = None
 
-    #: the word for the kind of value in messages, e.g. "a whole number"
-    kind: typing.ClassVar[str] = "a value"
-    #: MeshLab's class of the parameter, as .mlx scripts name it
-    xml_type: typing.ClassVar[str] = ""
-    #: the type that a filter's function receives
-    python_type: typing.ClassVar[Any] = object
+    kind: typing.ClassVar[str] = "a value"  # the word for the kind of value in messages, e.g. "a whole number"
+    xml_type: typing.ClassVar[str] = ""  # MeshLab's class of the parameter, as .mlx scripts name it
+    python_type: typing.ClassVar[Any] = object  # the type that a filter's function receives
 
     def check(self, value: Any) -> Any:
         """The value in the type that the filter receives; raise `ParameterError` if it is not one the parameter allows."""
@@ -46,33 +40,20 @@ class Parameter:
         """The allowed values, in words: ``"a whole number of at least 1"``."""
         return self.kind
 
-    def from_number(self, value: Any) -> Any:
-        """The value, or "auto" in place of the number that stands for it."""
-        return AUTO if self.automatic is not None and as_float(value) == self.automatic else value
-
     def to_number(self, value: Any) -> Any:
         """The value, or in place of "auto" the number that stands for it."""
-        return self.automatic if self.automatic is not None and isinstance(value, str) and value == AUTO else value
+        return self.automatic if isinstance(value, str) and self.is_automatic(value) else value
 
     def is_automatic(self, value: Any) -> bool:
         """Whether the value is "auto", or the number that stands for it."""
-        value = self.from_number(value)
-        return self.automatic is not None and isinstance(value, str) and value == AUTO
+        return self.automatic is not None and (value == AUTO if isinstance(value, str) else as_float(value) == self.automatic)
 
     def refusal(self, value: Any) -> ParameterError:
         """The error with the allowed values and the refused one."""
-        return ParameterError(
-            f"parameter {self.name!r} takes {self.describe_allowed()}, got {value if isinstance(value, Length) else shown(value)}"
-        )
-
-    def refuse_what_meshlab_cannot_hold(self, number: float) -> None:
-        """Raise `ParameterError` for a number that MeshLab would lose."""
-        # MeshLab's parameters are C floats; it drops a script's number outside their range without a word.
-        if number != 0.0 and not 2.0**-150 < abs(number) <= 3.4028234663852886e38:
-            raise ParameterError(f"{self.refusal(number)}: MeshLab keeps numbers in single precision, from 1e-45 to 3.4e38")
+        got = value if isinstance(value, Length) else shown(value)
+        return ParameterError(f"parameter {self.name!r} takes {self.describe_allowed()}, got {got}")
 
 
-@dataclass(frozen=True, kw_only=True)
 class Bool(Parameter):
     """Yes or no."""
 
@@ -93,8 +74,12 @@ class _Bounded(Parameter):
     minimum: float | None = None
     maximum: float | None = None
 
-    def is_within(self, number: float) -> bool:
-        return (self.minimum is None or number >= self.minimum) and (self.maximum is None or number <= self.maximum)
+    def check_bounds(self, value: Any, number: float) -> None:
+        """Refuse a value whose number is out of bounds, or one that MeshLab would lose: its parameters are C floats."""
+        if (self.minimum is not None and number < self.minimum) or (self.maximum is not None and number > self.maximum):
+            raise self.refusal(value)
+        if number != 0.0 and not 2.0**-150 < abs(number) <= 3.4028234663852886e38:
+            raise ParameterError(f"{self.refusal(number)}: MeshLab keeps numbers in single precision, from 1e-45 to 3.4e38")
 
     def describe_allowed(self) -> str:
         low, high = self.minimum, self.maximum
@@ -116,15 +101,13 @@ class Int(_Bounded):
     def check(self, value: Any) -> int | str:
         if self.is_automatic(value):
             return AUTO
-        if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral):
+        number = _whole(value)
+        if number is None or abs(number) > 2**31 - 1:
             raise self.refusal(value)
-        number = int(value)
-        if not self.is_within(number) or abs(number) > 2**31 - 1:
-            raise self.refusal(value)
+        self.check_bounds(value, number)
         return number
 
 
-@dataclass(frozen=True, kw_only=True)
 class Float(_Bounded):
     """A finite number between two bounds. Bounds on both sides make MeshLab show a slider."""
 
@@ -139,9 +122,9 @@ class Float(_Bounded):
         if self.is_automatic(value):
             return AUTO
         number = as_float(value)
-        if number is None or not (math.isfinite(number) and self.is_within(number)):
+        if number is None or not math.isfinite(number):
             raise self.refusal(value)
-        self.refuse_what_meshlab_cannot_hold(number)
+        self.check_bounds(value, number)
         return number
 
 
@@ -158,26 +141,23 @@ class Percentage(_Bounded):
     minimum: float | None = 0.0
     of_edges: bool = False  # whether the mean edge is that of the layer's polylines even if it has faces
 
-    def from_number(self, value: Any) -> Any:
-        if isinstance(value, Length) and (value.unit == "absolute" or not value.amount):
-            return AUTO if value.amount == self.automatic else value
-        return value
-
     def check(self, value: Any) -> Any:
-        if isinstance(value, str) and (value != AUTO or self.automatic is None):
+        if isinstance(value, str):
+            if self.is_automatic(value):
+                return AUTO
             value = Length.parse(value)
-        if self.is_automatic(value):
+        if isinstance(value, Length) and (value.unit == "absolute" or not value.amount) and value.amount == self.automatic:
             return AUTO
         number = as_float(value)
-        if number is not None and not isinstance(value, bool):
+        if number is not None:
             text = f"{number:g}"
             raise ParameterError(
                 f"parameter {self.name!r} is a length, and {text} has no unit: write '{text}edge' for {text} mean edges, "
                 f"'{text}%' of the bounding box's diagonal, or '{text}' in quotes for mesh units"
             )
-        if not isinstance(value, Length) or value.unit in METRES or not self.is_within(value.amount):
+        if not isinstance(value, Length) or value.unit in METRES:
             raise self.refusal(value)
-        self.refuse_what_meshlab_cannot_hold(value.amount)
+        self.check_bounds(value, value.amount)
         return value
 
 
@@ -193,15 +173,14 @@ class Enum(Parameter):
     def check(self, value: Any) -> str:
         if not isinstance(value, str) or value not in self.choices:
             near = nearest(value, self.choices) if isinstance(value, str) else None
-            hint = f"; did you mean {near!r}?" if near else ""
-            raise ParameterError(f"{self.refusal(value)}{hint}")
+            meant = f"; did you mean {near!r}?" if near else ""
+            raise ParameterError(f"{self.refusal(value)}{meant}")
         return value
 
     def describe_allowed(self) -> str:
         return "one of " + ", ".join(map(repr, self.choices))
 
 
-@dataclass(frozen=True, kw_only=True)
 class String(Parameter):
     """Free text."""
 
@@ -215,7 +194,6 @@ class String(Parameter):
         return value
 
 
-@dataclass(frozen=True, kw_only=True)
 class FileOpen(String):
     """The path of a file to read; only MeshLab's built-in filters have one."""
 
@@ -223,7 +201,6 @@ class FileOpen(String):
     xml_type = "RichOpenFile"
 
 
-@dataclass(frozen=True, kw_only=True)
 class FileSave(String):
     """The path of a file to write; only MeshLab's built-in filters have one."""
 
@@ -231,7 +208,6 @@ class FileSave(String):
     xml_type = "RichSaveFile"
 
 
-@dataclass(frozen=True, kw_only=True)
 class Mesh(Parameter):
     """Another layer, by its id in the mesh set."""
 
@@ -240,12 +216,12 @@ class Mesh(Parameter):
     python_type = int
 
     def check(self, value: Any) -> int:
-        if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral) or not 0 <= int(value) < 2**31:
+        number = _whole(value)
+        if number is None or not 0 <= number < 2**31:
             raise self.refusal(value)
-        return int(value)
+        return number
 
 
-@dataclass(frozen=True, kw_only=True)
 class Shot(Parameter):
     """A camera; only MeshLab's built-in filters have one, and no script can give its value."""
 
@@ -256,7 +232,6 @@ class Shot(Parameter):
         raise self.refusal(value)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Point(Parameter):
     """Three coordinates: a position or a direction."""
 
@@ -264,19 +239,16 @@ class Point(Parameter):
     xml_type = "RichPosition"
     python_type = tuple[float, float, float]
 
-    def check(self, value: Any) -> tuple[float, float, float]:
-        x, y, z = _numbers(self, value, (3,))
-        return float(x), float(y), float(z)
+    def check(self, value: Any) -> tuple[float, ...]:
+        return tuple(_numbers(self, value, (3,)))
 
 
-@dataclass(frozen=True, kw_only=True)
 class Direction(Point):
     """Three coordinates that MeshLab shows as a direction."""
 
     xml_type = "RichDirection"
 
 
-@dataclass(frozen=True, kw_only=True)
 class Color(Parameter):
     """Red, green, blue and opacity, each from 0 to 255."""
 
@@ -284,15 +256,13 @@ class Color(Parameter):
     xml_type = "RichColor"
     python_type = tuple[int, int, int, int]
 
-    def check(self, value: Any) -> tuple[int, int, int, int]:
+    def check(self, value: Any) -> tuple[int, ...]:
         channels = _numbers(self, value, (4,))
         if any(c != int(c) or not 0 <= c <= 255 for c in channels):
             raise self.refusal(value)
-        red, green, blue, alpha = (int(c) for c in channels)
-        return red, green, blue, alpha
+        return tuple(map(int, channels))
 
 
-@dataclass(frozen=True, kw_only=True)
 class Matrix(Parameter):
     """A 4 x 4 matrix, row by row."""
 
@@ -301,14 +271,21 @@ class Matrix(Parameter):
     python_type = tuple[tuple[float, ...], ...]
 
     def check(self, value: Any) -> tuple[tuple[float, ...], ...]:
-        return tuple(tuple(float(x) for x in row) for row in _numbers(self, value, (4, 4)))
+        return tuple(map(tuple, _numbers(self, value, (4, 4))))
 
 
-def _numbers(parameter: Parameter, value: Any, shape: tuple[int, ...]) -> Floats:
+def _whole(value: Any) -> int | None:
+    """The number if it is a whole one; truth values are none."""
+    return None if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral) else int(value)
+
+
+def _numbers(parameter: Parameter, value: Any, shape: tuple[int, ...]) -> list[Any]:
+    """Finite numbers of that shape, in lists."""
     try:
         array = np.asarray(value)
     except (TypeError, ValueError):  # rows of different lengths
         raise parameter.refusal(value) from None
     if array.dtype.kind not in "iuf" or array.shape != shape or not np.isfinite(array).all():
         raise parameter.refusal(value)
-    return array.astype(np.float64)
+    numbers_of: list[Any] = array.astype(np.float64).tolist()
+    return numbers_of

@@ -1,22 +1,38 @@
-"""Lengths: in mesh units, relative ones that carry over from mesh to mesh, and those with a unit such as 0.05mm."""
+"""Numbers and lengths: in mesh units, relative ones that carry over from mesh to mesh, and those with a unit such as 0.05mm."""
 
 from __future__ import annotations
 
 import math
+import numbers
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, cast
+from typing import Any, Literal, TypeAlias, cast
+
+import numpy as np
 
 from ..errors import ParameterError
-from .values import as_float, shown
 
 LengthUnit: TypeAlias = Literal["absolute", "percent", "edge", "mm", "cm", "m", "in"]
-#: the units that a scan may be in, in metres
-METRES: Mapping[str, float] = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
+METRES: Mapping[str, float] = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}  # the units that a scan may be in, in metres
 _LENGTH_SUFFIX = {"absolute": "", "percent": "%", "edge": "edge"} | {unit: unit for unit in METRES}
-_WITH_UNIT = re.compile(rf"(.*?)\s*(?<![a-z])({'|'.join(METRES)})", re.DOTALL)
-_LENGTH = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(%|edges?)?")
+_LENGTH = re.compile(rf"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(%|edges?|{'|'.join(METRES)})?")
+
+
+def as_float(value: Any) -> float | None:
+    """The float of a real number of Python or numpy; None of anything else, truth values included."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
+        return None
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def shown(value: Any) -> str:
+    """The value as it would be written in Python, cut to a length that a message can hold."""
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 @dataclass(frozen=True)
@@ -40,15 +56,14 @@ class Length:
 
     @classmethod
     def parse(cls, text: str) -> Length:
-        """Read ``"0.3"``, ``"1%"`` or ``"0.5edge"``; raise `ParameterError` for anything else."""
+        """Read ``"0.3"``, ``"1%"``, ``"0.5edge"`` or ``"0.05mm"``; raise `ParameterError` for anything else."""
         match = _LENGTH.fullmatch(text.strip()) if len(text) <= 400 else None
         if match is None:
             raise ParameterError(
                 f"{shown(text)} is no length: write 0.3 (mesh units), 1% (of the diagonal) or 0.5edge (mean edges)"
             )
-        amount, suffix = match.groups()
-        unit: LengthUnit = "percent" if suffix == "%" else "edge" if suffix else "absolute"
-        return cls(float(amount), unit)
+        suffix = match[2] or "absolute"
+        return cls(float(match[1]), cast("LengthUnit", {"%": "percent", "edges": "edge"}.get(suffix, suffix)))
 
     def resolve(self, *, diagonal: float, mean_edge: Callable[[], float]) -> float:
         """The length in mesh units on a mesh of that bounding-box diagonal; `mean_edge` is only called when it is needed."""
@@ -73,12 +88,6 @@ class Length:
 
     def __str__(self) -> str:
         return f"{self.amount!r}{_LENGTH_SUFFIX[self.unit]}"
-
-
-def parse_length(text: str) -> Length:
-    """Read a length as `Length.parse` does, or one with a unit; raise `ParameterError` for anything else."""
-    match = _WITH_UNIT.fullmatch(text.strip())
-    return Length.parse(text) if match is None else Length(Length.parse(match[1]).amount, cast("LengthUnit", match[2]))
 
 
 def unit_of_scan(typed: str | None, of_file: str | None, of_recipe: str = "") -> str | None:

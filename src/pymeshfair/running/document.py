@@ -16,7 +16,6 @@ import numpy as np
 
 from ..calling import call, check_needs, resolved
 from ..declaration import Arity
-from ..declaration import Mesh as MeshParameter
 from ..errors import MeshError
 from ..mesh_data import MeshData, apply_edit, as_layer
 from ..meshlab.loading import load_pymeshlab
@@ -47,10 +46,8 @@ class Document:
         on_progress: Callable[[float], None] | None = None,
         on_note: Callable[[str], None] = lambda text: None,
     ) -> None:
-        """See the class; `folder` takes the files for MeshLab, and `on_progress` may raise to stop a filter."""
-        self._folder = folder
-        self._on_progress = on_progress
-        self._on_note = on_note
+        """`folder` takes the files for MeshLab, and `on_progress` may raise to stop a filter."""
+        self._folder, self._on_progress, self._on_note = folder, on_progress, on_note
         self._meshes: dict[int, MeshData | None] = {}  # None: the door has it
         self._visible: dict[int, bool] = {}
         self._next_id = 0
@@ -101,16 +98,11 @@ class Document:
 
     def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         """Apply a step of a script; all values that it ran with, by name, lengths in mesh units; what its filter reports."""
-        self._check(step)
-        return self._apply_builtin(step) if step.filter.is_builtin else self._apply_plugin(step)
-
-    def _check(self, step: Step) -> None:
         if step.filter.arity is not Arity.NONE and self.current_id is None:
             raise MeshError("there is no mesh that it could be applied to")
-        for parameter in step.filter.parameters:
-            number = step.values.get(parameter.name)
-            if isinstance(parameter, MeshParameter) and isinstance(number, int):
-                self._check_layer(number, f"parameter {parameter.name!r}: ")
+        for name, number in step.filter.layers(step.values).items():
+            self._check_layer(number, f"parameter {name!r}: ")
+        return self._apply_builtin(step) if step.filter.is_builtin else self._apply_plugin(step)
 
     def _check_layer(self, number: int, before: str = "") -> None:
         if number not in self._meshes:
@@ -135,8 +127,6 @@ class Document:
             self._on_note(note)
         return parameters, dict(edit.values)
 
-    # ------------------------------------------------------------------------------------------------------------ MeshLab
-
     @cached_property
     def _door(self) -> Door:
         load_pymeshlab()
@@ -144,16 +134,11 @@ class Document:
 
         return Door(self._folder)
 
-    def _enter(self) -> None:
-        """Hand all layers over to MeshLab, unless it has them as they are."""
-        if self._is_inside:
-            return
-        meshes = {number: self.mesh(number) for number in self._meshes}
-        self.losses += self._door.enter(meshes, self._visible, self.current_id)
-        self._is_inside = True
-
     def _apply_builtin(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
-        self._enter()
+        if not self._is_inside:
+            meshes = {number: self.mesh(number) for number in self._meshes}
+            self.losses += self._door.enter(meshes, self._visible, self.current_id)
+            self._is_inside = True
         try:
             return self._door.apply(step)
         finally:
@@ -166,8 +151,7 @@ class _View:
     """A mesh of a document as the `Layer` that a filter reads."""
 
     def __init__(self, document: Document, mesh: MeshData) -> None:
-        self._document = document
-        self._mesh = mesh
+        self._document, self._mesh = document, mesh
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._mesh, name)

@@ -15,13 +15,11 @@ from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import SHARP, share_kept, sharp_edges
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..filters.libraries import sparse
-from ..filters.mesh import Bools, Longs
 from ..filters.topology import IRREGULAR, proper_faces, stars
 from ..mesh_data import MeshData
 from ..scripts.guards import Guards
-from .measuring import MeasuredMesh
+from .measuring import MeasuredMesh, self_intersecting, self_intersecting_apart
 from .origins import Origins
-from .self_intersections import self_intersecting, self_intersecting_apart
 from .shape_change import Moved, ShapeChange
 
 
@@ -32,7 +30,7 @@ class Breach:
     guard: str  # its name
     message: str  # the breach, its place, and the allowed amount
     vertex: int | None = None  # the vertex of the result that it happened at; None if it concerns the whole
-    place: tuple[float, float, float] | None = None  # (x, y, z) of that vertex
+    place: tuple[float, ...] | None = None  # (x, y, z) of that vertex
     amount: float | None = None  # the measured amount; None if it could not be measured
     allowed: float | None = None  # the allowed amount, in the same unit
 
@@ -55,12 +53,10 @@ def breaches(
         broken += _requirement(word, number, after.measures)
     if guards.keep_sharp is not None:
         old, new = (sharp_edges(mesh.vertices, mesh.faces) for mesh in (before.mesh, after.mesh))
-        kept = share_kept(old, new, within=before.resolution())
-        if kept is not None and 100.0 * kept < guards.keep_sharp:
-            text = f"{100.0 * kept:.4g} % of the length of the edges sharper than {SHARP:g} degrees are kept"
-            broken.append(
-                Breach("keep_sharp", f"{text}, not {guards.keep_sharp:g} %", amount=100.0 * kept, allowed=guards.keep_sharp)
-            )
+        kept, least = share_kept(old, new, within=before.resolution()), guards.keep_sharp
+        if kept is not None and 100.0 * kept < least:
+            what = f"of the length of the edges sharper than {SHARP:g} degrees are kept, not {least:g} %"
+            broken.append(Breach("keep_sharp", f"{100.0 * kept:.4g} % {what}", amount=100.0 * kept, allowed=least))
     return broken
 
 
@@ -108,10 +104,8 @@ def _requirement(word: str, number: int | None, measures: SurfaceMeasures) -> It
         yield Breach("require", f"the result has {has}, not {number}", amount=own, allowed=number)
 
 
-#: the word of `require` that asks for this
-PRINTABLE = "printable"
-#: so many places of one kind are named
-_PLACES = 3
+PRINTABLE = "printable"  # the word of `require` that asks for this
+_PLACES = 3  # so many places of one kind are named
 
 
 def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = False) -> Iterator[Breach]:
@@ -123,7 +117,11 @@ def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = 
     firsts, numbers = numbered(mesh.vertices)
     vertices, faces = mesh.vertices[firsts], numbers[mesh.faces].astype(np.int32)
     measures = surface_measures(vertices, faces)
-    counts, same_way, ends = _uses(faces)
+    # Collapsed faces count, as for a slicer.
+    sides = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    ends, which, counts = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True)
+    upwards = np.bincount(which.ravel(), weights=sides[:, 0] < sides[:, 1], minlength=len(ends))
+    same_way = (upwards == 0) | (upwards == counts)
     wrong_edges = {
         "border edges": counts == 1,
         "edges with more than two faces": counts > 2,
@@ -176,17 +174,6 @@ def wrap_words(scan: MeshData, wrap: MeshData) -> str:
     return f"{share:.1%} of the scanned area is closed in, inside or in hollows narrower than alpha; a smaller alpha keeps these"
 
 
-def _uses(faces: Ints) -> tuple[Longs, Bools, Ints]:
-    """The number of faces of each edge, whether they run along it in one direction, and its (e, 2) vertices.
-
-    Collapsed faces count, as for a slicer.
-    """
-    ends = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    edges, which, counts = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
-    upwards = np.bincount(which.ravel(), weights=ends[:, 0] < ends[:, 1], minlength=len(edges))
-    return counts.astype(np.int64), (upwards == 0) | (upwards == counts), edges
-
-
 def _fault(what: str, count: int, vertices: Floats, cells: Ints) -> Breach:
     """The fault of (k, 1) vertices, (k, 2) edges or (k, 3) faces, with the middles of the largest places that they form."""
     n = len(vertices)
@@ -198,6 +185,5 @@ def _fault(what: str, count: int, vertices: Floats, cells: Ints) -> Breach:
     middles = [vertices[np.unique(cells[place_of == place])].mean(axis=0).tolist() for place in largest]
     around = "; ".join(", ".join(f"{c:.6g}" for c in middle) for middle in middles)
     more = f", and {len(places) - _PLACES:,} more places" if len(places) > _PLACES else ""
-    x, y, z = middles[0]
     text = f"the written file has {count:,} {what}, around {around}{more}"
-    return Breach("require", text, place=(x, y, z), amount=count, allowed=0)
+    return Breach("require", text, place=tuple(middles[0]), amount=count, allowed=0)

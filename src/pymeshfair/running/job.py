@@ -21,37 +21,27 @@ class Job:
     recipe: Recipe  # the steps, overrides included
     input: Path  # the mesh file to read
     output: Path  # the file to write; its extension says the format
-    #: mesh files for the layers 1, 2 ... that the recipe names; the input is layer 0 and stays the current one.
-    others: tuple[Path, ...] = ()
+    others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ... that the recipe names; the input stays the current one
     #: replace `output` whatever it is, the input itself included. Without it an existing file is replaced only if it is, to the
     #: byte, what the same run wrote there before: from the same input, with the same recipe and settings.
     overwrite: bool = False
     timeout: float | None = None  # seconds from start to end, or None
-    #: bytes that the worker may take; None means a share of the machine's. Held by the operating system, where it
-    #: has such limits.
-    memory_limit: int | None = None
+    memory_limit: int | None = None  # bytes that the worker may take, as far as the system can hold it; None: a share of all
     allow_outside: bool = False  # let the input name textures, materials and buffers outside its own folder
     unchecked: bool = False  # let MeshLab read formats that are not checked before
     keep_all: bool = False  # fail if anything of the input, or of the result, is not in the output
     threads: int | None = None  # that a filter may use; None means all processors, or what OMP_NUM_THREADS says
-    #: the texts ``NAME=VALUE`` and ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone
-    overrides: tuple[str, ...] = ()
+    overrides: tuple[str, ...] = ()  # the texts ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record
     command: tuple[str, ...] = ()  # the command line that asked for the run, for the record alone
     guards: Guards = NO_GUARDS  # limits over those of the recipe
     keep_broken: bool = False  # write the output even if a guard was broken
     map: Path | None = None  # the .ply file for the intervention map, or None
-    #: vertices that moved by no more count as kept there; None: only those that did not move
-    map_tolerance: Length | None = None
+    map_tolerance: Length | None = None  # vertices that moved by no more count as kept there; None: only those that did not
     #: put the output's name before the names of its textures, so that runs side by side into one folder do not ask for the same
-    #: names, and none depends on which was first
     own_texture_names: bool = False
     warnings: tuple[str, ...] = ()  # about the recipe; the result and the record list them before those of the run
-    #: whether to measure the mesh before and after; without, there are no limits, and the result does not say what the run did to
-    #: the shape or whether the recipe is for such scans
-    measures: bool = True
-    #: the unit of the scan, one of `pymeshfair.declaration.units.METRES`; None: that of the file, or of the recipe. A limit with
-    #: a unit needs one of the three.
-    unit: str | None = None
+    measures: bool = True  # measure the mesh before and after; without, there are no limits and nothing to compare
+    unit: str | None = None  # of the scan, one of `pymeshfair.declaration.units.METRES`; None: that of its file, or of the recipe
 
     @property
     def made_from(self) -> MadeFrom:
@@ -80,22 +70,14 @@ class Job:
         return (f"the recipe is for scans in {meant}, and this one is in {unit}: its plain numbers mean {unit}",)
 
     def check_unit(self) -> None:
-        """Refuse a length with a unit where nothing says that of the scan, as far as that is known before the file is read.
-
-        Raises:
-            ParameterError: there is such a limit, or `unit` is none of `METRES`.
-        """
-        unit = self.unit_of(None)
-        kind = READABLE.get(extension(self.input))
+        """Refuse a length with a unit where nothing says that of the scan, as far as that is known before the file is read."""
+        unit, kind = self.unit_of(None), READABLE.get(extension(self.input))
         if kind is None or not kind.has_unit:
             self.lengths_in(unit)
 
     def lengths_in(self, unit: str | None) -> tuple[Guards, Length]:
         """The limits, and the tolerance of the map, on a scan in that unit."""
         return self.all_guards.in_mesh_units(unit), (self.map_tolerance or Length(0.0)).in_mesh_units(unit)
-
-
-# ------------------------------------------------------------------------------------------------------------------- events
 
 
 @dataclass(frozen=True)
@@ -152,9 +134,6 @@ class Compiling:
 Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Message | Compiling
 
 
-# ------------------------------------------------------------------------------------------------------------------- result
-
-
 @dataclass(frozen=True)
 class StepReport:
     """The report of one step."""
@@ -163,8 +142,7 @@ class StepReport:
     filter: str  # MeshLab's name of the filter
     python_name: str  # its name in Python
     seconds: float  # how long it took
-    #: every parameter with the value that was effective on this mesh; lengths in mesh units
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)  # all with the values that they had; lengths in mesh units
     values: Mapping[str, Any] = field(default_factory=dict)  # those that the filter reported
     messages: tuple[str, ...] = ()  # those of the filter
 
@@ -185,8 +163,7 @@ class RunResult:
     warnings: tuple[str, ...]  # everything that was in the input and is not in the output, or needs to be known about it
     seconds: float  # from start to end
     peak_memory: int | None  # bytes that the worker took at most, or None where the system does not say
-    #: the guards that were broken, as `pymeshfair.running.guarding.Breach` by name; the output is kept all the same
-    breaches: tuple[Mapping[str, Any], ...] = ()
+    breaches: tuple[Mapping[str, Any], ...] = ()  # broken limits, each a `pymeshfair.running.guarding.Breach` by name
     maps: tuple[Path, ...] = ()  # the files of the intervention map
     unit: str | None = None  # of the lengths in all of these; None if it is not known
 

@@ -52,6 +52,14 @@ class Origins:
         old = np.flatnonzero(self.vertices >= 0)
         return vector_lengths(self.result.vertices[old] - self.before.vertices[self.vertices[old]])
 
+    @cached_property
+    def removed(self) -> tuple[Bools, Bools]:
+        """(n,) and (m,) which vertices and which faces of the input the result does not have."""
+        gone, faces_gone = np.ones(len(self.before.vertices), dtype=np.bool_), np.ones(len(self.before.faces), dtype=np.bool_)
+        gone[self.vertices[self.vertices >= 0]] = False
+        faces_gone[self.faces[self.faces >= 0]] = False
+        return gone, faces_gone
+
 
 def find_origins(result: MeshData, before: MeshData) -> Origins:
     """The origins of the elements of a result in the mesh that was read."""
@@ -60,15 +68,6 @@ def find_origins(result: MeshData, before: MeshData) -> Origins:
     of_faces = _numbers(result.face_ids, before.face_ids, len(result.faces), same_source)
     same_source &= bool((of_vertices >= 0).any()) or not len(of_vertices)
     return Origins(before, result, of_vertices, of_faces, same_source)
-
-
-def removed_elements(origins: Origins) -> tuple[Bools, Bools]:
-    """(n,) and (m,) which vertices and which faces of the input the result does not have."""
-    gone = np.ones(len(origins.before.vertices), dtype=np.bool_)
-    gone[origins.vertices[origins.vertices >= 0]] = False
-    faces_gone = np.ones(len(origins.before.faces), dtype=np.bool_)
-    faces_gone[origins.faces[origins.faces >= 0]] = False
-    return gone, faces_gone
 
 
 def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, count: int, same: bool) -> NDArray[np.int64]:
@@ -83,8 +82,7 @@ def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, 
     return np.where(after >= 0, place[np.maximum(after, 0)], -1) if len(place) else after
 
 
-#: the fate of an element; the face scalar of the map
-KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3
+KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3  # the fate of an element; the face scalar of the map
 #: red, green, blue, opacity: grey, orange, blue, purple; distinct for colour-blind readers and in grey
 COLORS: NDArray[np.uint8] = np.array(
     [[200, 200, 200, 255], [222, 143, 5, 255], [1, 90, 178, 255], [120, 40, 110, 255]], dtype=np.uint8
@@ -96,54 +94,48 @@ def removed_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}.removed{path.suffix}")
 
 
-def states_of(origins: Origins, tolerance: float = 0.0) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """(n,) and (m,) the state of each vertex and of each face: kept, moved or added.
+def stage_map(folder: Path, target: Path, origins: Origins, tolerance: float) -> tuple[StagedFile, ...]:
+    """Write both files into a staging folder, the second only if something was removed.
 
     A vertex is kept if it moved by no more than the tolerance, in mesh units. A face is kept if it has the corners that it had
     and all are kept, moved if one has moved, else added.
     """
-    vertices = np.where(origins.vertices < 0, ADDED, np.where(origins.distances > tolerance, MOVED, KEPT)).astype(np.uint8)
-    touched = (vertices[origins.result.faces] == MOVED).any(axis=1)
-    return vertices, np.where(origins.faces < 0, ADDED, np.where(touched, MOVED, KEPT)).astype(np.uint8)
-
-
-def stage_map(folder: Path, target: Path, origins: Origins, tolerance: float) -> tuple[StagedFile, ...]:
-    """Write both files into a staging folder, the second only if something was removed; `tolerance` is that of `states_of`."""
-    staged, gone = folder / "map.ply", folder / "map.removed.ply"
-    files = [(staged, target, map_of(origins, tolerance))]
-    if (removed := removed_of(origins)) is not None:
-        files.append((gone, removed_path(target), removed))
+    files = [(folder / "map.ply", target, _map(origins, tolerance))]
+    if (removed := _removed(origins)) is not None:
+        files.append((folder / "map.removed.ply", removed_path(target), removed))
     for path, _, mesh in files:
         with path.open("xb") as file:
             write_ply(mesh, file)
     return tuple(StagedFile(path, place) for path, place, _ in files)
 
 
-def map_of(origins: Origins, tolerance: float = 0.0) -> MeshData:
+def _map(origins: Origins, tolerance: float) -> MeshData:
     """The result with how far each vertex moved as its scalar, and what became of it as colour and scalar of faces."""
     result = origins.result
-    of_vertices, of_faces = states_of(origins, tolerance)
+    vertices = np.where(origins.vertices < 0, ADDED, np.where(origins.distances > tolerance, MOVED, KEPT))
+    touched = (vertices[result.faces] == MOVED).any(axis=1)
+    faces = np.where(origins.faces < 0, ADDED, np.where(touched, MOVED, KEPT))
     return MeshData(
         vertices=result.vertices,
         faces=result.faces,
-        vertex_attributes={"scalars": origins.distances, "colors": COLORS[of_vertices]},
-        face_attributes={"scalars": of_faces.astype(np.float64), "colors": COLORS[of_faces]},
+        vertex_attributes={"scalars": origins.distances, "colors": COLORS[vertices]},
+        face_attributes={"scalars": faces.astype(np.float64), "colors": COLORS[faces]},
     )
 
 
-def removed_of(origins: Origins) -> MeshData | None:
+def _removed(origins: Origins) -> MeshData | None:
     """The faces and lone vertices of the input that the result does not have; None if there are none.
 
     Their vertex scalar is the number of the vertex in the input.
     """
-    before = origins.before
-    gone, faces_gone = removed_elements(origins)
+    before, (gone, faces_gone) = origins.before, origins.removed
     needed = gone.copy()
     needed[before.faces[faces_gone]] = True
     if not needed.any():
         return None
     part = MeshData(vertices=before.vertices, faces=before.faces[faces_gone]).part(needed)
+    colors, of_faces = (np.tile(COLORS[REMOVED], (len(elements), 1)) for elements in (part.vertices, part.faces))
     return part.with_attributes(
-        {"scalars": np.flatnonzero(needed).astype(np.float64), "colors": np.tile(COLORS[REMOVED], (len(part.vertices), 1))},
-        {"scalars": np.full(len(part.faces), float(REMOVED)), "colors": np.tile(COLORS[REMOVED], (len(part.faces), 1))},
+        {"scalars": np.flatnonzero(needed).astype(np.float64), "colors": colors},
+        {"scalars": np.full(len(part.faces), float(REMOVED)), "colors": of_faces},
     )

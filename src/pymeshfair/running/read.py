@@ -1,12 +1,12 @@
 """Reads a mesh file and measures it, its spectrum too, for commands that look at meshes and change none."""
 
 import tempfile
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..declaration import Bools
+from ..declaration import Bools, Length
 from ..errors import FilterInputError, RunError
 from ..files.errors import InputError
 from ..files.formats import ATTRIBUTES, UNCHECKED, attributes_of, extension
@@ -14,11 +14,11 @@ from ..files.inputs import read_file
 from ..mesh_data import MeshData
 from ..recipe import Recipe
 from ..registry import find_filter
+from ..scripts.guards import NO_GUARDS
 from ..scripts.script import Script, Step
-from .job import Event, Job
-from .measuring import MeasuredMesh, measure
-from .plain_values import plain
-from .self_intersections import self_intersecting_apart
+from .job import Event, Job, StepReport
+from .measuring import MeasuredMesh, measure, self_intersecting_apart
+from .report import plain
 from .suitability import traits_of
 from .supervise import run_job
 
@@ -49,14 +49,10 @@ class ReadMesh:
 def read_mesh(
     path: Path, *, self_intersections: bool | None = False, allow_outside: bool = False, unchecked: bool = False
 ) -> ReadMesh:
-    """Read and measure a mesh file.
+    """Read and measure a mesh file, which may be `allow_outside` and `unchecked` as that of a `Job`.
 
-    Args:
-        path: the file.
-        self_intersections: whether to find the faces that cut others, too, with MeshLab in a process of its own. If it crashes
-            over that a warning says so. None: in meshes of at most `MOST_CUTS` vertices.
-        allow_outside: see `pymeshfair.running.job.Job`.
-        unchecked: see there; MeshLab reads such a file in a process of its own.
+    With `self_intersections` the faces that cut others are found, too, by MeshLab in a process of its own; if it crashes over
+    that a warning says so. None: in meshes of at most `MOST_CUTS` vertices.
 
     Raises:
         InputError: it cannot be read.
@@ -77,9 +73,7 @@ def read_mesh(
     except FilterInputError as error:
         raise InputError(path, "it has coordinates that are not finite") from error
     cuts = None
-    if self_intersections is None:
-        self_intersections = len(reading.mesh.vertices) <= MOST_CUTS
-    if self_intersections:
+    if self_intersections or (self_intersections is None and len(reading.mesh.vertices) <= MOST_CUTS):
         try:
             cuts = self_intersecting_apart(reading.mesh)
         except RunError:
@@ -88,12 +82,7 @@ def read_mesh(
 
 
 def inspect_mesh(path: Path, *, allow_outside: bool, unchecked: bool) -> dict[str, Any]:
-    """What ``pymeshfair info`` says of a mesh file: its measures by name, and more.
-
-    ``"unit"`` is that of its lengths, None if the file says none. ``"self_intersecting_faces"`` is how many faces cut others,
-    None if they were not looked for. ``"attributes"`` is what it has, ``"warnings"`` what to know about it, ``"box"`` its two
-    corners, ``"rims"`` the holes and borders, the largest first, and ``"traits"`` what recipes ask of a scan.
-    """
+    """What ``pymeshfair info`` says of a mesh file: its measures by name, and more, as docs/documents.md has it."""
     from ..filters.holes import find_rims
     from ..filters.mesh import bounding_box
 
@@ -128,3 +117,21 @@ def reported_values(
     with tempfile.TemporaryDirectory() as folder:
         job = Job(Recipe(filter, script), mesh, Path(folder) / "result.ply", timeout=timeout, measures=False)
         return dict(run_job(job, on_event).steps[0].values)
+
+
+def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
+    """By step, the relative lengths of a script in mesh units, by Python parameter name, on the mesh that the step meets.
+
+    The steps up to the last one that has any are run on the mesh, since they may change its size.
+    """
+    steps = script.with_defaults().steps
+    count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
+    done: Sequence[StepReport] = ()
+    if count:
+        with tempfile.TemporaryDirectory(prefix="pymeshfair-export-") as folder:
+            first = replace(script, steps=script.steps[:count], guards=NO_GUARDS)
+            done = run_job(Job(Recipe("export", first), path, Path(folder) / "mesh.ply", measures=False)).steps
+    made = [
+        {name: Length(report.parameters[name]) for name in s.relative_lengths} for s, report in zip(steps, done, strict=False)
+    ]
+    return [*made, *({} for _ in steps[count:])]

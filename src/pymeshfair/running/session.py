@@ -25,18 +25,16 @@ from ..recipe import RecipeInfo
 from ..scripts.script import Script, Step
 from ..scripts.warnings import lengths_out_of_proportion
 from .document import Document, State
-from .guarding import PRINTABLE, breaches, print_faults, wall_words, wrap_words
+from .guarding import PRINTABLE, Breach, breaches, print_faults, wall_words, wrap_words
 from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepReport, StepStarted
 from .measuring import MeasuredMesh, measure
-from .origins import Origins, find_origins, stage_map
-from .plain_values import plain
-from .report import Report
+from .origins import find_origins, stage_map
+from .report import Report, plain
 from .shape_change import ShapeChange, milder, shape_change, warnings_of
 from .suitability import ERASED, instead, traits_asked_for
-from .talk import mark
+from .supervise import mark
 
-#: the least change of progress that is reported
-_SMALLEST_PROGRESS = 0.005
+_SMALLEST_PROGRESS = 0.005  # the least change of progress that is reported
 
 
 #: the measures of a mesh, the traits that a recipe asks for, and the warning if it is not for such a scan
@@ -90,10 +88,8 @@ class Session:
     def __init__(self, job: Job, stage: Path, on_event: Callable[[Event], None]) -> None:
         """See the class; the paths of the job are absolute, and `new` in the staging folder takes what is written."""
         self.warnings: list[str] = []  # those so far
-        self._job = job
-        self._stage = stage
+        self._job, self._stage, self._event = job, stage, on_event
         self._steps = job.recipe.script.steps
-        self._event = on_event
         self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
         self._number, self._told = 0, 0.0
         self._notes: list[str] = []
@@ -134,9 +130,8 @@ class Session:
         result = document.current
         # The input is not lost where a step made a new layer of it.
         kept = document.current_id != input_id and input_id in document.ids
-        if len(document.ids) > 1 + kept:
-            text = f"the recipe ends with {len(document.ids)} layers; only the current one, {result.label!r}, is written"
-            self._lose([text])
+        if (count := len(document.ids)) > 1 + kept:
+            self._lose([f"the recipe ends with {count} layers; only the current one, {result.label!r}, is written"])
         if result.matrix is not None:
             result = result.without_matrix()
             self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
@@ -150,9 +145,8 @@ class Session:
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
         """Read a file; its mesh, and which file it was."""
-        reading = read_file(
-            path, allow_outside=self._job.allow_outside, unchecked=self._unchecked if self._job.unchecked else None
-        )
+        unchecked = self._unchecked if self._job.unchecked else None
+        reading = read_file(path, allow_outside=self._job.allow_outside, unchecked=unchecked)
         self._warn(*(f"{path.name}: {doubt}" for doubt in reading.doubts))
         described = described_file(path) | {"side_files": [described_file(side) for side in reading.side_files]}
         described |= {"unit": reading.mesh.unit} if reading.mesh.unit else {}
@@ -163,8 +157,6 @@ class Session:
         from ..door import load_unchecked
 
         return load_unchecked(path, self._stage / "meshlab")
-
-    # --------------------------------------------------------------------------------------------------------------- steps
 
     def _carried_out(self, earlier: Earlier) -> tuple[StepReport, ...]:
         """Carry out the steps, but for the first ones that were carried out earlier."""
@@ -197,24 +189,26 @@ class Session:
         except StoppedError as error:
             raise error.__cause__ or error from None
         except Exception as error:
-            if caused_by_memory(error):
+            if _caused_by_memory(error):
                 raise MemoryError from error
             if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # in the files for MeshLab
                 raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
-            raise self._failed(reason_of(error, step)) from error
+            words = " ".join(str(error).split())
+            for prefix in (f"Failed to apply filter: {step.filter.python_name} Details: ", f"{step.filter.python_name}: "):
+                words = words.removeprefix(prefix)  # the supervisor names the filter
+            raise self._failed(words) from error
         seconds = time.perf_counter() - started
         os.write(2, mark(0))
         self._event(StepFinished(number, seconds))
         self._number = 0
-        name, python_name = step.filter.name, step.filter.python_name
-        return StepReport(number, name, python_name, seconds, plain(parameters), plain(values), tuple(self._notes))
+        return StepReport(
+            number, step.filter.name, step.filter.python_name, seconds, plain(parameters), plain(values), tuple(self._notes)
+        )
 
     def _failed(self, reason: str) -> StepFailedError:
         """The failure of the current step, or of the last one when all are done."""
-        steps = self._steps
-        number = self._number or len(steps)
-        filter = steps[number - 1].filter.name if steps else ""
-        return StepFailedError(Place.of_step(number, len(steps), filter), reason)
+        steps, number = self._steps, self._number or len(self._steps)
+        return StepFailedError(Place.of_step(number, len(steps), steps[number - 1].filter.name if steps else ""), reason)
 
     def _note(self, text: str) -> None:
         self._notes.append(text)
@@ -225,45 +219,70 @@ class Session:
             self._told = fraction
             self._event(StepProgress(self._number, min(max(fraction, 0.0), 1.0)))
 
-    # ------------------------------------------------------------------------------------------------------------- writing
-
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
-        before = outcome.before
+        """Write the files to the staging folder, unless a limit is broken; the report for the supervisor."""
+        job, before = self._job, outcome.before
         self._event(PhaseStarted("writing"))
         self._lose(self._gone(before.mesh, outcome.result))
         after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"), before)
-        origins = find_origins(after.mesh, before.mesh)
-        change = None
+        origins, change = find_origins(after.mesh, before.mesh), None
         if before.measures is not None and after.measures is not None:
             change = shape_change(origins, (before.measures, after.measures))
-            other_recipe = cache(lambda: instead(self._job.recipe, before))  # measures the scan
-            self._warn(*warnings_of(change, self._steps, other_recipe))
-            # Who sets how much a recipe smooths has asked for what goes.
-            tasks = ("denoise", "clean") if self._job.overrides else ("denoise", "clean", "smooth")
-            if self._job.recipe.info.task in tasks and (change.relief_lost or 0.0) > ERASED:
-                better = other_recipe()
-                ways = [way for way in (milder(self._steps), better and f"take {better}") if way]
-                self._warn(
-                    f"{change.relief_lost:.0%} of the relief beside the noise is gone: compare the result with the scan; if that "
-                    f"was detail: {', or '.join([*ways, 'leave it as it is'])}; `pymeshfair suggest` ranks recipes by what they "
-                    "would take"
-                )
-        report = Report(
+            self._judge(change, before)
+        broken: list[Breach] = []
+        maps: tuple[StagedFile, ...] = ()
+        if job.is_watched:
+            if not origins.followed and (job.map is not None or replace(job.all_guards, require=())):
+                self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
+            broken = breaches(job.all_guards, origins, change, before, after, self._unit)
+        if job.map is not None:
+            tolerance = job.lengths_in(self._unit)[1].resolve(diagonal=before.diagonal, mean_edge=before.resolution)
+            maps = stage_map(self._stage / "new", job.map, origins, tolerance)
+        output: dict[str, Any] | None = None
+        staged: tuple[StagedFile, ...] = ()
+        steps = outcome.steps
+        if not broken or job.keep_broken:
+            try:
+                output, staged = self._saved(after)
+                if (PRINTABLE, None) in job.all_guards.require:
+                    wrapped = any(step.filter.python_name == "generate_alpha_wrap" for step in self._steps)
+                    written = read_file(staged[0].staged).mesh
+                    faults = list(print_faults(written, self._stage / "checked", wrapped=wrapped))
+                    output, staged = (None, ()) if faults and not job.keep_broken else (output, staged)
+                    broken += faults
+                    if not broken:
+                        words = self._print_words(before.mesh, after.mesh, wrapped=wrapped)
+                        steps = (*steps[:-1], replace(steps[-1], messages=(*steps[-1].messages, *words)))
+            except OSError as error:
+                raise OutputError(job.output, (error.strerror or str(error)).lower()) from error
+        return Report(
             input=source,
-            steps=outcome.steps,
-            traits=plain(outcome.traits),
+            output=output,
+            steps=steps,
+            staged=staged,
             before=before.described,
             after=after.described,
             change=None if change is None else plain(asdict(change)),
+            traits=plain(outcome.traits),
+            warnings=tuple(self.warnings),
+            breaches=tuple(plain(asdict(breach)) for breach in broken),
+            maps=maps,
         )
-        if self._job.is_watched:
-            report = self._watched(report, origins, change, before, after)
-        if not report.breaches or self._job.keep_broken:
-            try:
-                report = self._checked(self._saved(report, after), report, before.mesh, after.mesh)
-            except OSError as error:
-                raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
-        return replace(report, warnings=tuple(self.warnings))
+
+    def _judge(self, change: ShapeChange, before: MeasuredMesh) -> None:
+        """Warn of a change of shape."""
+        other_recipe = cache(lambda: instead(self._job.recipe, before))  # measures the scan
+        self._warn(*warnings_of(change, self._steps, other_recipe))
+        # Who sets how much a recipe smooths has asked for what goes.
+        tasks = ("denoise", "clean") if self._job.overrides else ("denoise", "clean", "smooth")
+        if self._job.recipe.info.task in tasks and (change.relief_lost or 0.0) > ERASED:
+            better = other_recipe()
+            ways = [way for way in (milder(self._steps), better and f"take {better}") if way]
+            self._warn(
+                f"{change.relief_lost:.0%} of the relief beside the noise is gone: compare the result with the scan; if that "
+                f"was detail: {', or '.join([*ways, 'leave it as it is'])}; `pymeshfair suggest` ranks recipes by what they "
+                "would take"
+            )
 
     def _gone(self, read: MeshData, result: MeshData) -> list[str]:
         """Attributes that the steps have removed, in words."""
@@ -277,8 +296,8 @@ class Session:
             texts.append(f"a step made a new mesh, without what {read.label} has besides: {'; '.join(read.source.extras)}")
         return texts
 
-    def _saved(self, report: Report, after: MeasuredMesh) -> Report:
-        """Write the files to the staging folder."""
+    def _saved(self, after: MeasuredMesh) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
+        """Write the files to the staging folder; the output with its side files as in the record, and the files."""
         output = self._job.output
         saved = save_mesh(
             after.mesh,
@@ -291,41 +310,18 @@ class Session:
         self._lose(saved.warnings)
         staged = (saved.output, *saved.side_files)
         described = [described_file(f.staged, named=f.target) for f in staged] + [described_file(path) for path in saved.reused]
-        return replace(report, output=described[0] | {"side_files": described[1:]}, staged=staged)
+        return described[0] | {"side_files": described[1:]}, staged
 
-    def _checked(self, saved: Report, unsaved: Report, scan: MeshData, mesh: MeshData) -> Report:
-        """The report of the written file, with its walls; where it must be printable and is not, of a run that wrote none."""
-        if (PRINTABLE, None) not in self._job.all_guards.require:
-            return saved
-        wrapped = any(step.filter.python_name == "generate_alpha_wrap" for step in self._steps)
-        written = read_file(saved.staged[0].staged).mesh
-        faults = list(print_faults(written, self._stage / "checked", wrapped=wrapped))
-        broken = (*saved.breaches, *(plain(asdict(fault)) for fault in faults))
-        if broken:
-            return replace(saved if self._job.keep_broken or not faults else unsaved, breaches=broken)
+    def _print_words(self, scan: MeshData, mesh: MeshData, *, wrapped: bool) -> list[str]:
+        """What to know of a mesh that can be printed: how thick its walls are, and what a wrap has closed in."""
         if wrapped:
             with suppress(RunError):  # where MeshLab ends on the scan, the run goes on
                 if not any(print_faults(scan)):
                     self._warn("the scan is watertight, none of its faces cuts another: prepare_for_print keeps its surface")
-        last = saved.steps[-1]
         words = [text for text in (wall_words(mesh, self._unit), wrapped and wrap_words(scan, mesh)) if text]
         for text in words:
-            self._event(Message(text, step=len(saved.steps)))
-        return replace(saved, steps=(*saved.steps[:-1], replace(last, messages=(*last.messages, *words))))
-
-    def _watched(
-        self, report: Report, origins: Origins, change: ShapeChange | None, before: MeasuredMesh, after: MeasuredMesh
-    ) -> Report:
-        """Find the limits that were broken, and write the intervention map."""
-        follows = self._job.map is not None or replace(self._job.all_guards, require=())
-        if not origins.followed and follows:
-            self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
-        broken = breaches(self._job.all_guards, origins, change, before, after, self._unit)
-        maps: tuple[StagedFile, ...] = ()
-        if self._job.map is not None:
-            tolerance = self._job.lengths_in(self._unit)[1].resolve(diagonal=before.diagonal, mean_edge=before.resolution)
-            maps = stage_map(self._stage / "new", self._job.map, origins, tolerance)
-        return replace(report, breaches=tuple(plain(asdict(breach)) for breach in broken), maps=maps)
+            self._event(Message(text, step=len(self._steps)))
+        return words
 
     def _looked(self, mesh: MeshData, refusal: Exception, former: MeasuredMesh | None = None) -> MeasuredMesh:
         """Measure a mesh, which may be connected like a former one."""
@@ -346,15 +342,7 @@ class Session:
             self._event(Message(text, "warning"))
 
 
-def reason_of(error: Exception, step: Step) -> str:
-    """The message of an error without the filter's name, which the supervisor adds."""
-    words = " ".join(str(error).split())
-    for prefix in (f"Failed to apply filter: {step.filter.python_name} Details: ", f"{step.filter.python_name}: "):
-        words = words.removeprefix(prefix)
-    return words
-
-
-def caused_by_memory(error: BaseException | None) -> bool:
+def _caused_by_memory(error: BaseException | None) -> bool:
     """Whether an error, or one that it comes from, says that there was no memory left."""
     while error is not None:
         if isinstance(error, MemoryError) or "bad_alloc" in str(error):

@@ -16,21 +16,18 @@ from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..filters.mesh import bounding_box, scaled_to_unit
 from ..filters.topology import border_vertices, connected_components
 from ..scripts.script import Step
-from .origins import Origins, removed_elements
+from .origins import Origins
 
 if TYPE_CHECKING:
     from ..filters.diffusion import ReliefLoss
 
-#: A run warns where a side of the box has changed by more than this share,
-LARGEST_SIDE_CHANGE = 0.01
-#: or a vertex has moved by more than this many mean edges, or more than this share of the area was added.
+LARGEST_SIDE_CHANGE = 0.01  # a run warns where a side of the box has changed by more than this share
+#: and where a vertex has moved by more than this many mean edges, or more than this share of the area was added
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
-#: parameters whose smaller values do less
-_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")
-#: pieces that are listed one by one
-_LISTED = 20
+_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # parameters whose smaller values do less
+_LISTED = 20  # pieces that are listed one by one
 
-Sides: TypeAlias = tuple[float | None, float | None, float | None]
+Sides: TypeAlias = tuple[float | None, ...]
 
 
 @dataclass(frozen=True)
@@ -48,7 +45,7 @@ class Moved:
     most: float  # the bound below which 99 % of them stay
     largest: float  # of them
     vertex: int  # the number in the result of the vertex that moved furthest
-    place: tuple[float, float, float]  # its place now, (x, y, z)
+    place: tuple[float, ...]  # its place now, (x, y, z)
     edges: float | None  # the largest distance in mean edges of the input; None if it has no edges
     mean_edges: float | None  # the mean in the same way
 
@@ -60,7 +57,7 @@ class Piece:
     faces: int  # how many
     share: float | None  # of the area of the input; None if it has none
     size: float  # the diagonal of its box, in mesh units
-    place: tuple[float, float, float]  # the middle of the box, (x, y, z)
+    place: tuple[float, ...]  # the middle of the box, (x, y, z)
 
 
 @dataclass(frozen=True)
@@ -83,66 +80,56 @@ class Folded:
 
     count: int  # of them
     face: int  # the number of the largest
-    place: tuple[float, float, float]  # its centre in the result, (x, y, z)
+    place: tuple[float, ...]  # its centre in the result, (x, y, z)
 
 
 @dataclass(frozen=True)
 class ShapeChange:
     """The change of shape by a run."""
 
-    #: of the bounding box of what faces use, or of all vertices where there are none, along x, y and z: the change as a share of
+    #: of the bounding box of what faces use, or of all vertices where there are none: the change along x, y and z as a share of
     #: the side, None where that was 0
     sides: Sides
-    #: the same where not by noise at the ends, `pymeshfair.filters.inspection.side_changes`; found where vertices correspond and
-    #: a side has changed by more than `LARGEST_SIDE_CHANGE`, else None
-    sides_without_noise: Sides | None
+    sides_without_noise: Sides | None  # the same without noise at the ends; found where one is large and vertices correspond
     area: float | None  # its change as a share; None where there was none
     volume: float | None  # the same, of closed meshes
     moved: Moved | None  # how far vertices moved; None if no vertex counts
     added: Part  # elements of the result that the input did not have
     removed: Part  # elements of the input that the result does not have
-    #: how many faces look more than a right angle away from where they did; None if vertices or faces were added or removed
-    turned: int | None
-    #: which faces were folded over, `pymeshfair.filters.inspection.folded_faces`, if there are more of them than before; else
-    #: None
-    folded: Folded | None
+    turned: int | None  # faces that look more than a right angle away from where they did; None if elements came or went
+    folded: Folded | None  # which faces were folded over, if there are more of them than before; else None
     #: `pymeshfair.filters.diffusion.relief_lost` of the faces whose vertices are the same, beside the noise that is estimated, on
     #: a sample of a large mesh; None where no vertex moved or relief does not stand out
     relief_lost: float | None = None
-    #: the shortest waves that count there, in mean edges; 0 for all, else shorter relief is hidden by the noise
-    relief_from: float = 0.0
-    #: the share of the length of their sharp edges, those of noise among them, that is sharp still; None without
-    sharp_kept: float | None = None
+    relief_from: float = 0.0  # the shortest waves that count there, in mean edges; 0 for all, else noise hides shorter relief
+    sharp_kept: float | None = None  # the share of the length of their sharp edges that is sharp still; None without any
 
 
 def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:
     """The change of shape between two meshes: the one place from which tables, documents, limits, maps and reports take it."""
     first, second = measured
     before, result = ((mesh.vertices, mesh.faces) for mesh in (origins.before, origins.result))
-    old, new = (_sides(*mesh, m) for mesh, m in zip((before, result), measured, strict=True))
-    x, y, z = (_share(float(a), float(b)) for a, b in zip(old, new, strict=True))
-    gone, faces_gone = removed_elements(origins)
+    old, new = (_box(*mesh, m) for mesh, m in zip((before, result), measured, strict=True))
+    sides: Sides = tuple(_share(a, b) for a, b in zip(old.tolist(), new.tolist(), strict=True))
     turned, without_noise, folded = None, None, None
     if len(before[0]) == len(result[0]) and len(before[0]) and np.array_equal(before[1], result[1]):
         turned = turned_faces(scaled_to_unit(before[0])[0], scaled_to_unit(result[0])[0], before[1])
         if second.folded_faces > first.folded_faces:
             folded = _folded(before[0], result[0], before[1])
-        if _is_large((x, y, z)) and len(before[1]):
-            u, v, w = (None if np.isnan(s) else float(s) for s in side_changes(before[0], result[0], before[1]))
-            without_noise = (u, v, w)
-    volumes = (first.volume, second.volume) if first.closed and second.closed else (None, None)
+        if _is_large(sides) and len(before[1]):
+            without_noise = tuple(None if np.isnan(s) else float(s) for s in side_changes(before[0], result[0], before[1]))
     moved = _moved(origins, first.mean_edge or first.mean_spacing)
-    relief, sharp = (
-        _details(origins, first.mean_edge) if moved and moved.same and moved.moved and first.mean_edge else (None, None)
-    )
+    relief, sharp = None, None
+    if moved and moved.same and moved.moved and first.mean_edge:
+        relief, sharp = _details(origins, first.mean_edge)
     return ShapeChange(
-        sides=(x, y, z),
+        sides=sides,
         sides_without_noise=without_noise,
         area=_share(first.area, second.area),
-        volume=_share(*volumes),
+        volume=_share(first.volume, second.volume) if first.closed and second.closed else None,
         moved=moved,
         added=_part(*result, origins.vertices < 0, origins.faces < 0, first.area),
-        removed=_part(*before, gone, faces_gone, first.area),
+        removed=_part(*before, *origins.removed, first.area),
         turned=turned,
         folded=folded,
         relief_lost=None if relief is None else relief.share,
@@ -188,16 +175,16 @@ def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callab
     dimensions = change.sides_without_noise is not None and _is_large(change.sides_without_noise)
     far = change.moved.edges is not None and change.moved.edges > LARGEST_MOVE
     name = other_recipe() if dimensions or far or change.folded else ""
-    ways = [milder(steps), name and f"take {name}"]
+    ways = [way for way in (milder(steps), name and f"take {name}") if way]
     if dimensions:
         shown = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
         yield f"the shape has other dimensions, noise at its ends aside: {shown}{_told('. To keep them: ', ways)}"
     if far:
         where = ", ".join(f"{c:.6g}" for c in change.moved.place)
-        loose = any(step.values.get("border", "fixed") != "fixed" for step in steps)
+        stay = ["border fixed"] if any(step.values.get("border", "fixed") != "fixed" for step in steps) else []
         yield (
             f"vertex {change.moved.vertex} at {where} moved by {change.moved.largest:.6g}, {change.moved.edges:.1f} mean edges: "
-            f"look at the place{_told('; if it should have stayed: ', [loose and 'border fixed', *ways])}; --max-displacement "
+            f"look at the place{_told('; if it should have stayed: ', [*stay, *ways])}; --max-displacement "
             "makes that an error"
         )
     if change.folded:
@@ -218,28 +205,22 @@ def milder(steps: Sequence[Step]) -> str:
     return f"a smaller {named[0]}" if named else ""
 
 
-def _told(before: str, ways: Sequence[str | bool]) -> str:
-    advice = ", or ".join(str(way) for way in ways if way)
-    return advice and before + advice
+def _told(before: str, ways: Sequence[str]) -> str:
+    return before + ", or ".join(ways) if ways else ""
 
 
-def _sides(vertices: Floats, faces: Ints, measures: SurfaceMeasures) -> Floats:
+def _box(vertices: Floats, faces: Ints, measures: SurfaceMeasures) -> Floats:
+    """(3,) the sides of the box."""
     if len(faces) and measures.unreferenced_vertices:
-        used = np.zeros(len(vertices), dtype=np.bool_)
-        used[faces] = True
-        vertices = vertices[used]
-    if not len(vertices):
-        return np.zeros(3)
-    low, high = bounding_box(vertices)
-    return np.asarray(high - low)
+        vertices = vertices[np.bincount(faces.ravel(), minlength=len(vertices)) > 0]
+    return np.asarray(np.subtract(*bounding_box(vertices)[::-1]) if len(vertices) else np.zeros(3))
 
 
 def _folded(before: Floats, after: Floats, faces: Ints) -> Folded:
     new = np.flatnonzero(folded_faces(after, faces) & ~folded_faces(before, faces))
     sizes = vector_lengths(cross_products(scaled_to_unit(after)[0], faces[new]))
     face = int(new[sizes.argmax()])
-    x, y, z = after[faces[face]].mean(axis=0).tolist()
-    return Folded(len(new), face, (x, y, z))
+    return Folded(len(new), face, tuple(after[faces[face]].mean(axis=0).tolist()))
 
 
 def _is_large(sides: Sides) -> bool:
@@ -256,7 +237,6 @@ def _moved(origins: Origins, edge: float | None) -> Moved | None:
         return None
     furthest = int(distances.argmax())
     largest = float(distances[furthest])
-    x, y, z = origins.result.vertices[vertices[furthest]].tolist()
     shares = distances / (largest or 1.0)  # no sum of distances or of squares leaves the range of numbers
     mean, rms = largest * float(shares.mean()), largest * float(np.sqrt(np.mean(shares**2)))
     return Moved(
@@ -268,7 +248,7 @@ def _moved(origins: Origins, edge: float | None) -> Moved | None:
         most=float(np.quantile(distances, 0.99)),
         largest=largest,
         vertex=int(vertices[furthest]),
-        place=(x, y, z),
+        place=tuple(origins.result.vertices[vertices[furthest]].tolist()),
         edges=largest / edge if edge else None,
         mean_edges=mean / edge if edge else None,
     )
@@ -290,9 +270,9 @@ def _part(vertices: Floats, faces: Ints, of_vertices: Bools, of_faces: Bools, wh
     def piece(number: int) -> Piece:
         corners = inside[numbers == number]
         low, high = bounding_box(points[corners.ravel()])
-        x, y, z = np.mean(bounding_box(vertices[corners.ravel()]), axis=0).tolist()
+        middle = np.mean(bounding_box(vertices[corners.ravel()]), axis=0).tolist()
         of_all = None if share is None else share * float(sums[number]) / (float(areas.sum()) or 1.0)
-        return Piece(len(corners), of_all, float(np.linalg.norm(high - low)) / scale, (x, y, z))
+        return Piece(len(corners), of_all, float(np.linalg.norm(high - low)) / scale, tuple(middle))
 
     beside = np.zeros(len(vertices), dtype=np.bool_)
     beside[faces[~of_faces]] = True

@@ -28,8 +28,9 @@ _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "th
 
 #: the order of recipes
 _Key: TypeAlias = tuple[bool, int, bool, bool, float, float, bool, int, int]
-#: tasks that change what was scanned, or do not clean it, and those that close openings, with surface that was not measured
-_ASIDE, _CLOSING = ("change the shape", "curves", "look"), ("repair", "prepare")
+#: tasks that replace or change what was scanned, or do not clean it; and those that close openings, with surface that was not
+#: measured
+_ASIDE, _CLOSING = ("remesh", "change the shape", "curves", "look"), ("repair", "prepare")
 #: relief that may go: more is detail that is erased
 ERASED = 0.1
 
@@ -58,7 +59,7 @@ class Trial:
         hidden = f" from {self.relief_from:g} edges on, shorter relief being hidden by the noise" if self.relief_from else ""
         kept = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief{hidden}"
         if self.before == 0.0:
-            return f"there is no noise: it would move vertices by {self.error:.2g} edges{kept}"
+            return f"there is hardly any noise: it would move vertices by {self.error:.2g} edges{kept}"
         expected = "" if self.risk is None else f", and is expected {self.risk:.3f} from the truth"
         return f"tried here, it misses vertices by {self.error:.3f} edges, the scan as it is by {self.before:.3f}{expected}{kept}"
 

@@ -5,21 +5,24 @@ Every failure of the worker becomes an exception that says at which step it happ
 
 from __future__ import annotations
 
+import contextlib
 import math
+import re
 import shutil
 import signal
+import threading
 import time
 from collections import defaultdict, deque
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
+from types import FrameType, TracebackType
 from typing import Any, TypeAlias
 
-from ..errors import Place, RunError, StepFailedError
+from ..errors import GuardBroken, OutOfMemory, Place, RunError, RunTimeout, StepFailedError, WorkerDied, WorkerError
 from ..files.errors import InputError, OutputError
 from ..files.inputs import check_input
 from ..files.outputs import check_maps, check_output
@@ -32,24 +35,111 @@ from ..processes.worker import DefectError, Order
 from ..processes.worker import report as report_event
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
-from .errors import GuardBroken, OutOfMemory, RunTimeout, WorkerDied, WorkerError
-from .interrupts import Interrupted, Interrupts
 from .job import Compiling, Event, Job, Message, PhaseStarted, RunResult, StepProgress, StepStarted
 from .origins import removed_path
 from .report import Report, record_of, result_of
-from .talk import parse_talk
 
-#: seconds between two looks at a silent worker
-_PULSE = 0.5
-#: bytes; a disk with less free space counts as full
-_FULL = 1 << 20
-#: MeshLab's level of log for warnings
-_WARNING = 1
-#: the last lines of talk that are kept for the report of a death
-_TAIL_LINES = 60
+_PULSE = 0.5  # seconds between two looks at a silent worker
+_FULL = 1 << 20  # bytes; a disk with less free space counts as full
+_WARNING = 1  # MeshLab's level of log for warnings
+_TAIL_LINES = 60  # the last lines of talk that are kept for the report of a death
 #: seconds that reading any file may take, compilation not among them, and bytes a second besides: ten times as long as the
 #: slowest format takes
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
+
+
+class Interrupted(BaseException):
+    """A signal asked for the end of the run. Used within `running` alone; callers see KeyboardInterrupt."""
+
+
+class Interrupts:
+    """While it lasts, SIGINT, SIGTERM and SIGHUP are put into a queue; afterwards the first of them has its usual effect.
+
+    So clean-up is never interrupted: the supervisor sees the signal where it waits, stops the worker and removes its files; only
+    then is KeyboardInterrupt raised, or does the process end by the signal. Handlers that a program has set itself stay. Outside
+    the main thread nothing changes, as Python delivers no signals there.
+    """
+
+    def __init__(self, queue: SimpleQueue[tuple[str, Any]]) -> None:
+        self._queue = queue  # gets ``("signal", number)``
+        self._previous: dict[int, Any] = {}
+        self._first: int | None = None
+
+    def check(self) -> None:
+        """Raise `Interrupted` if a signal has come."""
+        if self._first is not None:
+            raise Interrupted
+
+    @contextlib.contextmanager
+    def lifted(self) -> Iterator[None]:
+        """Give signals their usual effect for a while, in which other work takes them itself."""
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
+        try:
+            self.check()
+            yield
+        finally:
+            for number in self._previous:
+                signal.signal(number, self._take)
+
+    def __enter__(self) -> Interrupts:
+        if threading.current_thread() is threading.main_thread():
+            for name in this_system().stop_signals:
+                number = getattr(signal, name)
+                if signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL):
+                    self._previous[number] = signal.signal(number, self._take)
+        return self
+
+    def _take(self, number: int, frame: FrameType | None) -> None:
+        self._first = self._first or number
+        self._queue.put(("signal", number))
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
+        if self._first is None:
+            return
+        if self._first != signal.SIGINT:
+            signal.raise_signal(self._first)
+        raise KeyboardInterrupt from (None if isinstance(error, Interrupted) else error)
+
+
+_MARK = "pymeshfair-step"
+_LOG = re.compile(r"LOG: (\d+) (.*?)\s*(?:\[ (\d{1,3})% \])?\s*")
+#: lines about nothing, and numbers that the values of the step have
+_NOTHING = re.compile(
+    r"(?:Successfully )?(?:removed|deleted|split|closed) 0 .*|Nothing done: .*"
+    r"|\|.*\||(?:Inertia Tensor is|Principal axes are|axis momenta are) :",
+    re.IGNORECASE,
+)
+
+
+def mark(step: int) -> bytes:
+    """The line on stderr after which MeshLab's lines belong to that step; 0 for none."""
+    return f"\n{_MARK} {step}\n".encode("ascii")
+
+
+@dataclass(frozen=True)
+class Talk:
+    """One line that a worker wrote to stderr."""
+
+    text: str  # what it says, without MeshLab's prefix; empty of MeshLab's lines that say that nothing was done, and of tensors
+    level: int | None = None  # of MeshLab's log (0 system, 1 warning, 2 filter, 3 debug); None if the line is not MeshLab's
+    fraction: float | None = None  # how far a filter is, from 0 to 1, if the line tells that and nothing else
+    step: int | None = None  # the step that begins here, if the line is a mark
+
+
+def parse_talk(line: str) -> Talk:
+    """Parse one line of stderr."""
+    words = line.split()
+    if len(words) == 2 and words[0] == _MARK and words[1].isdigit():
+        return Talk("", step=int(words[1]))
+    match = _LOG.fullmatch(line)
+    if match is None:
+        return Talk(line)
+    level, text, percent = match.groups()
+    text = "" if _NOTHING.fullmatch(text.strip()) else text.strip()
+    return Talk(text, int(level), None if percent is None else min(int(percent), 100) / 100)
 
 
 class Watch:
@@ -57,17 +147,13 @@ class Watch:
 
     def __init__(self, job: Job, worker: Process, items: Items, on_event: Callable[[Event], None]) -> None:
         """See the class; `items` is what the worker and the signals put into."""
-        self._job = job
-        self._worker = worker
-        self._items = items
-        self._on_event = on_event
+        self._job, self._worker, self._items, self._on_event = job, worker, items, on_event
         self._place = Place("starting the worker")
         self._last_step: Place | None = None
         self._speaker = 0
         self._load_seconds = 0.0
         self._load_deadline = self._load_left = math.inf
-        self._said: defaultdict[int, list[str]] = defaultdict(list)
-        self._warned: defaultdict[int, list[str]] = defaultdict(list)
+        self._heard: defaultdict[tuple[int, bool], list[str]] = defaultdict(list)  # by step, warnings or not
         self._tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
     def until_done(self, order: Order, started: float) -> Report:
@@ -83,7 +169,7 @@ class Watch:
             return min(_PULSE, started + timeout - now, self._load_deadline - now)
 
         try:
-            answer = self._worker.do(order, self._take_item, items=self._items, pulse=pulse)
+            answer = self._worker.do(order, self._take, items=self._items, pulse=pulse)
         except LostProcessError as error:
             raise self._death(error.status) from None
         if answer.error is not None:
@@ -91,38 +177,28 @@ class Watch:
             raise self._failure(answer.error, answer.details)
         return self._with_talk(answer.result, answer.peak_memory)
 
-    def _take_item(self, kind: str, item: Any) -> None:
+    def _take(self, kind: str, event: Any) -> None:
         if kind == "signal":
             raise Interrupted
         if kind == "talk":
-            self._hear(item)
-        elif kind == "event":
-            self._take(item)
-
-    def _take(self, event: Event) -> None:
+            self._hear(event)
+        if kind != "event":
+            return
         if isinstance(event, PhaseStarted):
             path = self._job.input if event.phase == "reading" else self._job.output
             self._place = Place(f"{event.phase} {path.name}")
             self._load_seconds = _LOAD_SECONDS + path.stat().st_size / _LOAD_RATE if event.phase == "reading" else math.inf
             self._load_deadline = time.monotonic() + self._load_seconds
         elif isinstance(event, StepStarted):
-            self._last_step = self._place = self._step(event)
+            script = self._job.recipe.script
+            line = script.steps[event.index - 1].line
+            self._last_step = self._place = Place.of_step(event.index, event.total, event.filter, file=script.path, line=line)
             self._load_deadline = self._load_left = math.inf
+        elif isinstance(event, Compiling) and event.is_going_on:  # a slow machine needs minutes for it, in which nothing is read
+            self._load_left, self._load_deadline = self._load_deadline - time.monotonic(), math.inf
         elif isinstance(event, Compiling):
-            self._pause_load(event)
-        self._on_event(event)
-
-    def _pause_load(self, event: Compiling) -> None:
-        """Stop the time that reading has while filters are compiled, which a slow machine needs minutes for."""
-        if event.is_going_on:
-            self._load_left = self._load_deadline - time.monotonic()
-            self._load_deadline = math.inf
-        else:
             self._load_deadline = time.monotonic() + self._load_left
-
-    def _step(self, event: StepStarted) -> Place:
-        step = self._job.recipe.script.steps[event.index - 1]
-        return Place.of_step(event.index, event.total, event.filter, file=self._job.recipe.script.path, line=step.line)
+        self._on_event(event)
 
     def _hear(self, line: str) -> None:
         talk = parse_talk(line)
@@ -134,18 +210,16 @@ class Watch:
         else:
             self._tail.append(line)
             if talk.level is not None and talk.text:
-                (self._warned if talk.level == _WARNING else self._said)[self._speaker].append(talk.text)
+                is_warning = talk.level == _WARNING
+                self._heard[self._speaker, is_warning].append(talk.text)
                 if self._speaker:
-                    self._on_event(Message(talk.text, "warning" if talk.level == _WARNING else "info", self._speaker))
+                    self._on_event(Message(talk.text, "warning" if is_warning else "info", self._speaker))
 
     def _with_talk(self, report: Report, peak_memory: int | None) -> Report:
         """The report with what MeshLab said meanwhile."""
-        warnings = [f"MeshLab says: {text}" for text in self._warned[0]]
-        warnings += [f"step {n}: {text}" for n in sorted(self._warned) if n for text in self._warned[n]]
-        steps = (
-            replace(step, messages=(*self._said[number], *step.messages)) if self._said[number] else step
-            for number, step in enumerate(report.steps, 1)
-        )
+        warned = sorted(step for step, is_warning in self._heard if is_warning)
+        warnings = [f"step {n}: {text}" if n else f"MeshLab says: {text}" for n in warned for text in self._heard[n, True]]
+        steps = [replace(step, messages=(*self._heard[n, False], *step.messages)) for n, step in enumerate(report.steps, 1)]
         return replace(report, steps=tuple(steps), warnings=(*report.warnings, *warnings), peak_memory=peak_memory)
 
     def _death(self, status: int) -> RunError:
@@ -153,8 +227,8 @@ class Watch:
             return OutputError(self._job.output, "the disk is full")
         is_crash = status != -getattr(signal, "SIGKILL", 0) and self._place.doing.startswith("reading")
         advice = "the file is probably damaged" if is_crash else ""
-        limit = self._job.memory_limit
-        return WorkerDied(self._place, status, "\n".join(self._tail), memory_limit=limit, advice=advice)
+        tail, limit = "\n".join(self._tail), self._job.memory_limit
+        return WorkerDied(self._place, status, tail, memory_limit=limit, advice=advice)
 
     def _failure(self, error: Exception, details: str) -> Exception:
         match error:
@@ -179,8 +253,7 @@ class Watch:
             return False
 
 
-#: the modules that a worker of a run imports before its first order
-MODULES = ("pymeshfair.running.session",)
+MODULES = ("pymeshfair.running.session",)  # the modules that a worker of a run imports before its first order
 #: does the work of a run: is given the job, the staging folder, what takes signals, and what to call with each event
 Work: TypeAlias = "Callable[[Job, Path, Items, Callable[[Event], None]], Report]"
 
@@ -205,18 +278,14 @@ def run_job(
         on_event: called with each event, in this thread. An exception that it raises stops the run and is passed on.
         workers: lends the process that does the work; None starts one.
         work: does the work otherwise.
-        also: makes further files, which appear with the output or not at all. It is given the result while the output, its side
-            files and its provenance are still in the staging folder, all in one.
+        also: makes further files, which appear with the output or not at all; it is given the result as it is staged.
 
     Raises:
         ScriptError: a step needs layers or rasters that the run does not have.
         ParameterError: there are limits, but no measures are to be taken; or one has a unit, and that of the scan is not known.
-        InputError: the input, or another file, cannot be read.
-        OutputError: the output cannot or must not be written.
-        StepFailedError: a filter could not do its work.
-        WorkerDied: the worker process crashed or was killed.
-        GuardBroken: the result goes beyond a limit.
-        RunTimeout, OutOfMemory: the run needed more than it was given.
+        InputError, OutputError: a file cannot be read; the output cannot or must not be written.
+        StepFailedError, WorkerDied: a filter could not do its work, or ended the worker process.
+        GuardBroken, RunTimeout, OutOfMemory: the result goes beyond a limit, or the run needed more than it was given.
         KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.
     """
     started, clock = datetime.now(timezone.utc), time.monotonic()
@@ -236,7 +305,7 @@ def run_job(
         Interrupts(items) as interrupts,
         output_lock(job.output),
         staging_folder(job.output) as stage,
-        nullcontext(workers) if workers else workers_of_runs(1, job.threads) as pool,
+        contextlib.nullcontext(workers) if workers else workers_of_runs(1, job.threads) as pool,
     ):
         report = (work or partial(_in_one_piece, pool, clock))(job, stage, items, on_event)
         interrupts.check()

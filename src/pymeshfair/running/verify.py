@@ -3,7 +3,7 @@
 import hashlib
 import re
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -31,8 +31,6 @@ Verdict: TypeAlias = Literal[
 ]
 #: of the diagonal, how far the numbers of a .3mf file may be apart, which has a random number and so other bytes each time
 _ROUNDING = 1e-6
-#: options that weaken a run, so that a provenance alone must not set them
-_WEAKENING = ("allow_outside", "unchecked")
 
 
 @dataclass(frozen=True)
@@ -55,20 +53,11 @@ def verify_output(
     on_event: Callable[[Event], None] = lambda event: None,
     by_tiles: Callable[[Job, Callable[[Event], None]], object] = run_job,
 ) -> Verification:
-    """Check an output against its provenance, and make it again from what that says.
+    """Check an output against the provenance beside it, and make it again from what that says.
 
     The provenance may come from a stranger. So its recipe is compared with the one that is shipped, or with the recipe's
-    file; and what weakens a run must be allowed again.
-
-    Args:
-        output: the mesh file, with its provenance beside it.
-        recorded: go on with the recipe that the provenance holds, even if the recipe's file has changed since, or there is none.
-        allow_outside: as the run was allowed to, see `Job`.
-        unchecked: the same.
-        timeout: see there.
-        memory_limit: see there.
-        on_event: called with each event of the run.
-        by_tiles: carries a job out that was done by tiles.
+    file; and what weakens a run must be allowed again, `allow_outside` and `unchecked`. With `recorded` the recipe in the
+    provenance is taken even if the recipe's file has changed since, or there is none.
 
     Raises:
         OutputError: it has no provenance, or one that cannot be understood.
@@ -87,25 +76,22 @@ def verify_output(
             raise OutputError(provenance_path(output), f"it cannot be understood ({type(error).__name__}: {error})") from error
         if isinstance(planned, Verification):
             return planned
-        permissions = {"allow_outside": allow_outside, "unchecked": unchecked}
-        if missing := [f"--{name.replace('_', '-')}" for name in _WEAKENING if name in planned.options and not permissions[name]]:
+        allowed = {"allow_outside": allow_outside, "unchecked": unchecked}
+        if missing := [f"--{name.replace('_', '-')}" for name, now in allowed.items() if getattr(planned.job, name) and not now]:
             raise ParameterError(f"the run was given {' and '.join(missing)}, which a provenance cannot allow: give it here, too")
-        run = by_tiles if "tiles" in record else run_job
-        allowed = replace(planned.job, allow_outside=allow_outside, unchecked=unchecked)
-        run(replace(allowed, timeout=timeout, memory_limit=memory_limit), on_event)
-        return _compared(output, again, planned)
+        job = replace(planned.job, allow_outside=allow_outside, unchecked=unchecked, timeout=timeout, memory_limit=memory_limit)
+        (by_tiles if "tiles" in record else run_job)(job, on_event)
+        return _compared(output, again, record, planned)
 
 
 class _Plan(NamedTuple):
     """The run that makes an output again."""
 
     job: Job
-    record: Mapping[str, Any]
-    options: frozenset[str]
-    files: tuple[str, ...]
-    unrepeatable: Mapping[str, float]
-    versions: tuple[str, ...]
-    notes: tuple[str, ...]
+    files: Sequence[str]  # the names of the output and its side files
+    unrepeatable: Mapping[str, float]  # what is random in it, with how far results are apart, as a share of the diagonal
+    versions: Sequence[str]  # sentences about those that are others now
+    notes: Sequence[str]
 
 
 def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: bool) -> Verification | _Plan:
@@ -119,41 +105,42 @@ def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: boo
     recipe, differs, source_of_recipe = _recipe(record["recipe"])
     if differs and not recorded:
         return Verification("recipe changed", (differs,))
-    now = versions()
-    was = record["versions"].items()
-    others = tuple(f"{name} was {version}, and is {now.get(name)}" for name, version in was if version != now.get(name))
-    options = frozenset(name for name, value in record.get("options", {}).items() if value)
+    now, options = versions(), {name for name, value in record.get("options", {}).items() if value}
     job = Job(
         recipe,
         Path(source["path"]),
         again,
         others=tuple(Path(other["path"]) for other in source.get("others", ())),
+        allow_outside="allow_outside" in options,
+        unchecked="unchecked" in options,
         own_texture_names="own_texture_names" in options,
         guards=Guards.parse(record.get("guards", {}).get("limits", {})),
         keep_broken=True,
     )
     job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # no byte of the output depends on it
-    files = tuple(Path(str(entry["path"])).name for entry in entries)
+    files = [Path(str(entry["path"])).name for entry in entries]
     _occupy(files[1:], again)
-    names = [step.filter.python_name for step in recipe.script.steps]
-    apart = table("unrepeatable")["apart"]
+    apart, names = table("unrepeatable")["apart"], [step.filter.python_name for step in recipe.script.steps]
     unrepeatable = {name: apart[name] for name in names if name in apart}
     unrepeatable |= {"writing .3mf files": _ROUNDING} if extension(output) == "3mf" else {}
-    return _Plan(job, record, options, files, unrepeatable, others, tuple(filter(None, (differs, source_of_recipe))))
+    was = record["versions"].items()
+    others = [f"{name} was {version}, and is {now.get(name)}" for name, version in was if version != now.get(name)]
+    return _Plan(job, files, unrepeatable, others, [text for text in (differs, source_of_recipe) if text])
 
 
-def _compared(output: Path, again: Path, plan: _Plan) -> Verification:
-    different = [name for name in plan.files if not _same(again.with_name(name), plan.record)]
+def _compared(output: Path, again: Path, record: Mapping[str, Any], plan: _Plan) -> Verification:
+    made = {name: again.with_name(name) for name in plan.files}
+    different = [name for name, path in made.items() if not path.is_file() or sha256_of(path) != recorded_digest(record, path)]
     if not different:
         return Verification("identical", notes=(*plan.notes, *plan.versions))
     sentences = [f"{name} has other bytes" for name in different]
     if plan.unrepeatable:
         sentences.append(f"{', '.join(plan.unrepeatable)} gives another result each time")
-        apart = tuple(_differences(read_file(output).mesh, read_file(again).mesh, max(plan.unrepeatable.values())))
+        apart = list(_differences(read_file(output).mesh, read_file(again).mesh, max(plan.unrepeatable.values())))
         if not apart:
             return Verification("within tolerance", notes=(*plan.notes, *plan.versions, *sentences))
         sentences += apart
-    return Verification("other versions" if plan.versions else "not repeated", (*sentences, *plan.versions), plan.notes)
+    return Verification("other versions" if plan.versions else "not repeated", (*sentences, *plan.versions), tuple(plan.notes))
 
 
 def _changed(entries: list[Mapping[str, Any]], folder: Path | None) -> Iterator[str]:
@@ -188,19 +175,13 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
     return recipe, differs, "" if is_ours else f"the recipe is that of {file}"
 
 
-def _occupy(names: tuple[str, ...], again: Path) -> None:
+def _occupy(names: Sequence[str], again: Path) -> None:
     """Put a file where the first run found one and so gave a texture another name, so that it gets that name again."""
     for name in names:
-        match = re.fullmatch(rf"{re.escape(again.stem)}-(?:(\d+)-)?(.+)", name)
-        if match is not None:
-            for taken in (match[2], f"{again.stem}-{match[2]}", *(f"{again.stem}-{k}-{match[2]}" for k in range(2, 100))):
-                if taken == name:
-                    break
+        if match := re.fullmatch(rf"{re.escape(again.stem)}-(?:(\d+)-)?(.+)", name):
+            tried = [match[2], f"{again.stem}-{match[2]}", *(f"{again.stem}-{k}-{match[2]}" for k in range(2, 100))]
+            for taken in tried[: tried.index(name) if name in tried else None]:
                 again.with_name(taken).write_bytes(b"")
-
-
-def _same(path: Path, record: Mapping[str, Any]) -> bool:
-    return path.is_file() and sha256_of(path) == recorded_digest(record, path)
 
 
 def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[str]:

@@ -1,8 +1,7 @@
 """Filter scripts (.mlx): read, check, upgrade and write."""
 
-from .problems import Change, Problem, ScriptError
 from .read import parse_script, read_script
-from .script import Script, Setting, Step
+from .script import Change, Problem, Script, ScriptError, Setting, Step, checked_name
 from .upgrade import Upgrade, upgrade_script
 from .write import format_script, write_script
 
@@ -14,6 +13,7 @@ __all__ = [
     "Setting",
     "Step",
     "Upgrade",
+    "checked_name",
     "format_script",
     "parse_script",
     "read_script",

@@ -11,14 +11,10 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..declaration import nearest
-from ..errors import ParameterError
+from ..errors import ParameterError, hint, nearest
 
-#: of what a part of a surface must bend at sharp edges for the whole to be a sharp one: machine parts under noise have 0.7 and
-#: more, figures and land up to 0.66
-SHARP = 0.68
-#: the share at which a surface counts as seen from one side, a range map: half a ball has 0.5
-ONE_SIDED = 0.4
+SHARP = 0.68  # the share of the bending at sharp edges of a sharp surface: machine parts have 0.7, figures up to 0.66
+ONE_SIDED = 0.4  # the share at which a surface counts as seen from one side, a range map: half a ball has 0.5
 
 #: word: the trait, its least and most, and the words where it holds and where it does not
 WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
@@ -37,8 +33,7 @@ WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
 COUNTS, ARTICLE = ("vertices", "faces", "pieces", "border edges"), ("longest edge",)
 #: quantity, which is a trait: the unit that follows the number, if any
 QUANTITIES: Mapping[str, str] = {"noise": "edges", "longest edge": "edges", **dict.fromkeys(COUNTS, ""), "triangle quality": ""}
-#: the end of the sentence about a trait that could not be measured
-UNKNOWN = "is not known"
+UNKNOWN = "is not known"  # the end of the sentence about a trait that could not be measured
 _NUMBER = r"[0-9][0-9,]*(?:\.[0-9]+)?|\.[0-9]+"
 _BOUNDS = re.compile(
     rf"(?:from (?P<from>{_NUMBER})|up to (?P<up>{_NUMBER})|(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}))(?P<unit>.*)"
@@ -97,7 +92,6 @@ def _condition(text: str) -> Condition:
             raise ParameterError(f"Fits: {text!r}: nothing lies between these bounds")
         return Condition(text, name, least, most)
     names = [*WORDS, *QUANTITIES]
-    near = nearest(re.split(r"\s+(?:from|up|[0-9.])", plain)[0], names)
-    hint = f"did you mean {near!r}?" if near else f"there are {', '.join(names)}"
-    bounds = ", with bounds such as 'up to 3', 'from 1' or '1 to 3'" if near in QUANTITIES else ""
-    raise ParameterError(f"Fits: {text!r} is no condition; {hint}{bounds}")
+    name = re.split(r"\s+(?:from|up|[0-9.])", plain)[0]
+    bounds = ", with bounds such as 'up to 3', 'from 1' or '1 to 3'" if nearest(name, names) in QUANTITIES else ""
+    raise ParameterError(f"Fits: {text!r} is no condition; {hint(name, names)}{bounds}")

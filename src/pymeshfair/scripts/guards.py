@@ -4,30 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..declaration import Length, nearest
-from ..declaration.units import parse_length
-from ..errors import ParameterError
+from ..declaration import Length
+from ..errors import ParameterError, hint
 
 #: the requirements on a result, and whether each takes a number
-REQUIREMENTS = {
-    "watertight": False,
-    "manifold": False,
-    "oriented": False,
-    "printable": False,
-    "components": True,
-    "genus": True,
-}
+REQUIREMENTS = dict.fromkeys(("watertight", "manifold", "oriented", "printable"), False) | {"components": True, "genus": True}
 #: the attributes of ``<FilterScript>`` that set guards, by the names of the fields of `Guards`
-ATTRIBUTES = {
-    "max_displacement": "maxDisplacement",
-    "max_volume_change": "maxVolumeChange",
-    "require": "require",
-    "keep_sharp": "keepSharp",
-}
+ATTRIBUTES = {"max_displacement": "maxDisplacement", "max_volume_change": "maxVolumeChange"}
+ATTRIBUTES |= {"require": "require", "keep_sharp": "keepSharp"}
 _PERCENT = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%?")
 
 
@@ -50,17 +38,21 @@ class Guards:
 
     @classmethod
     def parse(cls, texts: Mapping[str, str]) -> Guards:
-        """The guards that texts spell, by the names of the fields.
-
-        Raises:
-            ParameterError: a text that is none of what its guard takes; the message names the guard.
-        """
-        readers = {"max_displacement": _length, "max_volume_change": _percent, "require": _requirements, "keep_sharp": _share}
-        return cls(**{name: readers[name](name, text) for name, text in texts.items()})  # type: ignore[arg-type]
+        """The guards that texts spell, by the names of the fields; raise `ParameterError` for other names and texts."""
+        for name in texts.keys() - ATTRIBUTES.keys():
+            raise ParameterError(f"there is no limit {name!r}; {hint(name, ATTRIBUTES)}")
+        readers: Mapping[str, Callable[[str, str], Any]] = {"max_displacement": _length, "require": _requirements}
+        return cls(**{name: readers.get(name, _percent)(name, text) for name, text in texts.items()})
 
     def texts(self) -> dict[str, str]:
         """The texts that `parse` reads, of the guards that are set."""
-        return {name: _text(limit) for name, limit in self._limits.items()}
+
+        def text(limit: Any) -> str:
+            if isinstance(limit, tuple):
+                return ",".join(word if number is None else f"{word}={number}" for word, number in limit)
+            return str(limit) if isinstance(limit, Length) else f"{limit!r}%"
+
+        return {name: text(limit) for name, limit in self._limits.items()}
 
     def overridden(self, others: Guards) -> Guards:
         """These guards with the ones that `others` sets in their places."""
@@ -77,8 +69,7 @@ class Guards:
         return self if moved is None else replace(self, max_displacement=moved.in_mesh_units(unit))
 
 
-#: no limit at all
-NO_GUARDS = Guards()
+NO_GUARDS = Guards()  # no limit at all
 
 
 def refuse_unmeasured(guards: Guards) -> None:
@@ -91,14 +82,8 @@ def refuse_unmeasured(guards: Guards) -> None:
         )
 
 
-def _text(limit: Any) -> str:
-    if isinstance(limit, tuple):
-        return ",".join(word if number is None else f"{word}={number}" for word, number in limit)
-    return str(limit) if isinstance(limit, Length) else f"{limit!r}%"
-
-
 def _length(name: str, text: str) -> Length:
-    length = parse_length(text)
+    length = Length.parse(text)
     if length.amount < 0.0:
         raise ParameterError(f"{name} {text!r} is below 0")
     return length
@@ -108,29 +93,19 @@ def _percent(name: str, text: str) -> float:
     match = _PERCENT.fullmatch(text.strip())
     if match is None or not math.isfinite(float(match[1])):
         raise ParameterError(f"{name} {text!r} is no percentage: write it as 1% or 0.5%")
-    return float(match[1])
-
-
-def _share(name: str, text: str) -> float:
-    percent = _percent(name, text)
-    if percent > 100.0:
+    if name == "keep_sharp" and float(match[1]) > 100.0:
         raise ParameterError(f"{name} {text!r} is above 100 %")
-    return percent
+    return float(match[1])
 
 
 def _requirements(name: str, text: str) -> tuple[tuple[str, int | None], ...]:
     requirements: list[tuple[str, int | None]] = []
+    offered = "it takes " + ", ".join(f"{word}=N" if takes else word for word, takes in REQUIREMENTS.items())
     for part in text.split(","):
         word, sign, number = (piece.strip() for piece in part.partition("="))
         if word not in REQUIREMENTS:
-            near = nearest(word, REQUIREMENTS)
-            hint = f"did you mean {near!r}?" if near else f"it takes {_offered()}"
-            raise ParameterError(f"{name}: {word!r} is nothing that can be required; {hint}")
+            raise ParameterError(f"{name}: {word!r} is nothing that can be required; {hint(word, REQUIREMENTS, offered)}")
         if bool(sign) != REQUIREMENTS[word] or (sign and not (number.isascii() and number.isdigit() and len(number) < 10)):
-            raise ParameterError(f"{name}: {part.strip()!r}; it takes {_offered()}")
+            raise ParameterError(f"{name}: {part.strip()!r}; {offered}")
         requirements.append((word, int(number) if sign else None))
     return tuple(requirements)
-
-
-def _offered() -> str:
-    return ", ".join(f"{word}=N" if takes else word for word, takes in REQUIREMENTS.items())

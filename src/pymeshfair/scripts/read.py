@@ -6,50 +6,73 @@ depth and number of steps have limits.
 """
 
 import codecs
+import contextlib
 import re
 import stat
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import Any
 from xml.parsers import expat
 
-from ..declaration import nearest
+from ..declaration import Filter, nearest
 from ..declaration.units import check_unit
-from ..errors import ParameterError
+from ..errors import ParameterError, UnknownNameError
+from ..meshlab.former import former_filter, former_parameters
+from ..registry import find_filter
 from .guards import ATTRIBUTES as GUARDS
-from .guards import Guards
-from .problems import MOST_PROBLEMS, Problem, ScriptError, shortened
-from .script import Document, FilterElement, ParamElement, Script, Setting, clean_comment, read_setting
-from .step_builder import build_script
+from .guards import NO_GUARDS, Guards
+from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Setting, Step, checked_name, clean_comment, shortened
+from .suggestions import about_former, close_spelling, former_parameter_hint, same_but_case, suggested_filter
+from .values import Complaint, parse_value, read_value
 
+MOST_PROBLEMS = 100  # so many of a script are listed at most; so many usually have one cause
 MOST_BYTES = 5_000_000
 MOST_LEVELS = 64
 MOST_FILTERS = 1000
-#: the attribute of ``<FilterScript>`` that names the unit of the scans
-UNIT = "unit"
-#: of one element
-MOST_ATTRIBUTES = 100
-#: characters of a name of a filter, a parameter or a type
-LONGEST_NAME = 1000
+MOST_ATTRIBUTES = 100  # of one element
+LONGEST_NAME = 1000  # characters of a name of a filter, a parameter or a type
+UNIT = "unit"  # the attribute of ``<FilterScript>`` that names the unit of the scans
 #: the document type twice, as some old programs write it
 SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)
 _ENCODINGS = frozenset({"utf-8", "utf8", "utf-16", "us-ascii", "ascii"})
 
 
-def excess(attributes: Mapping[str, str]) -> str | None:
-    """The limit that an element exceeds by its attributes or its name, in words; None if it is within the limits."""
-    if len(attributes) > MOST_ATTRIBUTES:
-        return f"has an element of {len(attributes):,} attributes; {MOST_ATTRIBUTES} are the most"
-    longest = max(len(attributes.get(key, "")) for key in ("name", "type"))
-    return f"has a name of {longest:,} characters; {LONGEST_NAME:,} are the most" if longest > LONGEST_NAME else None
+@dataclass(frozen=True)
+class ParamElement:
+    """A ``<Param>`` or ``<xmlparam>``."""
+
+    attributes: Mapping[str, str]  # as written
+    line: int  # where it begins, counted from 1
+
+
+@dataclass(frozen=True)
+class FilterElement:
+    """A ``<filter>`` or ``<xmlfilter>``."""
+
+    kind: str  # ``"filter"`` or ``"xmlfilter"``
+    name: str | None  # the attribute of that name, or None
+    line: int  # where it begins, counted from 1
+    tag: str = ""  # the attribute of that name; empty if there is none
+    params: list[ParamElement] = field(default_factory=list)  # its parameters, in the order of the file
+
+
+@dataclass
+class Document:
+    """The elements of a file as they are written, and the problems of its structure; filters and parameters are not checked."""
+
+    name: str  # of the file, for messages
+    filters: list[FilterElement] = field(default_factory=list)  # in the order of the file
+    comment: str = ""  # the words at its head
+    problems: list[Problem] = field(default_factory=list)
+    guards: Guards = NO_GUARDS  # limits of the result
+    settings: list[Setting] = field(default_factory=list)  # values that have a name
+    unit: str = ""  # of the scans that the script is for; empty if it says none
 
 
 def read_script(path: str | Path) -> Script:
-    """The script in a file.
-
-    Raises:
-        ScriptError: the file cannot be read or its contents are wrong; lists every problem.
-    """
+    """The script in a file; raise `ScriptError`, which lists every problem, if it cannot be read or its contents are wrong."""
     return parse_script(read_bytes(path), str(path), path=Path(path))
 
 
@@ -67,21 +90,13 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def parse_script(data: bytes, name: str, *, path: Path | None = None) -> Script:
-    """The script in the bytes of an .mlx file; `name` stands for the file in messages.
-
-    Raises:
-        ScriptError: something is wrong; lists every problem.
-    """
+    """The script in the bytes of an .mlx file, as by `read_script`; `name` stands for the file in messages."""
     return build_script(parse_document(data, name), path)
 
 
 def parse_document(data: bytes, name: str) -> Document:
-    """The elements of a script and the problems of its structure; filters and parameters are not checked."""
-    reader = _Reader(name)
-    reader.read(data)
-    comment = clean_comment("\n\n".join(reader.comments))
-    problems, settings = tuple(reader.problems), tuple(reader.settings)
-    return Document(name, tuple(reader.filters), comment, problems, reader.guards, settings, reader.unit)
+    """The elements in the bytes of an .mlx file."""
+    return _Reader(name).read(data)
 
 
 class _EndedError(Exception):
@@ -90,15 +105,9 @@ class _EndedError(Exception):
 
 class _Reader:
     def __init__(self, name: str) -> None:
-        self.name = name
-        self.problems: list[Problem] = []
-        self.filters: list[FilterElement] = []
-        self.comments: list[str] = []
-        self.guards = Guards()
-        self.unit = ""
-        self.settings: list[Setting] = []
+        self._read = Document(name)
+        self._comments: list[str] = []
         self._filter: FilterElement | None = None
-        self._params: list[ParamElement] = []
         self._open: list[str] = []
         self._parser = expat.ParserCreate("utf-8")
         self._parser.buffer_text = True
@@ -111,49 +120,45 @@ class _Reader:
         self._parser.CommentHandler = self._comment
         self._parser.ProcessingInstructionHandler = self._instruction
 
-    def read(self, data: bytes) -> None:
-        """Collect `filters` and `problems`."""
+    def read(self, data: bytes) -> Document:
+        """The document in some bytes."""
+        with contextlib.suppress(_EndedError):
+            self._parse(data)
+            if not self._read.filters and not self._read.problems:
+                self._problem("the script has no <filter>, so it would do nothing")
+        self._read.comment = clean_comment("\n\n".join(self._comments))
+        return self._read
+
+    def _parse(self, data: bytes) -> None:
         if len(data) > MOST_BYTES:
-            message = f"is larger than {MOST_BYTES / 1e6:.0f} MB, the most for a script"
-            self.problems.append(Problem(file=self.name, message=message))
-            return
+            self._end_with(f"is larger than {MOST_BYTES / 1e6:.0f} MB, the most for a script", None)
+        utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         try:
-            self._parser.Parse(self._utf8(data), True)
-        except _EndedError:
-            return
+            text = data.decode("utf-16" if utf16 else "utf-8-sig")
+            self._parser.Parse(text.encode("utf-8"), True)
+        except UnicodeDecodeError as error:
+            wrong = f"is not {'UTF-16' if utf16 else 'UTF-8'} text (byte {data[error.start]:#04x}); save it as UTF-8"
+            self._end_with(wrong, None if utf16 else data.count(b"\n", 0, error.start) + 1)
         except expat.ExpatError as error:
             reason = expat.ErrorString(error.code)
             if SECOND_DOCUMENT_TYPE.search(data[: self._parser.ErrorByteIndex + 100]):
                 reason = "a second <!DOCTYPE FilterScript>, which `pymeshfair upgrade` leaves out"
-            self.problems.append(Problem(file=self.name, line=error.lineno, message=f"is not well-formed XML: {reason}"))
-            return
-        if not self.filters and not self.problems:
-            self._problem("the script has no <filter>, so it would do nothing")
+            self._end_with(f"is not well-formed XML: {reason}", error.lineno)
 
-    def _utf8(self, data: bytes) -> bytes:
-        utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-        try:
-            text = data.decode("utf-16" if utf16 else "utf-8-sig")
-        except UnicodeDecodeError as error:
-            line = None if utf16 else data.count(b"\n", 0, error.start) + 1
-            message = f"is not {'UTF-16' if utf16 else 'UTF-8'} text (byte {data[error.start]:#04x}); save it as UTF-8"
-            self.problems.append(Problem(file=self.name, line=line, message=message))
-            raise _EndedError from error
-        return text.encode("utf-8")
-
-    def _problem(self, message: str, *, suggestion: str | None = None, outside: bool = False, lines_ago: int = 0) -> None:
-        """Add a problem, `lines_ago` lines before the parser's line; `outside` if it does not concern the open filter."""
-        line = self._parser.CurrentLineNumber - lines_ago
-        filter = None if outside or self._filter is None else self._filter.name
-        self.problems.append(Problem(file=self.name, line=line, filter=filter, message=message, suggestion=suggestion))
-        if len(self.problems) > MOST_PROBLEMS:
-            raise _EndedError
-
-    def _fatal(self, message: str) -> None:
-        self._problem(message, outside=True)
+    def _end_with(self, message: str, line: int | None) -> None:
+        self._read.problems.append(Problem(file=self._read.name, line=line, message=message))
         raise _EndedError
 
-    # ------------------------------------------------------------------------------------------- expat's handlers
+    def _fatal(self, message: str) -> None:
+        self._end_with(message, self._parser.CurrentLineNumber)
+
+    def _problem(self, message: str, suggestion: str | None = None, *, lines_ago: int = 0) -> None:
+        """Add a problem, `lines_ago` lines before the parser's line."""
+        line, read = self._parser.CurrentLineNumber - lines_ago, self._read
+        filter = None if self._filter is None else self._filter.name
+        read.problems.append(Problem(file=read.name, line=line, filter=filter, message=message, suggestion=suggestion))
+        if len(read.problems) > MOST_PROBLEMS:
+            raise _EndedError
 
     def _declaration(self, version: str, encoding: str | None, standalone: int) -> None:
         if encoding is not None and encoding.lower() not in _ENCODINGS:
@@ -163,77 +168,189 @@ class _Reader:
         if system is not None or public is not None or has_subset:
             self._fatal("has a document type with entities or an external subset; write <!DOCTYPE FilterScript> and nothing else")
         if name != "FilterScript":
-            self._problem(f"has the document type {shortened(name)!r}", suggestion="FilterScript")
+            self._problem(f"has the document type {shortened(name)!r}", "FilterScript")
 
     def _instruction(self, target: str, data: str) -> None:
         self._problem(f"the instruction <?{shortened(target)}?> means nothing here")
 
     def _comment(self, text: str) -> None:
-        if self._filter is None and not self.filters:
-            self.comments.append(text)
+        if self._filter is None and not self._read.filters:
+            self._comments.append(text)
 
     def _text(self, text: str) -> None:
         if not text.isspace():
-            self._problem(
-                f"the text {shortened(text.strip())!r} means nothing here; values belong in attributes",
-                lines_ago=text.lstrip().count("\n"),
-            )
+            words = f"the text {shortened(text.strip())!r} means nothing here; values belong in attributes"
+            self._problem(words, lines_ago=text.lstrip().count("\n"))
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         self._open.append(tag)
-        depth = len(self._open)
+        depth, line = len(self._open), self._parser.CurrentLineNumber
         if depth > MOST_LEVELS:
             self._fatal(f"nests elements more than {MOST_LEVELS} deep")
-        if reason := excess(attributes):
-            self._fatal(reason)
+        if len(attributes) > MOST_ATTRIBUTES:
+            self._fatal(f"has an element of {len(attributes):,} attributes; {MOST_ATTRIBUTES} are the most")
+        if (longest := max(len(attributes.get(key, "")) for key in ("name", "type"))) > LONGEST_NAME:
+            self._fatal(f"has a name of {longest:,} characters; {LONGEST_NAME:,} are the most")
         if depth == 1:
             if tag != "FilterScript":
                 self._fatal(f"is no filter script: it begins with <{shortened(tag)}> instead of <FilterScript>")
             self._read_head(attributes)
-        elif self._open[1] == "xmlfilter" and depth > 2:  # <xmlfilter> itself is reported once
-            if depth == 3 and tag in ("Param", "xmlparam"):
-                self._params.append(ParamElement(attributes, self._parser.CurrentLineNumber))
-        elif depth == 2:
-            self._start_in_script(tag, attributes)
-        elif depth == 3 and tag == "Param" and self._open[1] == "filter":
-            self._params.append(ParamElement(attributes, self._parser.CurrentLineNumber))
-        else:
-            self._unknown_element(tag, "Param" if self._open[1] == "filter" and depth == 3 else None)
+        elif depth == 2 and tag == "setting":
+            self._read_setting(attributes, line)
+        elif depth == 2 and tag in ("filter", "xmlfilter"):
+            if len(self._read.filters) == MOST_FILTERS:
+                self._fatal(f"has more than {MOST_FILTERS} filters")
+            self._filter = FilterElement(tag, attributes.get("name"), line, attributes.get("tag", ""))
+        elif depth == 3 and self._filter and tag in ("Param", "xmlparam")[: 1 + (self._open[1] == "xmlfilter")]:
+            self._filter.params.append(ParamElement(attributes, line))
+        elif self._open[1] != "xmlfilter":  # which is reported once
+            expected = {("FilterScript",): "filter", ("FilterScript", "filter"): "Param"}.get(tuple(self._open[:-1]))
+            meant = expected if expected and nearest(tag, [expected]) else None
+            self._problem(f"the element <{shortened(tag)}> is unknown here; MeshLab would ignore it", meant)
 
     def _end(self, tag: str) -> None:
         self._open.pop()
         if len(self._open) == 1 and self._filter is not None:
-            self.filters.append(replace(self._filter, params=tuple(self._params)))
-            self._filter, self._params = None, []
-
-    def _start_in_script(self, tag: str, attributes: dict[str, str]) -> None:
-        line = self._parser.CurrentLineNumber
-        if tag == "setting":
-            setting, wrong, suggestion = read_setting(attributes, line)
-            if setting is not None:
-                self.settings.append(setting)
-            if wrong is not None:
-                self._problem(wrong, suggestion=suggestion)
-        elif tag in ("filter", "xmlfilter"):
-            if len(self.filters) == MOST_FILTERS:
-                self._fatal(f"has more than {MOST_FILTERS} filters")
-            self._filter = FilterElement(tag, attributes.get("name"), line, tag=attributes.get("tag", ""))
-        else:
-            self._unknown_element(tag, "filter")
+            self._read.filters.append(self._filter)
+            self._filter = None
 
     def _read_head(self, attributes: dict[str, str]) -> None:
         texts = {name: attributes[attribute] for name, attribute in GUARDS.items() if attribute in attributes}
         try:
-            self.guards = Guards.parse(texts)
-            self.unit = check_unit(attributes[UNIT]) if UNIT in attributes else ""
+            self._read.guards = Guards.parse(texts)
+            self._read.unit = check_unit(attributes[UNIT]) if UNIT in attributes else ""
         except ParameterError as error:
             self._problem(str(error))
+        allowed = (*GUARDS.values(), UNIT)
         for attribute in attributes:
-            allowed = (*GUARDS.values(), UNIT)
-            near = None if attribute in allowed else nearest(attribute, allowed)
-            if near is not None:
-                self._problem(f"<FilterScript> has no attribute {shortened(attribute)!r}", suggestion=near)
+            if attribute not in allowed and (near := nearest(attribute, allowed)):
+                self._problem(f"<FilterScript> has no attribute {shortened(attribute)!r}", near)
 
-    def _unknown_element(self, tag: str, expected: str | None) -> None:
-        meant = expected if expected and nearest(tag, [expected]) else None
-        self._problem(f"the element <{shortened(tag)}> is unknown here; MeshLab would ignore it", suggestion=meant)
+    def _read_setting(self, attributes: dict[str, str], line: int) -> None:
+        takes = f"it takes {', '.join(SETTING_ATTRIBUTES)}"
+        missing = [name for name in SETTING_ATTRIBUTES[:2] if name not in attributes]
+        unknown = [name for name in attributes if name not in SETTING_ATTRIBUTES]
+        if missing:
+            self._problem(f"<setting> has no {missing[0]}; {takes}")
+        elif unknown:
+            words = f"<setting> has no attribute {shortened(unknown[0])!r}; {takes}"
+            self._problem(words, nearest(unknown[0], SETTING_ATTRIBUTES))
+        else:
+            try:
+                self._read.settings.append(Setting(**attributes, line=line))
+            except ParameterError as error:
+                self._problem(str(error))
+
+
+def build_script(document: Document, path: Path | None = None) -> Script:
+    """The script that the elements make; raise `ScriptError` if something is wrong with them."""
+    problems, steps = list(document.problems), list[Step]()
+    for element in document.filters:
+        step, wrong = _step(element, partial(Problem, file=document.name, filter=element.name))
+        steps += [] if step is None else [step]
+        problems += wrong
+        if len(problems) > MOST_PROBLEMS:
+            break
+    if not problems:
+        problems += _setting_problems(document, steps)
+    problems.sort(key=lambda problem: problem.line or 0)
+    if len(problems) > MOST_PROBLEMS:
+        words = f"has more problems; only the first {MOST_PROBLEMS} are listed"
+        problems[MOST_PROBLEMS:] = [Problem(file=document.name, message=words)]
+    if problems:
+        raise ScriptError(problems)
+    return Script(tuple(steps), document.comment, path, document.guards, tuple(document.settings), document.unit)
+
+
+def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Step | None, list[Problem]]:
+    """The step that an element means, and what is wrong with it; `complain` makes a problem of its filter."""
+    name, line = element.name, element.line
+    if element.kind == "xmlfilter":
+        former = former_filter(name or "")
+        today = f"; the filter is called {former.now!r} now" if former and former.now else ""
+        words = f"<xmlfilter> is of MeshLab 2016, which alone can run it{today}; `pymeshfair upgrade` rewrites it"
+        return None, [complain(message=words, line=line, suggestion="filter")]
+    if name is None:
+        return None, [complain(message="<filter> has no name; MeshLab would fail there", line=line)]
+    try:
+        declared = find_filter(name)
+    except UnknownNameError as error:
+        message, suggestion = _unknown(name, error.cause)
+        return None, [complain(message=message, line=line, suggestion=suggestion)]
+    if declared.name != name:
+        message = "that is the filter's name in Python; scripts use the one in MeshLab's menus"
+        return None, [complain(message=message, line=line, suggestion=declared.name)]
+    problems: list[Problem] = []
+    try:
+        checked_name(element.tag or "none", "tag")
+    except ParameterError as error:
+        problems.append(complain(message=str(error), line=line))
+    values: dict[str, Any] = {}
+    for param in element.params:
+        of_param = partial(complain, line=param.line, parameter=param.attributes.get("name"))
+        problems += [of_param(message=message, suggestion=hint) for message, hint in _add_param(declared, param, values)]
+    named = {param.attributes.get("name"): param.attributes.get("setting") for param in element.params}
+    settings = {p.name: setting for p in declared.parameters if (setting := named.get(p.xml_name)) is not None}
+    return Step(declared, declared.in_order(values), line, element.tag, settings), problems
+
+
+def _unknown(name: str, cause: str | None) -> Complaint:
+    """The problem with an unknown filter's name, and a suggestion."""
+    former = former_filter(name)
+    if former is None:
+        why = f": {cause}" if cause else ""
+        return f"there is no filter of that name{why}", None if cause else same_but_case(name) or suggested_filter(name)
+    return about_former(former), former.now
+
+
+def _add_param(declared: Filter, param: ParamElement, values: dict[str, Any]) -> list[Complaint]:
+    """Put the value of an element among those of its filter; what is wrong with it."""
+    name = param.attributes.get("name")
+    if name is None:
+        return [("<Param> has no name; MeshLab would drop it", None)]
+    parameter = next((p for p in declared.parameters if p.xml_name == name), None)
+    if parameter is None:
+        names = [p.xml_name for p in declared.parameters]
+        hint, suggestion = former_parameter_hint(former_parameters(declared.name), name)
+        in_python = next((p.xml_name for p in declared.parameters if p.name == name), None)
+        suggestion = suggestion or in_python or (None if hint else close_spelling(name, names))
+        allowed = f"it has {', '.join(names)}" if names else "it has none"
+        return [(f"the filter has no such parameter; {hint or allowed}", suggestion)]
+    if parameter.name in values:
+        return [("is given twice; MeshLab would take the last", None)]
+    values[parameter.name], complaints = read_value(parameter, param.attributes, filter_name=declared.python_name)
+    return complaints
+
+
+def _setting_problems(document: Document, steps: Sequence[Step]) -> Iterator[Problem]:
+    """Names that stand twice or for nothing, and defaults that are not the values of the steps that use them."""
+    by_name: dict[str, Setting] = {}
+    for setting in document.settings:
+        if setting.name in by_name:
+            words = f"the setting {setting.name!r} stands there twice"
+            yield Problem(file=document.name, line=setting.line, message=words)
+        by_name.setdefault(setting.name, setting)
+    for step in steps:
+        for name, wanted in step.settings.items():
+            if (wrong := _disagreement(step, name, by_name.get(wanted), wanted)) is not None:
+                place = partial(Problem, file=document.name, line=step.line, filter=step.filter.name)
+                near = None if wanted in by_name else nearest(wanted, by_name)
+                yield place(parameter=step.filter.parameter(name).xml_name, message=wrong, suggestion=near)
+    used = {wanted for step in steps for wanted in step.settings.values()}
+    for setting in by_name.values():
+        if setting.name not in used:
+            words = f"no step uses the setting {setting.name!r}; write setting={setting.name!r} in a <Param>, or leave it out"
+            yield Problem(file=document.name, line=setting.line, message=words)
+
+
+def _disagreement(step: Step, name: str, setting: Setting | None, wanted: str) -> str | None:
+    if setting is None:
+        return f"is set by {shortened(wanted)!r}, and the recipe has no setting of that name"
+    try:
+        value = parse_value(step.filter.parameter(name), setting.default)
+    except ParameterError as error:
+        return f"cannot take the default {shortened(setting.default)!r} of the setting {wanted!r}: {error}"
+    if value != step.values[name]:
+        own = shortened(str(step.values[name]))
+        return f"is {own}, but the default of its setting {wanted!r} is {shortened(setting.default)}; MeshLab would run the first"
+    return None

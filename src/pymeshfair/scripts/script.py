@@ -1,4 +1,4 @@
-"""A filter script in memory: its elements as written, and filters with checked values, in the order in which they run.
+"""A filter script in memory: filters with checked values, in the order in which they run; and what is wrong with one.
 
 Settings are values of a recipe that have a name, which one place sets for all the steps that use them. A
 ``<setting name="detail_size" default="6edge" unit="length" description="..."/>`` stands under ``<FilterScript>``, and each
@@ -10,19 +10,84 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ..declaration import Filter, Length, nearest
+from ..declaration import Filter, Length
+from ..errors import ParameterError, PymeshfairError
 from ..registry import find_filter
 from .guards import NO_GUARDS, Guards
-from .problems import Problem, shortened
 
+#: the words with which a paragraph of a head comment may begin, each followed by a colon
+KEYWORDS = ("Task", "For", "Fits", "Judged", "Does", "Tune", "Superseded")
 #: the attributes of a ``<setting>``, in the order in which they are written
 SETTING_ATTRIBUTES = ("name", "default", "unit", "description")
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,79}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem:
+    """One thing that is wrong with a script."""
+
+    message: str  # the mistake, the written text and the allowed one
+    file: str  # the path or name of the script
+    line: int | None = None  # counted from 1; None if the whole file is meant
+    filter: str | None = None  # the name of the filter as written there
+    parameter: str | None = None  # the name of the parameter as written there
+    suggestion: str | None = None  # the text to write instead, where one is likely
+
+    def __str__(self) -> str:
+        place = self.file if self.line is None else f"{self.file}:{self.line}"
+        step = "" if self.filter is None else f": filter {shortened(self.filter)!r}"
+        hint = "" if self.suggestion is None else f" (did you mean {self.suggestion!r}?)"
+        return f"{place}{step}{_of_parameter(self.parameter)}: {self.message}{hint}"
+
+
+class ScriptError(PymeshfairError):
+    """A script cannot be read, or something in it is wrong; the message has one line for each problem."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems = tuple(problems)  # all of them, in the order of the file
+        super().__init__("\n".join(map(str, self.problems)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Change:
+    """One thing that an upgrade changed."""
+
+    line: int  # of the old script, counted from 1
+    filter: str  # its name in the old script
+    what: str  # the change
+    parameter: str | None = None  # its name in the old script; None if the change is not about one
+    #: how the result differs from what the script once did, or from what MeshLab does with it today; empty if the meaning is the
+    #: same
+    meaning: str = ""
+
+    @property
+    def same_meaning(self) -> bool:
+        """Whether the script still does what it did."""
+        return not self.meaning
+
+    def __str__(self) -> str:
+        grade = "same meaning" if self.same_meaning else f"meaning changes: {self.meaning}"
+        return f"line {self.line}: filter {shortened(self.filter)!r}{_of_parameter(self.parameter)}: {self.what} ({grade})"
+
+
+def _of_parameter(name: str | None) -> str:
+    return "" if name is None else f": parameter {shortened(name)!r}"
+
+
+def shortened(text: str) -> str:
+    """The text, cut to a length that a message can hold."""
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def checked_name(name: str, of_what: str) -> str:
+    """The name of a setting or the tag of a step: letters, digits and underscores, a letter first."""
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,79}", name):
+        raise ParameterError(f"the {of_what} {shortened(name)!r} takes letters, digits and underscores")
+    return name
 
 
 @dataclass(frozen=True)
@@ -33,61 +98,10 @@ class Setting:
     default: str  # the value as a command line would give it, such as ``6edge``
     unit: str = ""  # in which it is, or what kind of value it is, for readers; may be empty
     description: str = ""  # its effect; may be empty
-    #: where it stands in its file, counted from 1; None if it came from no file. It does not count in a comparison.
-    line: int | None = field(default=None, compare=False)
+    line: int | None = field(default=None, compare=False)  # where it stands in its file, counted from 1; None without a file
 
-
-def is_name(text: str) -> bool:
-    """Whether the text can name a setting or tag a step: letters, digits and underscores, a letter first."""
-    return _NAME.fullmatch(text) is not None
-
-
-def read_setting(attributes: Mapping[str, str], line: int) -> tuple[Setting | None, str | None, str | None]:
-    """The setting that the attributes of a ``<setting>`` say, or what is wrong with them and what to write instead."""
-    if missing := next((name for name in SETTING_ATTRIBUTES[:2] if name not in attributes), None):
-        return None, f"<setting> has no {missing}; it takes {', '.join(SETTING_ATTRIBUTES)}", None
-    if (unknown := next((name for name in attributes if name not in SETTING_ATTRIBUTES), None)) is not None:
-        message = f"<setting> has no attribute {shortened(unknown)!r}; it takes {', '.join(SETTING_ATTRIBUTES)}"
-        return None, message, nearest(unknown, SETTING_ATTRIBUTES)
-    if not is_name(attributes["name"]):
-        return None, f"<setting> has the name {shortened(attributes['name'])!r}; it takes letters, digits and underscores", None
-    return Setting(**attributes, line=line), None, None
-
-
-@dataclass(frozen=True)
-class ParamElement:
-    """A ``<Param>`` or ``<xmlparam>``."""
-
-    attributes: Mapping[str, str]  # as written
-    line: int  # where it begins, counted from 1
-
-
-@dataclass(frozen=True)
-class FilterElement:
-    """A ``<filter>`` or ``<xmlfilter>``."""
-
-    kind: str  # ``"filter"`` or ``"xmlfilter"``
-    name: str | None  # the attribute of that name, or None
-    line: int  # where it begins, counted from 1
-    params: tuple[ParamElement, ...] = ()  # its parameters, in the order of the file
-    tag: str = ""  # the attribute of that name; empty if there is none
-
-
-@dataclass(frozen=True)
-class Document:
-    """The contents of a file."""
-
-    name: str  # of the file, for messages
-    filters: tuple[FilterElement, ...] = ()  # in the order of the file
-    comment: str = ""  # the words at its head
-    problems: tuple[Problem, ...] = ()  # mistakes in its structure
-    guards: Guards = NO_GUARDS  # limits of the result
-    settings: tuple[Setting, ...] = ()  # values that have a name
-    unit: str = ""  # of the scans that the script is for; empty if it says none
-
-
-#: the words with which a paragraph of a head comment may begin, each followed by a colon
-KEYWORDS = ("Task", "For", "Fits", "Judged", "Does", "Tune", "Superseded")
+    def __post_init__(self) -> None:
+        checked_name(self.name, "setting")
 
 
 @dataclass(frozen=True)
@@ -98,9 +112,7 @@ class Step:
     #: by Python parameter name, as `Filter.check` returns them: lengths as `Length`, choices as words. Parameters that are absent
     #: take their default on the mesh that the step meets.
     values: Mapping[str, Any] = field(default_factory=dict)
-    #: where the step begins in its file, counted from 1; None if it came from no file. Two steps that differ in their line alone
-    #: are equal.
-    line: int | None = field(default=None, compare=False)
+    line: int | None = field(default=None, compare=False)  # where it begins in its file, counted from 1; None without a file
     tag: str = ""  # a name that the recipe gives to the step, or to several; empty if it gives none
     #: by Python parameter name, the settings of the recipe that the values come from
     settings: Mapping[str, str] = field(default_factory=dict)
@@ -114,8 +126,7 @@ class Step:
 
     def with_checked(self, values: Mapping[str, Any]) -> Step:
         """The step with these values, which have been checked, put over its own; one that changes leaves its setting."""
-        unset = {name for name, value in values.items() if self.values.get(name) != value}
-        settings = {name: setting for name, setting in self.settings.items() if name not in unset}
+        settings = {n: s for n, s in self.settings.items() if n not in values or self.values.get(n) == values[n]}
         return replace(self, values=self.filter.in_order({**self.values, **values}), settings=settings)
 
     @property
@@ -126,12 +137,10 @@ class Step:
 
     def in_mesh_units(self, *, diagonal: float, mean_edge: float) -> Step:
         """The step with its lengths in mesh units, on a mesh of this size."""
-        lengths = {
-            name: Length(value.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge))
-            for name, value in self.values.items()
-            if isinstance(value, Length)
-        }
-        return self.with_checked(lengths)
+        lengths = {name: value for name, value in self.values.items() if isinstance(value, Length)}
+        return self.with_checked(
+            {n: Length(v.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)) for n, v in lengths.items()}
+        )
 
     def with_defaults(self, *, lengths: bool = True) -> Step:
         """The step with every value said that is known without a mesh; without `lengths`, those that depend on its size are not.
@@ -157,8 +166,7 @@ class Script:
 
     steps: tuple[Step, ...]  # in the order in which they run
     comment: str = ""  # the words at the head of the file, without the marks of a comment
-    #: the file that it was read from; it does not count when scripts are compared
-    path: Path | None = field(default=None, compare=False)
+    path: Path | None = field(default=None, compare=False)  # the file that it was read from
     guards: Guards = NO_GUARDS  # limits of the result
     settings: tuple[Setting, ...] = ()  # values that have a name, which one place sets for all steps that use them
     unit: str = ""  # of the scans that it is for, of `pymeshfair.declaration.units.METRES`; empty if it says none

@@ -17,7 +17,8 @@ def close_spelling(name: str, names: Iterable[str]) -> str | None:
     plain = _plain(name)
     allowed = next(slips for letters, slips in _SLIPS if len(plain) >= letters)
     slips = {other: _slips(plain, _plain(other), allowed) for other in names}
-    closest = [other for other, count in slips.items() if count == min(slips.values()) <= allowed]
+    least = min(slips.values(), default=allowed)
+    closest = [other for other, count in slips.items() if count == least <= allowed]
     return closest[0] if len(closest) == 1 else None
 
 
@@ -35,32 +36,24 @@ def same_but_case(name: str) -> str | None:
     return next((f.name for f in all_filters() if _plain(f.name) == plain), None)
 
 
-def renamed(former: Former) -> str:
-    """The sentence about a filter that has another name today."""
-    sentence = [f"MeshLab has renamed this filter to {former.now!r}"]
-    assert former.now is not None
-    today = find_filter(former.now)
-    for name, text in former.sets.items():
-        parameter = next(p for p in today.parameters if p.xml_name == name)
-        meaning = f" ({parameter.choices[int(text)]})" if isinstance(parameter, Enum) else ""
-        sentence.append(f"; give it the parameter {name} with the value {text}{meaning}")
-    if renames := former_parameters(former.now).renames:
-        sentence.append("; of its parameters " + ", ".join(f"{old} is {new}" for old, new in renames.items()))
-    return "".join(sentence) + "; `pymeshfair upgrade` rewrites it"
-
-
-def invented(former: Former) -> str:
-    """The sentence about a name that was never MeshLab's."""
-    note = f": {former.note}" if former.note else ""
-    return f"no MeshLab has had a filter of that name; {former.now!r} is what comes closest{note}"
-
-
-def gone(former: Former) -> str:
-    """The sentence about a filter that there is no more."""
+def about_former(former: Former) -> str:
+    """The sentence about a filter that has another name today, or that there is no more or never was."""
     if former.idle:
         return "MeshLab has dropped this filter, which changed nothing; leave it out, or let `pymeshfair upgrade` do so"
-    which = "; `pymeshfair upgrade` writes the one that is meant" if former.splits else ""
-    return f"there is no such filter today: {former.note}{which}"
+    if former.now is None:
+        which = "; `pymeshfair upgrade` writes the one that is meant" if former.splits else ""
+        return f"there is no such filter today: {former.note}{which}"
+    if former.invented:
+        note = f": {former.note}" if former.note else ""
+        return f"no MeshLab has had a filter of that name; {former.now!r} is what comes closest{note}"
+    sentence, declared = f"MeshLab has renamed this filter to {former.now!r}", find_filter(former.now).parameters
+    for name, text in former.sets.items():
+        parameter = next(p for p in declared if p.xml_name == name)
+        meaning = f" ({parameter.choices[int(text)]})" if isinstance(parameter, Enum) else ""
+        sentence += f"; give it the parameter {name} with the value {text}{meaning}"
+    if renames := former_parameters(former.now).renames:
+        sentence += "; of its parameters " + ", ".join(f"{old} is {new}" for old, new in renames.items())
+    return sentence + "; `pymeshfair upgrade` rewrites it"
 
 
 def former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:

@@ -6,160 +6,28 @@ and are refused as in any other script. Upgrading an upgraded script changes not
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
-from ..declaration import Bool, Enum, FileOpen, Filter, Float, Length, Parameter, Percentage, Point
+from ..declaration import Arity, Bool, Enum, FileOpen, Filter, Float, Length, Parameter, Percentage, Shot, String
 from ..errors import UnknownNameError
 from ..meshlab.former import Former, former_filter, former_parameters
 from ..registry import find_filter
-from .problems import Change
-from .read import SECOND_DOCUMENT_TYPE, parse_document
-from .script import FilterElement, ParamElement, Script, Step
-from .step_builder import OLD_TYPES, WHOLE, build_script, parsed, type_complaints
+from .read import SECOND_DOCUMENT_TYPE, FilterElement, ParamElement, build_script, parse_document
+from .script import Change, Script, Step
 from .suggestions import close_spelling, same_but_case
-from .upgraded_steps import CurrentLayer, upgraded_steps
+from .values import OLD_TYPES, Attributes, parsed, spelled, type_complaints
 
 _GONE = "is left out, as MeshLab has dropped it"
 _UNHEARD_OF = "no version of MeshLab has such a parameter; all ignore it"
 _UNTYPED = "is left out: without a type every MeshLab ignores the value and takes its default (--mend keeps it)"
 _MISREAD = "today's MeshLab reads another value here: 0 or its default"
-
-
-def upgraded_params(
-    element: FilterElement, today: Filter, facts: Sequence[Former], *, mend: bool
-) -> tuple[list[ParamElement], list[Change]]:
-    """The parameters for today's filter, and the changes.
-
-    A value without a type, which every MeshLab ignores, is left out, or kept with `mend`. A parameter that MeshLab has never had
-    is left out; one without a name stays, to be refused.
-    """
-    params: dict[object, ParamElement] = {}
-    changes: list[Change] = []
-    old = element.name or ""
-    declared = {p.xml_name: p for p in today.parameters}
-    for index, param in enumerate(element.params):
-        name = param.attributes.get("name")
-        if name is None:
-            params[index] = param
-            continue
-        if not mend and element.kind != "xmlfilter" and "type" not in param.attributes:
-            changes.append(Change(line=param.line, filter=old, parameter=name, what=_UNTYPED))
-            continue
-        target = name if name in declared else _fact(facts, name, param, declared)
-        if isinstance(target, Change):
-            changes.append(Change(line=param.line, filter=old, parameter=name, what=target.what, meaning=target.meaning))
-            continue
-        if isinstance(target, Mapping):
-            values = ", ".join(f"{new}={text}" for new, text in target.items()) or "today's default is the same"
-            changes.append(Change(line=param.line, filter=old, parameter=name, what=f"is left out: {values}"))
-            for new, text in target.items():
-                params[new] = _typed(declared[new], {"name": new, "value": text}, param.line)
-            continue
-        if target not in declared:
-            near = close_spelling(name, [*declared])
-            meaning = _UNHEARD_OF + (f"; if {near!r} is meant, write that" if near else "")
-            changes.append(Change(line=param.line, filter=old, parameter=name, what="is left out", meaning=meaning))
-            continue
-        if target != name:
-            changes.append(Change(line=param.line, filter=old, parameter=name, what=f"is {target!r} now"))
-        if target in params:
-            meaning = "" if params[target].attributes == param.attributes else "the last of the two values counts, as in MeshLab"
-            changes.append(Change(line=param.line, filter=old, parameter=name, what="is given once", meaning=meaning))
-        if any(target in former.relabelled for former in facts) and (change := _relabelled(declared[target], param, old)):
-            changes.append(change)
-            param = ParamElement({k: v for k, v in param.attributes.items() if not k.startswith("enum_val")}, param.line)
-        params[target] = _typed(declared[target], {**param.attributes, "name": target}, param.line)
-        if element.kind != "xmlfilter":
-            changes += _type_changes(declared[target], param, params[target], element, runs_today=today.name == old)
-    return list(params.values()), changes
-
-
-def _fact(
-    facts: Sequence[Former], name: str, param: ParamElement, declared: Mapping[str, Parameter]
-) -> str | Mapping[str, str] | Change:
-    """Today's name of a parameter, or equivalent values by name, or why it is left out; the same name if there is no fact."""
-    value = param.attributes.get("value", "")
-    for former in facts:
-        if name in former.renames:
-            return former.renames[name]
-        turned = former.turned(name, value)
-        if turned is not None:
-            return turned
-        if name in former.drops:
-            neutral = former.drops[name]
-            number = parsed(value)
-            same = neutral is None or value.strip().lower() == neutral or (number is not None and number == parsed(neutral))
-            meaning = "" if same else f"MeshLab has no such parameter any more and does what {neutral} did"
-            return Change(line=param.line, filter="", what=_GONE, meaning=meaning)
-        if name in former.loses:
-            return Change(line=param.line, filter="", what=_GONE, meaning=former.loses[name])
-    by_case = [xml for xml, p in declared.items() if name.casefold() == xml.casefold() or name == p.name]
-    return by_case[0] if len(by_case) == 1 else name
-
-
-def _typed(parameter: Parameter, attributes: Mapping[str, str], line: int) -> ParamElement:
-    """The element with the type and attributes that MeshLab needs; unchanged if the value cannot be read as that type."""
-    typed, is_readable = dict(attributes), True
-    value = typed.get("value", "")
-    if isinstance(parameter, Bool):
-        typed["value"] = {"1": "true", "0": "false"}.get(value.strip(), value.strip().lower())
-        is_readable = typed["value"] in ("true", "false")
-    elif isinstance(parameter, Point):
-        is_readable = all(parsed(typed.get(axis, "")) is not None for axis in "xyz")
-    elif isinstance(parameter, Float | Percentage):
-        number = parsed(value)
-        is_readable = number is not None
-        if number is not None and (typed.get("type") != "RichFloat" or parameter.xml_type == "RichAbsPerc"):
-            typed.setdefault("min", repr(min(0.0, number)))
-            typed.setdefault("max", repr(number))
-    elif isinstance(parameter, Enum) or parameter.xml_type in ("RichInt", "RichMesh"):
-        is_readable = WHOLE.fullmatch(value) is not None
-        if isinstance(parameter, Enum):
-            typed.setdefault("enum_cardinality", str(len(parameter.choices)))
-    elif isinstance(parameter, FileOpen):
-        typed.setdefault("exts_cardinality", "0")
-    if not is_readable:
-        return ParamElement(attributes, line)
-    if list(type_complaints(parameter, typed)):
-        typed["type"] = parameter.xml_type
-    return ParamElement(typed, line)
-
-
-def _relabelled(parameter: Parameter, param: ParamElement, filter_name: str) -> Change | None:
-    """The change for a choice whose number has another word today; None if the word is the same."""
-    value = param.attributes.get("value", "").strip()
-    word = param.attributes.get(f"enum_val{value}")
-    if not isinstance(parameter, Enum) or word is None or not value.isdigit() or int(value) >= len(parameter.choices):
-        return None
-    today = parameter.choices[int(value)]
-    if word == today:
-        return None
-    what = f"keeps the number {value}; the former choice {word!r} is called {today!r} today"
-    return Change(line=param.line, filter=filter_name, parameter=parameter.xml_name, what=what)
-
-
-def _type_changes(
-    parameter: Parameter, old: ParamElement, new: ParamElement, element: FilterElement, *, runs_today: bool
-) -> Iterator[Change]:
-    """The changes in the attributes of a parameter; `runs_today` if MeshLab still has the old step's filter."""
-    before, misread = old.attributes, _is_misread(parameter, old.attributes, new.attributes)
-    meaning = _MISREAD if (misread and runs_today) or "type" not in before else ""
-    for attribute, text in new.attributes.items():
-        if attribute != "name" and before.get(attribute) != text:
-            written = f"was {before[attribute]!r}" if attribute in before else "was missing"
-            what = f"{attribute} is {text!r}, {written}"
-            yield Change(line=old.line, filter=element.name or "", parameter=parameter.xml_name, what=what, meaning=meaning)
-            meaning = ""  # reported once
-
-
-def _is_misread(parameter: Parameter, old: Mapping[str, str], new: Mapping[str, str]) -> bool:
-    """Whether today's MeshLab reads another value from the old attributes than from the new ones."""
-    value = old.get("value", "")
-    if old.get("type") in OLD_TYPES:
-        return False
-    if any(type_complaints(parameter, old)):  # it reads a value of a wrong type as 0
-        return new.get("value", "").lower() not in ("0", "0.0", "false") or new["type"] == old.get("type")
-    return isinstance(parameter, Bool) and value.lower() not in ("true", new["value"])
+_LAYERS = "the input stays as a layer, and a later step looks at layers"
+_ALWAYS = "the filter that the step before was made its result current in every version, so that this step deleted it"
+_UNSURE = "in MeshLab 2016 it deleted the input, today it deletes the result; now nothing is deleted, and the result is current"
+_CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
+_WHOLE = "without it only the faces that closed the holes were worked on; now it is the whole mesh"
 
 
 @dataclass(frozen=True)
@@ -176,12 +44,9 @@ class Upgrade:
 
 
 def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bool = False) -> Upgrade:
-    """The upgraded script in the bytes of an .mlx file; `name` stands for the file in messages.
+    """The upgraded script in the bytes of an .mlx file, as by `parse_script`.
 
     A value without a type, which every MeshLab ignores, is left out; with `mend` it is kept.
-
-    Raises:
-        ScriptError: something is wrong that no upgrade cures; lists every problem.
     """
     changes: list[Change] = []
     # blanks in the place of the second, so that all else stays in its place
@@ -189,96 +54,294 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bo
     if once != data:
         changes.append(Change(line=1, filter="", what="the second <!DOCTYPE FilterScript> is left out"))
     document = parse_document(once, name)
-    result_stays_current: set[int] = set()
-    aged = False
     filters: list[FilterElement] = []
-    current = CurrentLayer()
+    aged, always_current, current = False, set[int | None](), _CurrentLayer()
     for element in document.filters:
         former = former_filter(element.name or "")
-        aged = aged or _is_old(element, former)
+        # Only an older MeshLab can have written some elements.
+        aged |= element.kind == "xmlfilter" or (former is not None and not former.invented)
+        aged |= any(p.attributes.get("type") in OLD_TYPES for p in element.params)
         values = {p.attributes.get("name", ""): p.attributes.get("value", "") for p in element.params}
         if current.is_asked_for(element, values):
             what = "left out: in a run of one mesh file the layer that it selects is already current today"
             meaning = "in a run of several mesh files it made another layer current"
             changes.append(Change(line=element.line, filter=element.name or "", what=what, meaning=meaning))
-            if current.maker is not None:
-                result_stays_current.add(current.maker)
+            always_current.add(current.maker)
             continue
         upgraded, of_element = _upgraded(element, values, mend=mend)
-        for step in upgraded:
-            current.go_on(step, values)
+        if upgraded is not None:
+            current.go_on(upgraded, values)
+            filters.append(upgraded)
         changes += of_element
-        filters += upgraded
         if former is not None and former.layers == "current":
-            result_stays_current.add(element.line)
-    script = build_script(replace(document, filters=tuple(filters)), path)
+            always_current.add(element.line)
+    script = build_script(replace(document, filters=filters), path)
     names = {element.line: element.name or "" for element in document.filters}
-    script, of_steps = upgraded_steps(script, names, aged=aged, always_current=frozenset(result_stays_current))
-    changes += of_steps
-    return Upgrade(script, tuple(sorted(changes, key=lambda change: change.line)))
+    script, of_steps = _upgraded_steps(script, names, aged, always_current)
+    return Upgrade(script, tuple(sorted([*changes, *of_steps], key=lambda change: change.line)))
 
 
-def _upgraded(element: FilterElement, values: Mapping[str, str], *, mend: bool) -> tuple[list[FilterElement], list[Change]]:
-    """Today's element, none if it is left out, and the changes; `values` are those of its parameters."""
+def _upgraded(element: FilterElement, values: Attributes, *, mend: bool) -> tuple[FilterElement | None, list[Change]]:
+    """Today's element, None if it is left out, and the changes; `values` are those of its parameters."""
     name = element.name
     if name is None:
-        return [element], []
-    former, today = _today(name, values)
-    if former is not None and former.idle:
-        return [], [Change(line=element.line, filter=name, what="left out, as it never changed a mesh")]
-    if today is None:
-        return [element], []
-    changes = list(_name_changes(element, name, today, former))
-    facts = [f for f in (former, former_parameters(today.name)) if f is not None]
-    params, of_params = upgraded_params(element, today, facts, mend=mend)
-    written: set[str | None] = {p.attributes.get("name") for p in params}
-    for parameter, text in ({} if former is None else former.sets).items():
-        if parameter not in written:
-            declared = next(p for p in today.parameters if p.xml_name == parameter)
-            added = ParamElement({"type": declared.xml_type, "name": parameter, "value": text}, element.line)
-            more, _ = upgraded_params(replace(element, params=(added,)), today, [], mend=False)
-            params += more
-    return [replace(element, kind="filter", name=today.name, params=tuple(params))], changes + of_params
-
-
-def _is_old(element: FilterElement, former: Former | None) -> bool:
-    """Whether only an older MeshLab can have written the element."""
-    old_types = any(p.attributes.get("type") == "RichPoint3f" for p in element.params)
-    return element.kind == "xmlfilter" or old_types or (former is not None and not former.invented)
-
-
-def _today(name: str, values: Mapping[str, str]) -> tuple[Former | None, Filter | None]:
-    """The facts about a former name, and the filter that it means today with these values."""
+        return element, []
+    note, former = partial(Change, line=element.line, filter=name), None
     try:
-        return None, find_filter(name)
+        today = find_filter(name)
     except UnknownNameError:
         former = former_filter(name)
-    today = same_but_case(name) if former is None else former.today(values)
-    return former, None if today is None else find_filter(today)
-
-
-def _name_changes(element: FilterElement, name: str, today: Filter, former: Former | None) -> Iterator[Change]:
-    """The changes of the tag and the name of a filter."""
+        if former is not None and former.idle:
+            return None, [note(what="left out, as it never changed a mesh")]
+        called = same_but_case(name) if former is None else former.today(values)
+        if called is None:
+            return element, []
+        today = find_filter(called)
+    changes: list[Change] = []
     if element.kind == "xmlfilter":
-        yield Change(line=element.line, filter=name, what="is written as <filter>, with the types of its parameters")
+        changes.append(note(what="is written as <filter>, with the types of its parameters"))
+    facts = [former_parameters(today.name)] if former is None else [former, former_parameters(today.name)]
+    sets = {} if former is None else former.sets
     if today.name != name:
-        sets = {} if former is None else former.sets
+        invented = "no MeshLab has had a filter of that name" if facts[0].invented else ""
         added = "".join(f", with {parameter}={text}" for parameter, text in sets.items())
-        meaning = "" if former is None else former.note
-        if former is not None and former.invented and not meaning:
-            meaning = "no MeshLab has had a filter of that name"
-        yield Change(line=element.line, filter=name, what=f"is {today.name!r} now{added}", meaning=meaning)
+        meaning = "" if former is None else former.note or invented
+        changes.append(note(what=f"is {today.name!r} now{added}", meaning=meaning))
+    params, of_params = _upgraded_params(element, today, facts, mend=mend)
+    declared, written = {p.xml_name: p for p in today.parameters}, {p.attributes.get("name") for p in params}
+    for parameter, text in sets.items():
+        if parameter not in written:
+            attributes = {"type": declared[parameter].xml_type, "name": parameter, "value": text}
+            params.append(_typed(declared[parameter], attributes, element.line))
+    return replace(element, kind="filter", name=today.name, params=params), changes + of_params
+
+
+def _upgraded_params(
+    element: FilterElement, today: Filter, facts: Sequence[Former], *, mend: bool
+) -> tuple[list[ParamElement], list[Change]]:
+    """The parameters for today's filter, and the changes; one without a name stays, to be refused."""
+    params: dict[object, ParamElement] = {}
+    changes: list[Change] = []
+    declared = {p.xml_name: p for p in today.parameters}
+    is_typed = element.kind != "xmlfilter"
+    for index, param in enumerate(element.params):
+        name = param.attributes.get("name")
+        if name is None:
+            params[index] = param
+            continue
+        note = partial(Change, line=param.line, filter=element.name or "", parameter=name)
+        if is_typed and not mend and "type" not in param.attributes:
+            changes.append(note(what=_UNTYPED))
+            continue
+        target = name if name in declared else _fact(facts, name, param.attributes.get("value", ""), declared)
+        if isinstance(target, tuple):
+            changes.append(note(what=target[0], meaning=target[1]))
+            continue
+        if isinstance(target, Mapping):
+            values = ", ".join(f"{new}={text}" for new, text in target.items()) or "today's default is the same"
+            changes.append(note(what=f"is left out: {values}"))
+            for new, text in target.items():
+                params[new] = _typed(declared[new], {"name": new, "value": text}, param.line)
+            continue
+        if target != name:
+            changes.append(note(what=f"is {target!r} now"))
+        if target in params:
+            meaning = "" if params[target].attributes == param.attributes else "the last of the two values counts, as in MeshLab"
+            changes.append(note(what="is given once", meaning=meaning))
+        attributes, parameter = {**param.attributes, "name": target}, declared[target]
+        if any(target in former.relabelled for former in facts) and (what := _relabelled(parameter, attributes)):
+            changes.append(replace(note(what=what), parameter=target))
+            attributes = {k: v for k, v in attributes.items() if not k.startswith("enum_val")}
+        params[target] = _typed(parameter, attributes, param.line)
+        if is_typed:
+            runs_today = today.name == element.name
+            changes += _type_changes(parameter, attributes, params[target].attributes, note, runs_today=runs_today)
+    return list(params.values()), changes
+
+
+def _fact(
+    facts: Sequence[Former], name: str, value: str, declared: Mapping[str, Parameter]
+) -> str | Mapping[str, str] | tuple[str, str]:
+    """Today's name of a parameter, or equivalent values by name, or why it is left out and what that means."""
+    for former in facts:
+        if name in former.renames:
+            return former.renames[name]
+        turned = former.turned(name, value)
+        if turned is not None:
+            return turned
+        if name in former.drops:
+            neutral, number = former.drops[name], parsed(value)
+            same = neutral is None or value.strip().lower() == neutral or (number is not None and number == parsed(neutral))
+            return _GONE, "" if same else f"MeshLab has no such parameter any more and does what {neutral} did"
+        if name in former.loses:
+            return _GONE, former.loses[name]
+    by_case = [xml for xml, p in declared.items() if name.casefold() == xml.casefold() or name == p.name]
+    if len(by_case) == 1:
+        return by_case[0]
+    near = close_spelling(name, [*declared])
+    return "is left out", _UNHEARD_OF + (f"; if {near!r} is meant, write that" if near else "")
+
+
+def _typed(parameter: Parameter, attributes: Attributes, line: int) -> ParamElement:
+    """The element with the type and attributes that MeshLab needs; unchanged if the value cannot be read as that type."""
+    typed = dict(attributes)
+    numbers = [] if isinstance(parameter, Bool | String | Shot) else spelled(parameter, attributes)
+    if isinstance(parameter, Bool):
+        value = attributes.get("value", "").strip()
+        typed["value"] = {"1": "true", "0": "false"}.get(value, value.lower())
+    if any(isinstance(n, str) for n in numbers) or (isinstance(parameter, Bool) and typed["value"] not in ("true", "false")):
+        return ParamElement(attributes, line)
+    if isinstance(parameter, Percentage) or (isinstance(parameter, Float) and typed.get("type") != "RichFloat"):
+        number = float(numbers[0])
+        typed.setdefault("min", repr(min(0.0, number)))
+        typed.setdefault("max", repr(number))
+    elif isinstance(parameter, Enum):
+        typed.setdefault("enum_cardinality", str(len(parameter.choices)))
+    elif isinstance(parameter, FileOpen):
+        typed.setdefault("exts_cardinality", "0")
+    if list(type_complaints(parameter, typed)):
+        typed["type"] = parameter.xml_type
+    return ParamElement(typed, line)
+
+
+def _relabelled(parameter: Parameter, attributes: Attributes) -> str | None:
+    """The change for a choice whose number has another word today; None if the word is the same."""
+    value = attributes.get("value", "").strip()
+    word = attributes.get(f"enum_val{value}")
+    if not isinstance(parameter, Enum) or word is None or not value.isdigit() or int(value) >= len(parameter.choices):
+        return None
+    today = parameter.choices[int(value)]
+    return None if word == today else f"keeps the number {value}; the former choice {word!r} is called {today!r} today"
+
+
+def _type_changes(
+    parameter: Parameter, old: Attributes, new: Attributes, note: partial[Change], *, runs_today: bool
+) -> Iterator[Change]:
+    """The changes in the attributes of a parameter; `runs_today` if MeshLab still has the old step's filter."""
+    if old.get("type") in OLD_TYPES:
+        misread = False
+    elif any(type_complaints(parameter, old)):  # today's MeshLab reads a value of a wrong type as 0
+        misread = new.get("value", "").lower() not in ("0", "0.0", "false") or new["type"] == old.get("type")
+    else:
+        misread = isinstance(parameter, Bool) and old.get("value", "").lower() not in ("true", new.get("value"))
+    meaning = _MISREAD if (runs_today and misread) or "type" not in old else ""
+    for attribute, text in new.items():
+        if old.get(attribute) != text:
+            written = f"was {old[attribute]!r}" if attribute in old else "was missing"
+            change = note(what=f"{attribute} is {text!r}, {written}", meaning=meaning)
+            yield replace(change, parameter=parameter.xml_name)
+            meaning = ""  # reported once
+
+
+_DELETE = "delete_current_mesh"
+_CLOSE_HOLES = "meshing_close_holes"
+_CHANGES_LAYER = "change the current layer"  # the filter that made another layer the current one; MeshLab has none today
+#: filters that add one layer and make it current
+_ADD_ONE = frozenset(
+    {
+        "generate_convex_hull",
+        "generate_copy_of_current_mesh",
+        "generate_from_selected_faces",
+        "generate_from_selected_vertices",
+        "generate_resampled_uniform_mesh",
+        "generate_sampling_element",
+        "generate_sampling_montecarlo",
+        "generate_sampling_poisson_disk",
+        "generate_simplified_point_cloud",
+        "generate_surface_reconstruction_screened_poisson",
+    }
+)
+
+
+class _CurrentLayer:
+    """The current layer of a script that begins with one mesh, as far as it is known."""
+
+    def __init__(self) -> None:
+        self._id: int | None = 0
+        self._layers: int | None = 1
+        self.maker: int | None = None  # the line of the step that made it; None for the mesh that was there
+
+    def is_asked_for(self, element: FilterElement, values: Attributes) -> bool:
+        """Whether a step only makes the layer current that is so today."""
+        named = " ".join((element.name or "").casefold().split()) == _CHANGES_LAYER
+        return named and self._id is not None and values.get("mesh", "").strip() == str(self._id)
+
+    def go_on(self, element: FilterElement, values: Attributes) -> None:
+        """Take a step into account, which has its name of today and once had these values."""
+        try:
+            name = find_filter(element.name or "").python_name
+        except UnknownNameError:
+            name = ""
+        adds_one = name.startswith("create_") or (name in _ADD_ONE and values.get("SaveMontecarlo", "false") == "false")
+        if adds_one and self._layers is not None:
+            self._id, self.maker = self._layers, element.line
+            self._layers += 1
+        elif not name or name.startswith(("generate_", "delete_")):
+            self._id = self._layers = self.maker = None
+
+
+def _upgraded_steps(
+    script: Script, names: Mapping[int, str], aged: bool, always_current: set[int | None]
+) -> tuple[Script, list[Change]]:
+    """The script with steps that do together what was meant, and what was changed."""
+    deleting, steps, changes = set(deletes_result(script.steps)), list[Step](), list[Change]()
+    for index, step in enumerate(script.steps):
+        line, is_always = step.line or 0, step.line in always_current
+        if index in deleting:
+            is_always, later = script.steps[index - 1].line in always_current, script.steps[index + 1 :]
+            meaning = _ALWAYS if is_always else _LAYERS if any(map(_asks_for_layers, later)) else "" if aged else _UNSURE
+            what = "is left out: today it would delete the result of the step before, then the input"
+            changes.append(Change(line=line, filter=step.filter.name, what=what, meaning=meaning))
+            continue
+        if aged and _left_current_layer(step) and index + 1 not in deleting and not is_always:
+            name = names.get(line, step.filter.name)
+            changes.append(Change(line=line, filter=name, what="its result is the current layer now", meaning=_CURRENT))
+        steps.append(step)
+    for index in list(works_on_leftover_selection(steps)):
+        step = steps[index]
+        what = f"{step.filter.parameter('selected').xml_name} is false now"
+        changes.append(Change(line=step.line or 0, filter=step.filter.name, what=what, meaning=_WHOLE))
+        steps[index] = step.with_values({"selected": False})
+    return replace(script, steps=tuple(steps)), changes
+
+
+def _left_current_layer(step: Step) -> bool:
+    """Whether the result of the step is the current layer today, but was not in MeshLab 2016."""
+    return former_parameters(step.filter.name).layers == "left"
+
+
+def deletes_result(steps: Sequence[Step]) -> Iterator[int]:
+    """The indices of the steps that delete the result of the step before, and deleted the input in MeshLab 2016."""
+    for index, (before, step) in enumerate(pairwise(steps), 1):
+        if step.filter.python_name == _DELETE and _left_current_layer(before):
+            yield index
+
+
+def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
+    """The indices of the steps that work on the faces that Close Holes has selected, as they do not say ``Selected``."""
+    leftover = False
+    for index, step in enumerate(steps):
+        name = step.filter.python_name
+        if name == _CLOSE_HOLES:
+            leftover = step.values.get("newfaceselected", True) is True
+        elif "selection" in name or name.startswith(("create_", "generate_")):
+            leftover = False
+        elif leftover and step.filter.defaults.get("selected", True) is None and "selected" not in step.values:
+            yield index
+
+
+def _asks_for_layers(step: Step) -> bool:
+    """Whether the step works on several layers or names one."""
+    if step.values.get("alllayers") or step.values.get("visiblelayer", False):
+        return True
+    return step.filter.arity in (Arity.FIXED, Arity.VARIABLE) and "visiblelayer" not in step.values
 
 
 def relative_script(script: Script, *, diagonal: float) -> Script:
     """The script with absolute lengths in percent of the diagonal of the mesh that it was written for; 0 stays 0."""
-    return script.with_steps(_relative(step, diagonal) for step in script.steps)
 
+    def relative(step: Step) -> Step:
+        lengths = {n: v for n, v in step.values.items() if isinstance(v, Length) and v.unit == "absolute" and v.amount}
+        return step.with_checked({n: Length(100.0 * v.amount / diagonal, "percent") for n, v in lengths.items()})
 
-def _relative(step: Step, diagonal: float) -> Step:
-    lengths = {
-        name: Length(100.0 * value.amount / diagonal, "percent")
-        for name, value in step.values.items()
-        if isinstance(value, Length) and value.unit == "absolute" and value.amount
-    }
-    return step.with_checked(lengths)
+    return script.with_steps(map(relative, script.steps))

@@ -7,44 +7,35 @@ from typing import Any
 from ..declaration import FileOpen, Length, Mesh, Parameter
 from ..errors import ParameterError
 from .fits import parse_fits
-from .problems import Problem, ScriptError
-from .script import Script, Step, paragraphs
-from .upgraded_steps import deletes_result, left_current_layer, steps_on_leftover_selection
+from .script import Problem, Script, ScriptError, Step, paragraphs
+from .upgrade import deletes_result, works_on_leftover_selection
+
+#: a length is out of proportion above this part of the diagonal and this multiple of the filter's own default, or below a part
+_LARGE_PART, _LARGE_MULTIPLE, _SMALL_PART = 0.1, 5.0, 1e-7
+_NEW_LAYER = ("create_", "generate_")
+_MANY_LAYERS = "generate_splitting_by_connected_components"  # it makes as many layers as the mesh has components
 
 
 def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None = None) -> list[str]:
-    """Warnings about steps that do little of their purpose, missing layers, and lengths that do not suit a diagonal."""
-    warnings = [*_head_warnings(script), *traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
-    return warnings if diagonal is None else [*warnings, *lengths_out_of_proportion(script, diagonal=diagonal)]
-
-
-def _head_warnings(script: Script) -> list[str]:
-    """That the script is superseded; and what the head says of the scans that it fits, where that cannot be understood."""
+    """Warnings about the head, steps that do little of their purpose, missing layers, and lengths that do not suit a diagonal."""
     words = paragraphs(script.comment.partition("\n")[2])
     warnings = [f"superseded: {words['Superseded']}"] if "Superseded" in words else []
     try:
         parse_fits(words.get("Fits", ""))
     except ParameterError as error:
         warnings.append(f"head: {error}; no scan is checked against it")
-    return warnings
-
-
-#: A length is out of proportion above this part of the diagonal and this multiple of the filter's own default ...
-_LARGE_PART, _LARGE_MULTIPLE = 0.1, 5.0
-#: ... and below this part of the diagonal.
-_SMALL_PART = 1e-7
+    warnings += [*traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
+    return warnings if diagonal is None else [*warnings, *lengths_out_of_proportion(script, diagonal=diagonal)]
 
 
 def traps(script: Script) -> Iterator[str]:
     """Warnings that need no mesh, one sentence each."""
-    for index, step in enumerate(script.steps):
-        later = script.steps[index + 1 :]
-        if left_current_layer(step) and deletes_result(later):
-            yield (
-                f"{_place(script, index + 1)} deletes the result of the step before: that is the current layer since "
-                "MeshLab 2016; `pymeshfair upgrade` leaves the step out"
-            )
-    for index in steps_on_leftover_selection(script.steps):
+    for index in deletes_result(script.steps):
+        yield (
+            f"{_place(script, index)} deletes the result of the step before: that is the current layer since "
+            "MeshLab 2016; `pymeshfair upgrade` leaves the step out"
+        )
+    for index in works_on_leftover_selection(script.steps):
         yield (
             f"{_place(script, index)} works on the faces that Close Holes has selected, and on nothing else; "
             "give it Selected=false for the whole mesh, as `pymeshfair upgrade` does"
@@ -61,8 +52,9 @@ def lengths_out_of_proportion(script: Script, *, diagonal: float) -> Iterator[st
     for index, step in enumerate(script.steps):
         for name, value in step.values.items():
             if isinstance(value, Length) and value.unit == "absolute" and value.amount:
-                part = abs(value.amount) / diagonal
-                if part < _SMALL_PART or part > max(_LARGE_PART, _LARGE_MULTIPLE * _default_part(step, name)):
+                part, default = abs(value.amount) / diagonal, step.filter.defaults.get(name)
+                usual = default.amount / 100 if isinstance(default, Length) and default.unit == "percent" else 0.0
+                if part < _SMALL_PART or part > max(_LARGE_PART, _LARGE_MULTIPLE * usual):
                     yield (
                         f"{_place(script, index)}: {name} is {value.amount:g}, which is {100 * part:.3g} % of this mesh's "
                         f"diagonal {diagonal:.4g}; `pymeshfair upgrade --relative-to MESH` makes the lengths of a script that "
@@ -72,20 +64,9 @@ def lengths_out_of_proportion(script: Script, *, diagonal: float) -> Iterator[st
             return
 
 
-def _default_part(step: Step, name: str) -> float:
-    """The filter's own default as a part of the diagonal; 0 if it is none."""
-    default = step.filter.defaults.get(name)
-    return default.amount / 100 if isinstance(default, Length) and default.unit == "percent" else 0.0
-
-
 def _place(script: Script, index: int) -> str:
     step = script.steps[index]
     return f"step {index + 1} ({step.filter.name}{'' if step.line is None else f', line {step.line}'})"
-
-
-_NEW_LAYER = ("create_", "generate_")
-#: it makes as many layers as the mesh has components
-_MANY_LAYERS = "generate_splitting_by_connected_components"
 
 
 def check_needs(script: Script, *, layers: int) -> None:

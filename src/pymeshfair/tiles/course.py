@@ -23,10 +23,9 @@ from ..processes.cluster import LostSchedulerError, Scheduler
 from ..processes.environment import packages_here
 from ..processes.process import Items
 from ..running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepReport, StepStarted
-from ..running.plain_values import plain
-from ..running.report import Report
+from ..running.report import Report, plain
 from ..running.supervise import run_job
-from ..scripts.problems import ScriptError
+from ..scripts.script import ScriptError
 from .cloud import Cloud, do_step, write_cloud
 from .mesh import MeshTiles, cut, do_move
 from .plan import LOOP, NORMALS, POINT_NORMALS, STRAYS, Budget, PlannedStep, budget, cloud_room, plan_of, slice_rows, surface_room

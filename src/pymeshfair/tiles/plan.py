@@ -14,8 +14,7 @@ from ..errors import FilterInputError, ParameterError
 from ..filters import denoising
 from ..filters.diffusion import explicit_smoothing, meshlab_taubin_smooth, taubin_fairing
 from ..filters.mesh import Floats, Ints, Whole
-from ..scripts.problems import ScriptError
-from ..scripts.script import Script
+from ..scripts.script import Script, ScriptError
 
 EXPLICIT, TAUBIN, NORMALS = "apply_coord_explicit_smoothing", "apply_coord_taubin_fairing", "apply_coord_normal_filtering"
 #: MeshLab's own Taubin Smooth

@@ -20,16 +20,15 @@ from pathlib import Path
 from queue import Empty
 from typing import Any, BinaryIO
 
-from ..errors import FilterInputError, Place, RunError
+from ..errors import FilterInputError, Place, RunError, RunTimeout
 from ..files.errors import ContentsError, OutputError
 from ..files.staging import WORK_PREFIX, in_use, remove_folder
 from ..filters.execution import ignore_progress
 from ..processes.cluster import LostSchedulerError, Scheduler, check_workers, conditions, open_client
 from ..processes.process import Items, LostProcessError, Pool
 from ..processes.worker import Answer, DefectError, answer
-from ..running.errors import RunTimeout
-from ..running.interrupts import Interrupted
 from ..running.job import Job
+from ..running.supervise import Interrupted
 from .plan import Budget
 
 _JOURNAL = "journal"
@@ -127,7 +126,7 @@ class Tasks:
     """Does tasks on workers, and gives their results in the order of the tasks."""
 
     submit: Callable[..., Future[Answer]]  # does a task with its arguments on some worker
-    items: Items  # of `pymeshfair.running.interrupts.Interrupts`
+    items: Items  # of `pymeshfair.running.supervise.Interrupts`
     timeout: float = math.inf  # seconds from now in which all must be done
     check: Callable[[], None] = lambda: None  # called every moment; may raise to stop
     work: WorkFolder | None = None  # the folder of the files of the tasks

@@ -7,8 +7,7 @@ from ..declaration import AUTO, Bool, Enum, Float, Int, Length, Parameter, Perce
 from ..errors import ParameterError
 from ..recipe import Recipe
 from ..scripts.script import Script, Step
-from ..scripts.value_text import parse_value
-from ..scripts.write import number_text
+from ..scripts.values import number_text, parse_value
 
 #: the choices of a page for one step: texts by parameter name, in the form that `parse_value` reads, empty where MeshLab is to
 #: find the value; None if the step is off

@@ -16,8 +16,7 @@ from ..processes.process import LostProcessError, Process
 from ..processes.worker import Answer, Order
 from ..recipe import Recipe
 from ..running.job import Event, Job, StepProgress, StepStarted
-from ..running.supervise import MODULES
-from ..running.talk import parse_talk
+from ..running.supervise import MODULES, parse_talk
 from ..scripts.script import Script
 from .bench import STOP, Result, Stopped, measure_result, open_scan, run_recipe
 

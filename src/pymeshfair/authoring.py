@@ -5,25 +5,25 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..filters.libraries import ImportedWhenUsed
-from ..meshset.filter_methods import FilterMethods
+from .errors import ParameterError
+from .filters.libraries import ImportedWhenUsed
+from .meshset.filter_methods import FilterMethods
 
 if TYPE_CHECKING:
-    from .. import recipe as named
-    from .. import registry, scripts
-    from ..meshset import MeshSet
-    from ..running import job, read, supervise
-    from ..running.job import Event, RunResult
-    from ..scripts import Change, Step, overrides, warnings
-    from . import building
+    from . import recipe as named
+    from . import registry, scripts
+    from .meshset import MeshSet
+    from .running import job, read, supervise
+    from .running.job import Event, RunResult
+    from .scripts import Change, Step, changing, guards, warnings
 else:  # importing them takes longer than importing pymeshlab, and a program may only ask for this class
-    named, registry, building = (ImportedWhenUsed(f"pymeshfair.{name}") for name in ("recipe", "registry", "authoring.building"))
+    named, registry, scripts = (ImportedWhenUsed(f"pymeshfair.{name}") for name in ("recipe", "registry", "scripts"))
     job, read, supervise = (ImportedWhenUsed(f"pymeshfair.running.{name}") for name in ("job", "read", "supervise"))
-    scripts = ImportedWhenUsed("pymeshfair.scripts")
-    overrides, warnings = (ImportedWhenUsed(f"pymeshfair.scripts.{name}") for name in ("overrides", "warnings"))
+    changing, guards, warnings = (ImportedWhenUsed(f"pymeshfair.scripts.{name}") for name in ("changing", "guards", "warnings"))
 
 
 class Recipe(FilterMethods):
@@ -44,129 +44,78 @@ class Recipe(FilterMethods):
     __hash__ = None  # type: ignore[assignment]  # it changes
 
     def __init__(self, name: str = "recipe", comment: str = "") -> None:
-        """An empty recipe.
-
-        Args:
-            name: for messages and the records of runs.
-            comment: the words at the head of the script, whose first line is the title.
-        """
-        self.name = name
-        self._script = scripts.Script((), comment)
-        self._changes: tuple[Change, ...] = ()
+        """An empty recipe; the first line of the comment, the words at the head of its script, is the title."""
+        self.name = name  # for messages and the records of runs
+        self.script = scripts.Script((), comment)  # the steps with their values, the settings, the comment and the limits
+        self.changes: tuple[Change, ...] = ()  # those by which the loaded script was upgraded
 
     @classmethod
     def load(cls, name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:
-        """A shipped recipe by its name, or a script by its path; see `pymeshfair.recipe.load_recipe`.
-
-        Raises:
-            UnknownNameError: no recipe of that name is shipped, and there is no such file.
-            ScriptError: something in the script is wrong; lists every problem.
-        """
+        """A shipped recipe by its name, or a script by its path, as by `pymeshfair.recipe.load_recipe`."""
         loaded = named.load_recipe(name_or_path, upgrade=upgrade)
         recipe = cls(loaded.name)
-        recipe._script, recipe._changes = loaded.script, loaded.changes
+        recipe.script, recipe.changes = loaded.script, loaded.changes
         return recipe
 
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
-        """Make a filter the next step.
+        """Make a filter the next step, by its Python name or its name in MeshLab's menus.
 
-        Args:
-            filter_name: its Python name, or its name in MeshLab's menus.
-            **kwargs: parameters by Python name, each a value or what `setting` gives; the others take their defaults. Lengths are
-                ``"1%"`` of the diagonal, ``"0.5edge"`` or ``"0.3"`` in mesh units.
-
-        Returns:
-            Nothing yet, an empty dictionary: the filter reports when the recipe runs.
+        Parameters, by Python name, are values or what `setting` gives; the others take their defaults. Lengths are ``"1%"`` of
+        the diagonal, ``"0.5edge"`` or ``"0.3"`` in mesh units. The dictionary is empty: filters report when the recipe runs.
 
         Raises:
             UnknownNameError: no such filter or parameter; the message gives the nearest name.
             ParameterError: a value that the filter does not take.
         """
-        self._script = building.with_step(self._script, registry.find_filter(filter_name), kwargs)
+        self.script = changing.with_step(self.script, registry.find_filter(filter_name), kwargs)
         return {}
 
     def setting(self, name: str, default: str, *, unit: str = "", description: str = "") -> Any:
         """A `Setting`, to be given to parameters of any type; `set` and ``--set NAME=VALUE`` change it in all of them at once.
 
-        Args:
-            name: letters, digits and underscores.
-            default: the value as text, such as ``"6edge"``.
-            unit: in which it is, for readers.
-            description: its effect, for readers.
-
-        Raises:
-            ParameterError: the name has other characters.
+        Its name is of letters, digits and underscores, its default a text, such as ``"6edge"``; the rest is for readers.
         """
-        building.check_name(name, "the name of a setting")
         return scripts.Setting(name, str(default), unit, description)
 
     def tag(self, name: str, step: int = -1) -> None:
-        """Give a step a tag, by which ``TAG.PARAM=VALUE`` finds it; several steps may have the same.
-
-        Args:
-            name: letters, digits and underscores.
-            step: which, counted from 0; the last one by default.
-
-        Raises:
-            ParameterError: the name has other characters, or there is no such step.
-        """
-        self._script = building.with_tag(self._script, step, name)
+        """Give a step, counted from 0, a tag, by which ``TAG.PARAM=VALUE`` finds it; several steps may have the same."""
+        steps = list(self.script.steps)
+        if not -len(steps) <= step < len(steps):
+            raise ParameterError(f"there is no step {step}; the recipe has {len(steps)}")
+        steps[step] = replace(steps[step], tag=scripts.checked_name(name, "tag"))
+        self.script = self.script.with_steps(steps)
 
     def set(self, *texts: str, **settings: object) -> None:
-        """Put other values over those of the recipe: settings by name, or texts ``STEP.PARAM=VALUE`` as of the command line.
-
-        Raises:
-            UnknownNameError: no setting, step or parameter is called so.
-            ParameterError: a value that is not allowed; nothing is changed.
-        """
-        self._script = overrides.override(self._script, [*texts, *(f"{name}={value}" for name, value in settings.items())])
+        """Put other values over those of the recipe: settings by name, or texts ``STEP.PARAM=VALUE`` as of the command line."""
+        self.script = changing.override(self.script, [*texts, *(f"{name}={value}" for name, value in settings.items())])
 
     def limit(self, **limits: str) -> None:
-        """Set what a result of `run` must not do, as of the command line: ``limit(max_displacement="5%")``.
-
-        Raises:
-            ParameterError: there is no such limit, or the text is none of what it takes.
-        """
-        self._script = building.with_limits(self._script, limits)
-
-    @property
-    def script(self) -> scripts.Script:
-        """The steps with their values, the settings, the comment and the limits, as they are now."""
-        return self._script
-
-    @property
-    def changes(self) -> tuple[Change, ...]:
-        """The changes by which the loaded script was upgraded."""
-        return self._changes
+        """Set what a result of `run` must not do, as of the command line: ``limit(max_displacement="5%")``."""
+        self.script = replace(self.script, guards=self.script.guards.overridden(guards.Guards.parse(limits)))
 
     def __iter__(self) -> Iterator[Step]:
-        return iter(self._script.steps)
+        return iter(self.script.steps)
 
     def __len__(self) -> int:
-        return len(self._script.steps)
+        return len(self.script.steps)
 
     def __getitem__(self, index: int) -> Step:
-        return self._script.steps[index]
+        return self.script.steps[index]
 
     def __eq__(self, other: object) -> bool:
-        return self._script == other._script if isinstance(other, Recipe) else NotImplemented
+        return self.script == other.script if isinstance(other, Recipe) else NotImplemented
 
     def __repr__(self) -> str:
         return f"<Recipe {self.name!r}: {', '.join(step.filter.python_name for step in self) or 'no steps'}>"
 
     def differences(self, other: Recipe) -> list[str]:
         """The differences of `other` from this recipe, one sentence each; empty if they do the same."""
-        return building.differences(self._script, other._script)
+        return list(changing.differences(self.script, other.script))
 
     def check(self, mesh: MeshSet | str | os.PathLike[str] | None = None, *, layers: int = 1) -> list[str]:
         """Warnings about the recipe, one sentence each; its steps and values are valid in any case.
 
-        Args:
-            mesh: a mesh set or a mesh file that the lengths must suit; None looks at no mesh.
-            layers: how many layers there are when the recipe begins.
-
-        Raises:
-            InputError: the file cannot be read.
+        Lengths are compared with a mesh set or a mesh file, if one is given; `layers` is how many there are when it begins.
         """
         if mesh is None:
             diagonal = None
@@ -174,17 +123,14 @@ class Recipe(FilterMethods):
             diagonal = float(mesh.current_mesh().bounding_box().diagonal())
         else:
             diagonal = read.read_mesh(Path(mesh)).measured.diagonal
-        return warnings.script_warnings(self._script, layers=layers, diagonal=diagonal)
+        return warnings.script_warnings(self.script, layers=layers, diagonal=diagonal)
 
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
         """Apply all steps to the current mesh of a mesh set, and add them to its filter script; what each of them reports.
 
-        Limits are not looked at.
-
-        Raises:
-            ScriptStepFailedError: a step failed; the mesh is as the last complete step left it.
+        Limits are not looked at. If a step fails the mesh is as the last complete step left it.
         """
-        return meshes.apply_script(self._script)
+        return meshes.apply_script(self.script)
 
     def run(
         self,
@@ -202,9 +148,9 @@ class Recipe(FilterMethods):
 
         Arguments, result and errors are those of `pymeshfair.run`.
         """
-        meaning = (str(change) for change in self._changes if not change.same_meaning)
+        meaning = (str(change) for change in self.changes if not change.same_meaning)
         order = job.Job(
-            named.Recipe(self.name, self._script, self._changes),
+            named.Recipe(self.name, self.script, self.changes),
             Path(input),
             Path(output),
             others=tuple(map(Path, others)),
@@ -212,17 +158,13 @@ class Recipe(FilterMethods):
             timeout=timeout,
             measures=measures,
             unit=unit,
-            warnings=(*meaning, *warnings.script_warnings(self._script, layers=1 + len(others))),
+            warnings=(*meaning, *warnings.script_warnings(self.script, layers=1 + len(others))),
         )
         return supervise.run_job(order, on_event)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the recipe as an .mlx script, in place of one that is there; the file appears whole or not at all.
-
-        Raises:
-            PymeshfairError: it cannot be written, or there is something else than a file whose name ends with .mlx.
-        """
-        scripts.write_script(self._script, Path(path), overwrite=True)
+        """Write the recipe as an .mlx script, in place of one that is there; the file appears whole or not at all."""
+        scripts.write_script(self.script, Path(path), overwrite=True)
 
 
 def run(

@@ -1,0 +1,290 @@
+"""What meets at each vertex and at each edge of a triangle list, as compressed rows, in time linear in the mesh.
+
+A face that names a vertex twice is not proper: it has no edges and references no vertex, so the faces on both sides of a
+collapsed triangle share an edge. An edge with exactly one face is a border edge, one with more than two is non-manifold.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
+
+import numpy as np
+
+from ..compilation import compiled, prange
+from ..execution import threads_for
+from ..mesh import Bools, Ints, Longs, mask_of
+
+#: "fixed": border vertices stay. "along": only neighbours on the border count for them, so the border is smoothed as a curve.
+#: "free": they are vertices like any other, and the border shrinks.
+BorderPolicy: TypeAlias = Literal["fixed", "along", "free"]
+BORDER_POLICIES: tuple[BorderPolicy, ...] = get_args(BorderPolicy)
+#: More faces than an edge can have.
+_ANY = 1 << 31
+# Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
+_U: Any = np.uint64
+# Up to this, an insertion sort is faster; above, its quadratic time would show at the hub of a large fan.
+_SHORT = 48
+
+
+def edges(faces: Ints) -> Ints:
+    """(e, 2) every edge once, lower vertex first, rows ascending."""
+    return edge_face_counts(faces)[0]
+
+
+def edge_face_counts(faces: Ints) -> tuple[Ints, Ints]:
+    """(e, 2) every edge once, lower vertex first, rows ascending; and (e,) the number of faces at each."""
+    pairs, counts = listed_edges(*faces_by_edge(faces))
+    return pairs, counts.ravel()
+
+
+def border_edges(faces: Ints) -> Ints:
+    """(b, 2) the edges with exactly one face, lower vertex first, rows ascending."""
+    return listed_edges(*faces_by_edge(faces), 1, 1)[0]
+
+
+def non_manifold_edges(faces: Ints) -> Ints:
+    """(k, 2) the edges with more than two faces, lower vertex first, rows ascending."""
+    return listed_edges(*faces_by_edge(faces), 3)[0]
+
+
+def face_adjacency(faces: Ints) -> tuple[Ints, Ints]:
+    """(k, 2) the pairs of faces that share an edge with exactly two faces, lower face first; and (k, 2) that edge.
+
+    The rows are in ascending order of the edge. Two faces that share two edges appear twice.
+    """
+    shared, pairs = listed_edges(*faces_by_edge(faces), 2, 2, columns=2)
+    return pairs, shared
+
+
+def border_vertices(faces: Ints, n_vertices: int) -> Bools:
+    """(n,) whether a vertex lies on a border edge."""
+    return mask_of(border_edges(faces), n_vertices)
+
+
+def referenced_vertices(faces: Ints, n_vertices: int) -> Bools:
+    """(n,) whether the vertex belongs to a proper face."""
+    return mask_of(faces[proper_faces(faces)], n_vertices)
+
+
+def proper_faces(faces: Ints | Longs) -> Bools:
+    """(m,) whether the face names three different vertices."""
+    a, b, c = faces.T
+    return np.asarray((a != b) & (b != c) & (c != a))
+
+
+def faces_by_edge(faces: Ints, n_vertices: int | None = None) -> tuple[Longs, Longs]:
+    """The edges of all faces by their lower vertex; the key of each is (higher vertex) * 2^32 + face, ascending at a vertex."""
+    count = int(faces.max(initial=-1)) + 1 if n_vertices is None else n_vertices
+    return _listed_by_vertex(faces, count, _count_keys, _fill_keys, np.int64)
+
+
+def listed_edges(offsets: Longs, keys: Longs, least: int = 1, most: int = _ANY, *, columns: int = 1) -> tuple[Ints, Ints]:
+    """(e, 2) every edge with `least` to `most` faces once, lower vertex first, rows ascending; and its faces.
+
+    In one column (e, 1) their number, in two columns (e, 2) the first and the last of them.
+    """
+    # The system gives memory only to the part that is written.
+    pairs, more = np.empty((len(keys), 2), dtype=np.int32), np.empty((len(keys), columns), dtype=np.int32)
+    count = _list_edges(offsets, keys, least, most, pairs, more)
+    return pairs[:count], more[:count]
+
+
+@compiled(nogil=True)
+def _count_keys(faces: Ints, offsets: Longs) -> None:
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        if a != b and b != c and c != a:
+            offsets[min(a, b) + 2] += 1
+            offsets[min(b, c) + 2] += 1
+            offsets[min(c, a) + 2] += 1
+
+
+@compiled(nogil=True)
+def _fill_keys(faces: Ints, offsets: Longs, keys: Longs) -> None:
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        if a != b and b != c and c != a:
+            for u, v in ((a, b), (b, c), (c, a)):
+                low = min(u, v)
+                keys[offsets[low + 1]] = (np.int64(max(u, v)) << 32) | f
+                offsets[low + 1] += 1
+    for i in range(offsets.shape[0] - 2):
+        sort_slice(keys, offsets[i], offsets[i + 1])
+
+
+@compiled(nogil=True)
+def _list_edges(offsets: Longs, keys: Longs, least: int, most: int, pairs: Ints, more: Ints) -> int:
+    """See `listed_edges`; returns how many there are."""
+    count = 0
+    for i in range(offsets.shape[0] - 1):
+        start, stop = offsets[i], offsets[i + 1]
+        while start < stop:
+            end = start + 1
+            while end < stop and keys[end] >> 32 == keys[start] >> 32:
+                end += 1
+            if least <= end - start <= most:
+                pairs[count, 0], pairs[count, 1] = i, keys[start] >> 32
+                if more.shape[1] == 1:
+                    more[count, 0] = end - start
+                else:
+                    more[count, 0], more[count, 1] = keys[start] & 0xFFFFFFFF, keys[end - 1] & 0xFFFFFFFF
+                count += 1
+            start = end
+    return count
+
+
+class OneRings(NamedTuple):
+    """The neighbours of every vertex: those of vertex i are ``neighbours[offsets[i]:offsets[i + 1]]``, ascending, each once."""
+
+    offsets: Longs  # (n + 1,)
+    neighbours: Ints  # (2 e,) for e edges
+    face_counts: Ints  # (2 e,) how many faces the edge to that neighbour has: 1 on a border, more than 2 if non-manifold
+
+    def along_border(self) -> "OneRings":
+        """Neighbours along border edges; empty on a closed mesh."""
+        border = self.face_counts == 1
+        before = np.concatenate(([0], np.cumsum(border, dtype=np.int64)))
+        return OneRings(before[self.offsets], self.neighbours[border], self.face_counts[border])
+
+
+def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
+    """The one-ring of every vertex, and the number of faces at each of its edges; (e, 2) edges count as faces."""
+    if faces_or_edges.shape[1] == 2:
+        a, b = faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]].astype(np.int64).T
+        keys, counts = np.unique(np.concatenate([a << 32 | b, b << 32 | a]), return_counts=True)
+        starts = np.searchsorted(keys, np.arange(n_vertices + 1, dtype=np.int64) << 32)
+        return OneRings(starts, (keys & 0xFFFFFFFF).astype(np.int32), counts.astype(np.int32))
+    offsets, ends = ring_ends(faces_or_edges, n_vertices)
+    ring_offsets = np.zeros(n_vertices + 1, dtype=np.int64)
+    with threads_for(n_vertices):
+        _sort_and_count(offsets, ends, ring_offsets)
+        np.cumsum(ring_offsets, out=ring_offsets)
+        neighbours = np.empty(ring_offsets[-1], dtype=np.int32)
+        face_counts = np.empty(ring_offsets[-1], dtype=np.int32)
+        _compress(offsets, ends, ring_offsets, neighbours, face_counts)
+    return OneRings(ring_offsets, neighbours, face_counts)
+
+
+@compiled(parallel=True)
+def _sort_and_count(offsets: Longs, ends: Ints, ring_sizes: Longs) -> None:
+    for i in prange(offsets.shape[0] - 1):
+        start, stop = offsets[i], offsets[i + 1]
+        sort_slice(ends, start, stop)
+        size = 0
+        for k in range(start, stop):
+            if k == start or ends[k] != ends[k - 1]:
+                size += 1
+        ring_sizes[i + 1] = size
+
+
+@compiled(parallel=True)
+def _compress(offsets: Longs, ends: Ints, ring_offsets: Longs, neighbours: Ints, face_counts: Ints) -> None:
+    for i in prange(offsets.shape[0] - 1):
+        at = ring_offsets[i] - 1
+        for k in range(offsets[i], offsets[i + 1]):
+            if k == offsets[i] or ends[k] != ends[k - 1]:
+                at += 1
+                neighbours[at] = ends[k]
+                face_counts[at] = 1
+            else:
+                face_counts[at] += 1
+
+
+class VertexFaces(NamedTuple):
+    """The faces at every vertex i: ``rows[offsets[i]:offsets[i + 1]]``, in ascending order of the faces."""
+
+    offsets: Longs  # (n + 1,)
+    rows: Ints  # (3 m, 3); face f with the vertices i, a, b in this cyclic order has the row (f, a, b) at vertex i
+
+
+def vertex_faces(faces: Ints, n_vertices: int) -> VertexFaces:
+    """The faces at every vertex; a face that names a vertex twice is left out."""
+    offsets, entries = _faces_by_vertex(faces, n_vertices, 3)
+    return VertexFaces(offsets // 3, entries.reshape(-1, 3))
+
+
+def ring_ends(faces: Ints, n_vertices: int) -> tuple[Longs, Ints]:
+    """`vertex_faces` without the numbers of the faces: at every vertex the two other vertices of each of its faces.
+
+    Those of vertex i are the pairs in ``ends[offsets[i]:offsets[i + 1]]``: a face (i, a, b) has the two entries a, b.
+
+    Returns:
+        offsets: (n + 1,) int64, even numbers.
+        ends: (6 m,) int32, fewer if faces name a vertex twice.
+    """
+    return _faces_by_vertex(faces, n_vertices, 2)
+
+
+def _listed_by_vertex(
+    faces: Ints, n_vertices: int, count: Callable[[Ints, Longs], None], fill: Callable[[Ints, Longs, Any], None], kind: Any
+) -> tuple[Longs, Any]:
+    """(n + 1,) int64 offsets, and one list of entries for every vertex.
+
+    `count` adds the number of entries of vertex i to ``offsets[i + 2]``, so that their sums tell where they begin at
+    ``offsets[i + 1]``. `fill` writes an entry there and increases that, so that in the end they begin at ``offsets[i]``.
+    """
+    triangles = np.ascontiguousarray(faces, dtype=np.int32)
+    # Large arrays come from numpy, never from a kernel: numpy asks the system for large pages, which makes them twice as fast.
+    offsets = np.zeros(n_vertices + 2, dtype=np.int64)
+    count(triangles, offsets)
+    np.cumsum(offsets, out=offsets)
+    entries = np.empty(offsets[-1], dtype=kind)
+    fill(triangles, offsets, entries)
+    return offsets[:-1], entries
+
+
+def _faces_by_vertex(faces: Ints, n_vertices: int, width: int) -> tuple[Longs, Ints]:
+    """The faces at every vertex by `width` entries each: 2 for the other vertices, 3 for the face and these."""
+    return _listed_by_vertex(faces, n_vertices, partial(_count_faces, width), partial(_fill_faces, width), np.int32)
+
+
+@compiled
+def _count_faces(width: int, faces: Ints, offsets: Longs) -> None:
+    for f in range(faces.shape[0]):
+        a, b, c = _U(faces[f, 0]), _U(faces[f, 1]), _U(faces[f, 2])
+        if a != b and b != c and c != a:
+            offsets[a + _U(2)] += width
+            offsets[b + _U(2)] += width
+            offsets[c + _U(2)] += width
+
+
+@compiled
+def _fill_faces(width: int, faces: Ints, offsets: Longs, entries: Ints) -> None:
+    for f in range(faces.shape[0]):
+        a, b, c = _U(faces[f, 0]), _U(faces[f, 1]), _U(faces[f, 2])
+        if a != b and b != c and c != a:
+            for i, j, k in ((a, b, c), (b, c, a), (c, a, b)):
+                at = _U(offsets[i + _U(1)])
+                if width == 3:
+                    entries[at] = f
+                    at += _U(1)
+                entries[at], entries[at + _U(1)] = np.int32(j), np.int32(k)
+                offsets[i + _U(1)] = np.int64(at + _U(2))
+
+
+@compiled
+def sort_slice(values: Ints | Longs, start: int, stop: int) -> None:
+    """Sort ``values[start:stop]`` in place: by insertion if it is short, else by merging."""
+    if stop - start > _SHORT:
+        part = values[start:stop]
+        part[:] = part[np.argsort(part, kind="mergesort")]
+        return
+    for k in range(start + 1, stop):
+        value = values[k]
+        j = k - 1
+        while j >= start and values[j] > value:
+            values[j + 1] = values[j]
+            j -= 1
+        values[j + 1] = value
+
+
+@compiled
+def position(neighbours: Ints, start: int, stop: int, j: int) -> int:
+    """The index of j in ``neighbours[start:stop]``, which is ascending and contains it."""
+    while stop - start > 1:
+        middle = (start + stop) // 2
+        if neighbours[middle] <= j:
+            start = middle
+        else:
+            stop = middle
+    return start

@@ -1,0 +1,132 @@
+"""Scripts with other values or one more step, and what differs between two of them.
+
+A command line sets a setting, ``detail_size=4edge``, or a step's parameter, ``taubin.lambda=0.4``.
+"""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from difflib import SequenceMatcher
+from typing import Any
+
+from ..declaration import Filter
+from ..errors import ParameterError, UnknownNameError, hint, nearest
+from .script import Script, Setting, Step
+from .values import check_expressions, parse_value
+
+
+def override(script: Script, overrides: Sequence[str]) -> Script:
+    """The script with these values put over its own; later ones win.
+
+    Each is written ``NAME=VALUE``, where NAME is a setting of the recipe, or ``STEP.PARAM=VALUE``. STEP is the tag of one step or
+    several, a number, counted from 1, or a filter's Python or MeshLab name, or a part of one that fits a single step. PARAM is a
+    parameter's name in Python or in scripts. How VALUE is written depends on the parameter: see `parse_value`.
+    """
+    for text in overrides:
+        place, equals, value = text.partition("=")
+        step_name, dot, name = (part.strip() for part in place.rpartition("."))
+        if not equals or not name or bool(dot) != bool(step_name) or not (dot or script.settings):
+            names = ", ".join(setting.name for setting in script.settings)
+            settings = f"NAME=VALUE for a setting ({names}) or " if names else ""
+            raise ParameterError(f"cannot set {text!r}: write {settings}STEP.PARAM=VALUE, for example 2.iterations=5")
+        try:
+            script = _with_parameter(script, step_name, name, value) if dot else _with_setting(script, name, value.strip())
+        except ParameterError as error:
+            raise ParameterError(f"cannot set {text!r}: {error}") from error
+        except UnknownNameError as error:
+            raise UnknownNameError(f"cannot set {text!r}: {error}", suggestion=error.suggestion) from error
+    return script
+
+
+def _with_setting(script: Script, name: str, value: str) -> Script:
+    """The script with another value for one of its settings, in all steps that use it."""
+    names = [setting.name for setting in script.settings]
+    if name not in names:
+        words = hint(name, names, f"it has {', '.join(names)}")
+        raise UnknownNameError(f"the recipe has no setting {name!r}; {words}", suggestion=nearest(name, names))
+    settings = tuple(replace(s, default=value) if s.name == name else s for s in script.settings)
+    steps = []
+    for step in script.steps:
+        values = _read(step.filter, {p: value for p, setting in step.settings.items() if setting == name})
+        steps.append(replace(step, values=step.filter.in_order({**step.values, **values})))
+    return replace(script, steps=tuple(steps), settings=settings)
+
+
+def _read(declared: Filter, texts: Mapping[str, str]) -> dict[str, Any]:
+    """The values of a filter that texts give to parameters."""
+    values = {name: parse_value(declared.parameter(name), text) for name, text in texts.items()}
+    check_expressions(declared, values)
+    return values
+
+
+def _with_parameter(script: Script, step_name: str, name: str, value: str) -> Script:
+    """The script with another value for a parameter of one step, or of all steps of a tag that have it."""
+    steps = list(script.steps)
+    tagged = [i for i, step in enumerate(steps) if step.tag == step_name]
+    having = [i for i in tagged if any(name in (p.name, p.xml_name) for p in steps[i].filter.parameters)]
+    for index in having or tagged[:1] or [_step_index(steps, step_name)]:
+        declared = steps[index].filter
+        names = {n: p.name for p in declared.parameters for n in (p.name, p.xml_name)}
+        if name not in names:
+            words = hint(name, names, f"it has {', '.join(declared.defaults) or 'none'}")
+            near = nearest(name, names)
+            raise UnknownNameError(f"filter {declared.name!r} has no parameter {name!r}; {words}", suggestion=near)
+        steps[index] = steps[index].with_checked(_read(declared, {names[name]: value}))
+    return script.with_steps(steps)
+
+
+def _step_index(steps: Sequence[Step], name: str) -> int:
+    names = [(step.filter.python_name, step.filter.name) for step in steps]
+    listed = [f"{i} {in_menus}" for i, (_, in_menus) in enumerate(names, 1)]
+    it_has = f"the script has {', '.join([*listed[:20], *(['...'] if listed[20:] else [])])}"
+    if re.fullmatch(r"[0-9]{1,9}", name):
+        if not 1 <= int(name) <= len(steps):
+            raise UnknownNameError(f"there is no step {name}; {it_has}")
+        return int(name) - 1
+    exact = [i for i, both in enumerate(names) if name in both]
+    indices = exact or [i for i, both in enumerate(names) if any(_plain(name) in _plain(n) for n in both)]
+    if len(indices) == 1:
+        return indices[0]
+    if indices:
+        several = ", ".join(f"{i + 1} ({names[i][1]})" for i in indices)
+        raise UnknownNameError(f"{name!r} fits several steps, {several}; give the step's number")
+    every = [n for both in names for n in (*both, *both[1].split())]
+    raise UnknownNameError(f"no step's filter is called {name!r}; {hint(name, every, it_has)}", suggestion=nearest(name, every))
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\s_-]+", " ", name.casefold()).strip()
+
+
+def with_step(script: Script, declared: Filter, values: Mapping[str, Any]) -> Script:
+    """The script with one more step, some of whose values may be settings."""
+    used = {name: value for name, value in values.items() if isinstance(value, Setting)}
+    checked = declared.check({**values, **_read(declared, {name: setting.default for name, setting in used.items()})})
+    check_expressions(declared, checked)
+    settings = {setting.name: setting for setting in script.settings}
+    for new in used.values():
+        if settings.setdefault(new.name, new) != new:
+            there = settings[new.name].default
+            raise ParameterError(f"the recipe has another setting {new.name!r}, whose default is {there}")
+    step = Step(declared, checked, settings={name: setting.name for name, setting in used.items()})
+    return replace(script, steps=(*script.steps, step), settings=tuple(settings.values()))
+
+
+def differences(first: Script, second: Script) -> Iterator[str]:
+    """One sentence for each step of only one script and for each value that differs; absent values count as their defaults."""
+    ours, theirs = first.with_defaults().steps, second.with_defaults().steps
+    names, other_names = ([step.filter.python_name for step in steps] for steps in (ours, theirs))
+    for kind, i, i_end, j, j_end in SequenceMatcher(None, names, other_names, autojunk=False).get_opcodes():
+        for number, (old, new) in enumerate(zip(ours[i:i_end], theirs[j:j_end], strict=False) if kind == "equal" else (), j + 1):
+            for name in new.filter.defaults:
+                was, now = ("what suits the mesh" if (v := step.values.get(name)) is None else v for step in (old, new))
+                if was != now:
+                    yield f"step {number}, {new.filter.name}: {name} is {now}, not {was}"
+        if kind == "equal":
+            continue
+        yield from (f"step {k + 1}, {ours[k].filter.name}, is left out" for k in range(i, i_end))
+        yield from (f"step {k + 1}, {theirs[k].filter.name}, is new" for k in range(j, j_end))
+    if first.guards != second.guards:
+        yield f"limits are {second.guards.texts() or 'none'}, not {first.guards.texts() or 'none'}"
+    if first.unit != second.unit:
+        yield f"the unit of scans is {second.unit or 'none'}, not {first.unit or 'none'}"

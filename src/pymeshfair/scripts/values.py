@@ -1,0 +1,351 @@
+"""Values of parameters as texts: in a command line and in settings, and in the attributes of a ``<Param>``.
+
+MeshLab drops what it cannot read, or takes 0 in its place. Here everything that is wrong with a ``<Param>`` is a complaint. Texts
+that muParser evaluates, in the filters "by function" and "by condition", are parsed before anything runs; names of variables are
+not looked at, as custom attributes of the mesh are variables, too.
+"""
+
+import contextlib
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from ..declaration import Filter, Length
+from ..declaration.parameters import (
+    Bool,
+    Color,
+    Enum,
+    FileOpen,
+    Float,
+    Int,
+    Matrix,
+    Mesh,
+    Parameter,
+    Percentage,
+    Point,
+    Shot,
+    String,
+)
+from ..errors import ParameterError
+from .script import shortened
+
+Attributes = Mapping[str, str]
+Complaint = tuple[str, "str | None"]  # the mistake, and the text to write instead
+
+#: the attributes that have the numbers of a value, by the type of the parameter; of all others ``value``
+_ATTRIBUTES: Mapping[str, Sequence[str]] = {
+    "RichPosition": "xyz",
+    "RichDirection": "xyz",
+    "RichColor": "rgba",
+    "RichMatrix44f": [f"val{i}" for i in range(16)],
+}
+_NUMBERS, _POINTS = ("RichFloat", "RichDynamicFloat", "RichAbsPerc"), ("RichPosition", "RichDirection")
+#: the types that MeshLab reads into the same kind of value, by the parameter's own type
+_ACCEPTED: Mapping[str, Sequence[str]] = {
+    **dict.fromkeys(_NUMBERS, _NUMBERS),
+    **dict.fromkeys(_POINTS, _POINTS),
+    **{name: (name, "RichInt") for name in ("RichEnum", "RichMesh")},
+    **{name: (name, "RichString") for name in ("RichOpenFile", "RichSaveFile")},
+}
+#: the attributes that MeshLab needs to keep a parameter of that type, and whether each is a whole number
+_REQUIRED: Mapping[str, Mapping[str, bool]] = {
+    "RichDynamicFloat": {"min": False, "max": False},
+    "RichAbsPerc": {"min": False, "max": False},
+    "RichEnum": {"enum_cardinality": True},
+    "RichOpenFile": {"exts_cardinality": True},
+}
+OLD_TYPES = frozenset({"RichPoint3f"})  # names that types once had
+_MOST_CHOICES = 1000  # MeshLab allocates as many words as a script announces
+
+_WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_MOST_DIGITS = 400
+_SWITCH = dict.fromkeys(("true", "yes", "on", "1"), True) | dict.fromkeys(("false", "no", "off", "0"), False)
+
+
+def parse_value(parameter: Parameter, text: str) -> Any:
+    """The value that a text gives to a parameter, as a command line and the settings of a recipe write it.
+
+    "auto" where a number or a length may be automatic. Switches are true or false (also yes, no, on, off, 1, 0); lengths ``1%``,
+    ``0.5edge`` or mesh units; choices their word; points ``1,2,3``; colours ``255,128,0`` or with an opacity; matrices sixteen
+    numbers row by row.
+    """
+    plain = text.strip()
+    value: Any = text if isinstance(parameter, String) else plain
+    if isinstance(parameter, Bool):
+        value = _SWITCH.get(plain.lower(), text)
+    elif isinstance(parameter, Int | Mesh | Float):
+        value = _spelled(parameter, plain)
+    elif isinstance(parameter, Point | Color | Matrix):
+        numbers = [_or_text(parsed(part), part) for part in re.split(r"[,;\s]+", plain)]
+        value = _assembled(parameter, [*numbers, 255] if isinstance(parameter, Color) and len(numbers) == 3 else numbers)
+    return parameter.check(value)
+
+
+def parsed(text: str) -> float | None:
+    """The finite number that the text spells as MeshLab reads it, with blanks around it; None if it spells none."""
+    if len(text) > _MOST_DIGITS or _NUMBER.fullmatch(text.strip()) is None:
+        return None
+    number = float(text)
+    return number if math.isfinite(number) else None
+
+
+def number_text(number: float) -> str:
+    """The shortest text that reads back as the same number: 0.1, 10, 1e-05."""
+    return repr(float(number)).removesuffix(".0")
+
+
+def _or_text(number: float | None, text: str) -> float | str:
+    return text if number is None else number
+
+
+def _spelled(parameter: Parameter, text: str) -> float | str:
+    """The number that a text spells, whole where the parameter's are; else the text."""
+    if isinstance(parameter, Int | Mesh | Enum | Color):
+        return int(text) if _WHOLE.fullmatch(text) else text
+    return _or_text(parsed(text), text)
+
+
+def spelled(parameter: Parameter, attributes: Attributes) -> list[float | str]:
+    """The numbers of a ``<Param>``; a text in the place of each that is none or is missing."""
+    return [_spelled(parameter, attributes.get(name, "")) for name in _names(parameter)]
+
+
+def _names(parameter: Parameter) -> Sequence[str]:
+    return _ATTRIBUTES.get(parameter.xml_type, ("value",))
+
+
+def _assembled(parameter: Parameter, numbers: Sequence[Any]) -> Any:
+    """One value of its numbers; those of a matrix stand row by row."""
+    if isinstance(parameter, Matrix) and len(numbers) == 16:
+        return [numbers[i : i + 4] for i in range(0, 16, 4)]
+    return numbers if isinstance(parameter, Point | Color | Matrix) else numbers[0]
+
+
+def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Complaint]:
+    """Faults by which MeshLab cannot read the value: a type of another kind, or a missing attribute."""
+    written, wanted = attributes.get("type"), parameter.xml_type
+    dropped = "is missing; MeshLab would drop the parameter and take its default"
+    if written is None:
+        yield f"the attribute type {dropped}", wanted
+    elif written in OLD_TYPES:
+        yield f"type {written!r} is an old name", wanted
+    elif written not in _ACCEPTED.get(wanted, (wanted,)):
+        yield f"has the type {wanted}, not {shortened(written)!r}; MeshLab would take 0 or the default", wanted
+    else:
+        for name, whole in _REQUIRED.get(written, {}).items():
+            text = attributes.get(name)
+            if text is None:
+                yield f"the attribute {name} {dropped}", None
+            elif not (_WHOLE.fullmatch(text) and 0 <= int(text) <= _MOST_CHOICES if whole else parsed(text) is not None):
+                needed = f"a whole number from 0 to {_MOST_CHOICES}" if whole else "a number"
+                yield f"the attribute {name} must be {needed}, got {shortened(text)!r}", None
+
+
+class _RefusedError(Exception):
+    """The value cannot be read; its arguments are the complaint."""
+
+
+def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str) -> tuple[Any, list[Complaint]]:
+    """The value that the attributes of a ``<Param>`` give to the parameter, and everything that is wrong with them."""
+    complaints = list(type_complaints(parameter, attributes))
+    try:
+        value = parameter.check(_read(parameter, attributes))
+        check_expression(filter_name, parameter, value)
+    except ParameterError as wrong:
+        return None, [*complaints, (str(wrong).removeprefix(f"parameter {parameter.name!r}").lstrip(": "), None)]
+    except _RefusedError as wrong:
+        return None, [*complaints, wrong.args]
+    return value, complaints
+
+
+def _read(parameter: Parameter, attributes: Attributes) -> Any:
+    """The value that the attributes spell, which its parameter has to check."""
+    if isinstance(parameter, Shot):
+        words = "cannot be given in a script: MeshLab reads and writes no cameras there; leave the parameter out"
+        raise _RefusedError(words, None)
+    for name in _names(parameter):
+        if name not in attributes:
+            raise _RefusedError(f"the attribute {name} is missing", None)
+    text = attributes.get("value", "")
+    if isinstance(parameter, String):
+        return text
+    if isinstance(parameter, Bool):
+        if text not in ("true", "false"):
+            meant = {True: "true", False: "false"}.get(_SWITCH.get(text.strip().lower()))  # type: ignore[arg-type]
+            note = "; MeshLab would read it as true" if text.lower() == "false" else ""
+            raise _RefusedError(f"takes true or false in small letters, got {shortened(text)!r}{note}", meant)
+        return text == "true"
+    if isinstance(parameter, Enum):
+        return _read_choice(parameter, attributes)
+    if isinstance(parameter, Float) and "relative" in attributes:
+        raise _RefusedError("relative= belongs to lengths alone, and this parameter is a plain number", None)
+    numbers = spelled(parameter, attributes)
+    for number in numbers:
+        if isinstance(number, str):
+            mended = parsed(number.replace(",", "."))
+            likely = "" if mended is None else number_text(mended)
+            hint = None if isinstance(_spelled(parameter, likely), str) else likely
+            raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(number)!r}", hint)
+    if isinstance(parameter, Percentage):
+        return _read_length(float(numbers[0]), attributes.get("relative"))
+    return _assembled(parameter, numbers)
+
+
+def _read_length(amount: float, relative: str | None) -> Length:
+    if relative is None:
+        return Length(amount)
+    with contextlib.suppress(ParameterError):
+        length = Length.parse(relative)
+        if length.unit == "absolute":
+            raise _RefusedError(f"relative= takes a length with a unit, got {shortened(relative)!r}", f"{relative}%")
+        if length.unit in ("percent", "edge"):
+            return length
+    raise _RefusedError(f"relative= takes a length such as 1% or 0.5edge, got {shortened(relative)!r}", None)
+
+
+def _read_choice(parameter: Enum, attributes: Attributes) -> str:
+    text, choices = attributes["value"], parameter.choices
+    allowed = "; ".join(f"{i}: {shortened(word)}" for i, word in enumerate(choices))
+    index = _spelled(parameter, text)
+    if isinstance(index, str) or not 0 <= index < len(choices):
+        hint = str(choices.index(text)) if text in choices else None
+        raise _RefusedError(f"takes the number of a choice ({allowed}), got {shortened(text)!r}", hint)
+    today = choices[int(index)]
+    word = attributes.get(f"enum_val{index}", today)
+    if word != today and word in choices:
+        said = f"says that {index} means {word!r}, but here it means {today!r}"
+        raise _RefusedError(f"{said}: the script was written for other choices ({allowed})", str(choices.index(word)))
+    return today
+
+
+def param_attributes(parameter: Parameter, value: Any, *, diagonal: float, mean_edge: float) -> dict[str, str]:
+    """The attributes of the ``<Param>`` that gives a checked value, in the order in which they are written."""
+    written = {"type": parameter.xml_type, "name": parameter.xml_name}
+    value = parameter.to_number(value)
+    if isinstance(parameter, Bool):
+        written["value"] = "true" if value else "false"
+    elif isinstance(parameter, Float):
+        written["value"] = number_text(value)
+        if parameter.minimum is not None and parameter.maximum is not None:
+            least = min(parameter.minimum, parameter.minimum if parameter.automatic is None else parameter.automatic)
+            written |= {"min": number_text(least), "max": number_text(parameter.maximum)}
+    elif isinstance(parameter, Percentage):
+        value = value if isinstance(value, Length) else Length(value)
+        amount = value.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
+        written |= {"value": number_text(amount), "min": number_text(min(0.0, amount)), "max": number_text(max(diagonal, amount))}
+        if value.unit != "absolute":
+            written["relative"] = f"{number_text(value.amount)}{'%' if value.unit == 'percent' else 'edge'}"
+    elif isinstance(parameter, Enum):
+        written |= {"value": str(parameter.choices.index(value)), "enum_cardinality": str(len(parameter.choices))}
+        written |= {f"enum_val{i}": word for i, word in enumerate(parameter.choices)}
+    elif isinstance(parameter, Point | Color | Matrix):
+        numbers = [x for row in value for x in row] if isinstance(parameter, Matrix) else value
+        written |= dict(zip(_names(parameter), map(number_text, numbers), strict=True))
+    else:
+        written["value"] = str(value)
+        if isinstance(parameter, FileOpen):
+            written["exts_cardinality"] = "0"
+    return written
+
+
+#: muParser's functions as MeshLab registers them, with the fewest and the most arguments
+FUNCTIONS: dict[str, tuple[int, int | None]] = {
+    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"), (1, 1)),
+    **dict.fromkeys(("log2", "log10", "log", "ln", "exp", "sqrt", "sign", "rint", "abs"), (1, 1)),
+    **dict.fromkeys(("min", "max", "sum", "avg"), (1, None)),
+    "atan2": (2, 2),
+    "rnd": (0, 0),
+}
+OPERATORS = frozenset({"<=", ">=", "!=", "==", "&&", "||", "+", "-", "*", "/", "^", "<", ">"})
+
+MOST_CHARACTERS = 10_000
+MOST_PARENTHESES = 64
+
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
+    r"|(?P<mark><=|>=|!=|==|&&|\|\||\S)|(?P<end>\Z))"
+)
+_FILTERS = re.compile(r"_by_function|_by_condition|_new_custom_|_implicit_surface")
+
+
+def is_expression(filter_name: str, parameter_name: str) -> bool:
+    """Whether that text of the filter of that Python name is an expression; the filters of new attributes take a name, too."""
+    return _FILTERS.search(filter_name) is not None and parameter_name != "name"
+
+
+def check_expressions(declared: Filter, values: Mapping[str, Any]) -> None:
+    """Check the values of a filter, by Python parameter name, that are expressions."""
+    for parameter in declared.parameters:
+        if parameter.name in values:
+            check_expression(declared.python_name, parameter, values[parameter.name])
+
+
+def check_expression(filter_name: str, parameter: Parameter, text: Any) -> None:
+    """Check the value of a parameter if it is an expression."""
+    is_one = isinstance(parameter, String) and is_expression(filter_name, parameter.xml_name)
+    if is_one and (error := expression_error(text)) is not None:
+        words = f"{shortened(text)!r} is no expression that MeshLab can evaluate: {error}"
+        raise ParameterError(f"parameter {parameter.name!r}: {words}")
+
+
+def expression_error(text: str) -> str | None:
+    """The reason why muParser would not parse the text, or None if it would.
+
+    An assignment (``q = 0``) and several results (``x, y``), which muParser lets pass, are refused too: where a filter asks for
+    one value they are slips.
+    """
+    if not text.strip():
+        return "it is empty"
+    if len(text) > MOST_CHARACTERS:
+        return f"it has more than {MOST_CHARACTERS} characters"
+    tokens = list(_TOKEN.finditer(text))
+    opened: list[tuple[str, int]] = []  # what is open: "(", "?", or a function with the number of its arguments that are complete
+    wants_value, signed = True, False
+    for before, token, after in zip([None, *tokens], tokens, [*tokens[1:], None], strict=False):
+        word, kind = token.group().strip(), token.lastgroup
+        place = f"{word!r} at character {token.start(kind or 0) + 1}"
+        name, arguments = opened[-1] if opened else ("", 0)
+        if kind == "end":
+            return "it ends where more must follow" if wants_value or opened else None
+        if word == "=":
+            return f"{place} assigns; write == to compare"
+        if word == ")" and name in FUNCTIONS and before is not None and (not wants_value or before.group() == "("):
+            (fewest, most), count = FUNCTIONS[name], arguments + (not wants_value)
+            if count < fewest or (most is not None and count > most):
+                takes = f"it takes {fewest}{'' if fewest == most else ' or more'}"
+                return f"{place} ends {name}() after {count} arguments; {takes}"
+            opened.pop()
+            wants_value = False
+        elif not wants_value:
+            if word in OPERATORS or word == "?" or (word == ":" and name == "?") or (word == "," and name in FUNCTIONS):
+                wants_value, signed = True, False
+            elif word != ")" or name != "(":
+                return f"{place} {'is not expected there' if word in (')', ':', ',') else 'follows a value without an operator'}"
+            if word == "?":
+                opened.append(("?", 0))
+            elif word == ",":
+                opened[-1] = name, arguments + 1
+            elif word in (":", ")"):
+                opened.pop()
+        elif word in ("+", "-") and not signed:  # muParser takes one sign, not two
+            signed = True
+        elif kind == "name":
+            called = after is not None and after.group() == "("  # no blank between: muParser does not take one
+            if called and word not in FUNCTIONS:
+                return f"{place} is not a function of {', '.join(FUNCTIONS)}"
+            if not called and word in FUNCTIONS:
+                return f"{place} is a function and needs parentheses right after it"
+            wants_value = called
+        elif word == "(":
+            is_call = before is not None and before.lastgroup == "name"
+            opened.append((before.group().strip() if is_call and before is not None else "(", 0))
+            signed = False
+        elif kind == "number":
+            wants_value = False
+        else:
+            return f"{place} stands where a value must"
+        if len(opened) > MOST_PARENTHESES:
+            return f"it nests more than {MOST_PARENTHESES} deep"
+    return None
