@@ -4,7 +4,7 @@
   and ten times a second the memory of all its processes together and the bytes on the disk.
 * whole: the same cloud in one piece by the library, compared with the output of `clouds` in --folder, bit by bit.
 * meshes: a bumpy square of N vertices by Taubin Fairing, by tiles.
-* model: bytes that a tile takes for each of its points, in processes of their own: what `pymeshfair.tiles.memory` rests on.
+* model: bytes that a tile takes for each of its points, in processes of their own: what `pymeshfair.tiles.plan` rests on.
 
 Exits with 1 if more memory was taken than given, or the bits differ.
 """
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from pymeshfair.commands.options import memory_limit
 from pymeshfair.files.provenance import provenance_path
-from pymeshfair.tiles.sources import PlySlices
+from pymeshfair.tiles.sources import PlyFile
 
 NEIGHBORS, EXTENT, THRESHOLD = 20, 3.0, 0.5
 LOOP = f"""<!DOCTYPE FilterScript>
@@ -173,7 +173,7 @@ def whole(folder: Path, points: list[int], memory: str) -> bool:
 
     good = True
     for count in points:
-        source, output = (PlySlices(folder / f"{name}-{count}.ply") for name in ("cloud", "clean"))
+        source, output = (PlyFile(folder / f"{name}-{count}.ply") for name in ("cloud", "clean"))
         started = time.process_time()
         places: NDArray[np.float64] = np.empty((count, 3))
         for number, part in enumerate(source.points(SLICE)):
@@ -202,11 +202,11 @@ import sys
 from pathlib import Path
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job
-from pymeshfair.tiles.course import Tiling, run_by_tiles
+from pymeshfair.tiles.course import run_by_tiles
 if __name__ == "__main__":
     recipe, scan, output, tile = sys.argv[1:]
     job = Job(load_recipe(recipe), Path(scan), Path(output), memory_limit=500_000_000, overwrite=True)
-    print(run_by_tiles(job, Tiling(most=int(tile))).peak_memory)
+    print(run_by_tiles(job, most=int(tile)).peak_memory)
 """
 
 

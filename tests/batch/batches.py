@@ -81,7 +81,7 @@ def with_module(folder: Path, program: str) -> dict[str, str]:
     """The environment in which every interpreter runs this program as it starts."""
     folder.mkdir(exist_ok=True)
     (folder / "sitecustomize.py").write_text(program)
-    return {"PYTHONPATH": str(folder)}
+    return {"PYTHONPATH": os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])}
 
 
 def start_batch(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.batch.journal import BatchError, Journal, Outcome, read_journal
+from pymeshfair.batch.outcomes import BatchError, Journal, Outcome, read_journal
 from pymeshfair.batch.plan import Asked, Scan, job_of, plan_scans
 from pymeshfair.batch.work import done_before
 from pymeshfair.files.provenance import provenance_path
@@ -75,14 +75,14 @@ def done(made: tuple[Path, Scan, Job]) -> Iterator[tuple[Scan, Job]]:
 def test_what_is_there_whole_is_done(done: tuple[Scan, Job]) -> None:
     """The provenance beside an output is enough, and a journal that fits it adds what it tells besides."""
     scan, template = done
-    outcome = done_before([scan], template, {})[1].outcome
+    outcome = done_before([scan], template, {})[1]
     assert outcome.status == "done"
     assert outcome.resumed
     assert outcome.displacement is not None
     told = replace(outcome, displacement={"rms": 0.5, "largest": 1.0}, resumed=False)
-    assert done_before([scan], template, {told.output: told})[1].outcome.displacement == {"rms": 0.5, "largest": 1.0}
+    assert done_before([scan], template, {told.output: told})[1].displacement == {"rms": 0.5, "largest": 1.0}
     other = replace(told, digests={**told.digests, "output": "0" * 64})
-    assert done_before([scan], template, {other.output: other})[1].outcome.displacement == outcome.displacement
+    assert done_before([scan], template, {other.output: other})[1].displacement == outcome.displacement
 
 
 def other_version(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,8 +7,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from pymeshfair.batch.journal import Outcome
-from pymeshfair.batch.summary import FAR, Summary, outliers, robust_z
+from pymeshfair.batch.outcomes import FAR, Outcome, Summary, outliers, robust_z
 from pymeshfair.running.job import Job
 
 

@@ -6,9 +6,8 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from pymeshfair.batch.journal import Outcome
+from pymeshfair.batch.outcomes import Outcome, Summary
 from pymeshfair.batch.page import warning_kinds, write_page
-from pymeshfair.batch.summary import Summary
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job
 

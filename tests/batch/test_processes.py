@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pymeshfair.tiles.sources import PlySlices
+from pymeshfair.tiles.sources import PlyFile
 from tests.commands.command_line import run_process
 from tests.running.test_supervise import slowness
 from tests.tiles.test_clouds import uneven
@@ -232,7 +232,7 @@ def test_a_scan_without_enough_memory_is_cut(tmp_path: Path) -> None:
         assert (tmp_path / recipe / "memory.ply").exists() == (status == "done")
     (scan,) = json.loads((tmp_path / "remove_outliers" / "batch.json").read_text("utf-8"))["scans"]
     assert "it needed more memory than it was given, so that it was cut into tiles" in scan["warnings"]
-    ours, theirs = (PlySlices(path).vertices for path in (tmp_path / "remove_outliers" / "memory.ply", whole))
+    ours, theirs = (PlyFile(path).vertices for path in (tmp_path / "remove_outliers" / "memory.ply", whole))
     for name in ("x", "y", "z", "quality", "number"):
         np.testing.assert_array_equal(ours.read(0, ours.element.count)[name], theirs.read(0, theirs.element.count)[name])
 

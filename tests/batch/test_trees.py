@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from pymeshfair.files.provenance import provenance_path
-from pymeshfair.running.verify import verify_output
 from tests.commands.command_line import document, run_process
 
 from .batches import journal_of, write_scan
@@ -60,33 +59,6 @@ def test_a_tree_is_kept_and_resumed(tmp_path: Path, folders: int, each: int) -> 
     assert batch(tree, out)[1] == 1
     shutil.rmtree(tree / "wing2" / "find02")
     assert batch(tree, out)[1] == 0
-
-
-@pytest.mark.slow
-def test_numbers_follow_the_list_and_cost_nothing(tmp_path: Path) -> None:
-    """Outputs are renamed where a file shifts the numbers: an added, a changed and a removed one cost 1, 1 and 0 scans."""
-    tree, out = write_tree(tmp_path / "tree", 4, 1), tmp_path / "out"
-    name = ("--name", "{number:03}.ply")
-    batch(tree, out, *name)
-    before = {path.name: path.read_bytes() for path in out.glob("*.ply")}
-    added = write_scan(tree / "wing0" / "find00" / "another.ply", 77, subdivisions=0)
-    assert batch(tree, out, *name)[1] == 1
-    after = {path.name: path.read_bytes() for path in out.glob("*.ply")}
-    assert [after[f"{k + 1:03}.ply"] for k in range(1, 5)] == [before[f"{k:03}.ply"] for k in range(1, 5)]
-    for path in sorted(out.glob("*.ply")):
-        assert verify_output(path).verdict == "identical"
-    added.unlink()
-    write_scan(tree / "wing0" / "find00" / "scan0.ply", 78, subdivisions=0)
-    found, done = batch(tree, out, *name)
-    assert done == 1
-    assert found["counts"]["failed"] == 0
-    final = {path.name: path.read_bytes() for path in out.glob("*.ply")}
-    assert [final[f"{k:03}.ply"] for k in (2, 3, 4)] == [before[f"{k:03}.ply"] for k in (2, 3, 4)]
-    assert final["001.ply"] != before["001.ply"]
-    shutil.rmtree(tree / "wing0")
-    assert batch(tree, out, *name)[1] == 0
-    assert (out / "001.ply").read_bytes() == before["002.ply"]
-    assert batch(tree, out, *name)[1] == 0
 
 
 @pytest.mark.slow

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pymeshfair.batch.journal import Outcome
+from pymeshfair.batch.outcomes import Outcome, Summary
 from pymeshfair.batch.page import write_page
-from pymeshfair.batch.summary import Summary
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.batch.journal import Outcome
+from pymeshfair.batch.outcomes import Outcome
 from pymeshfair.batch.plan import Asked, Scan, plan_scans
 from pymeshfair.commands.batch_progress import BatchBar, BatchLines
 from pymeshfair.recipe import load_recipe

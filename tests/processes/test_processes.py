@@ -15,10 +15,8 @@ import pytest
 
 from pymeshfair.errors import ParameterError, RunError, RunTimeout, StepFailedError, WorkerDied
 from pymeshfair.files.provenance import sha256_of
-from pymeshfair.processes.order import DefectError
-from pymeshfair.processes.pool import Pool
-from pymeshfair.processes.process import LostProcessError, Process
-from pymeshfair.processes.worker import use_up
+from pymeshfair.processes.process import LostProcessError, Pool, Process
+from pymeshfair.processes.worker import DefectError, use_up
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import MODULES, run_job, workers_of_runs
 from tests.running.runs import BONE, CRASHES, SLOW, SMOOTH, Given, names_in, recipe_of

@@ -13,8 +13,8 @@ import pytest
 
 from pymeshfair.errors import RunTimeout
 from pymeshfair.operating_system import this_system
-from pymeshfair.processes.order import Answer, Order
 from pymeshfair.processes.process import Items, Process
+from pymeshfair.processes.worker import Answer, Order
 from pymeshfair.running.job import Compiling, Event, Job, PhaseStarted
 from pymeshfair.running.report import Report
 from pymeshfair.running.supervise import Watch, run_job

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from pymeshfair.errors import FilterInputError
 from pymeshfair.filters.outliers import local_outlier_probability, stray_points, surplus_points
 from pymeshfair.tiles import cells as cells_module
+from pymeshfair.tiles.cells import divide
 from pymeshfair.tiles.cloud import Cloud, do_step, write_cloud
-from pymeshfair.tiles.division import divide
-from pymeshfair.tiles.plan import CloudStep
-from pymeshfair.tiles.sources import PlyCloud, PlySlices
+from pymeshfair.tiles.plan import PlannedStep
+from pymeshfair.tiles.sources import PlyFile
 from pymeshfair.tiles.workers import Tasks
 from tests.tiles import tiling
 from tests.tiles.tiling import duplicates, loop, normals, strays, surplus
@@ -69,17 +69,17 @@ def islands(seed: int) -> Floats:
 
 
 def by_tiles(
-    points: Floats, selection: CloudStep, *, most: int, cell: int = 16, order: int = 0
+    points: Floats, selection: PlannedStep, *, most: int, cell: int = 16, order: int = 0
 ) -> tuple[Floats, Floats, dict[str, Any]]:
     """The probabilities of all points if there are any, the points that are kept, and what the filter reports."""
     with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", cell):
         folder = Path(name)
-        cloud = Cloud(PlyCloud(tiling.write_cloud(folder / "in.ply", points)), folder)
+        cloud = Cloud(PlyFile(tiling.write_cloud(folder / "in.ply", points)), folder)
         pool = cast("Tasks", tiling.Here(order))
         after, values, known = do_step(cloud, selection, pool, 10**6, progress=lambda share: None, most=most)
         assert known["tiles"] > 1 or most >= len(points)
         write_cloud(after, folder / "out.ply", 100)
-        rows = PlySlices(folder / "out.ply").vertices.read(0, len(PlySlices(folder / "out.ply")))
+        rows = PlyFile(folder / "out.ply").vertices.read(0, len(PlyFile(folder / "out.ply")))
         np.testing.assert_array_equal(points[rows["number"]], np.stack([rows[axis] for axis in "xyz"], axis=1))
         assert ("quality" in (rows.dtype.names or ())) == cloud.scalars.path.exists()
         return cloud.scalars.read(0, len(points)) if cloud.scalars.path.exists() else np.empty(0), rows["number"], values
@@ -160,7 +160,7 @@ def test_a_second_selection_sees_what_the_first_has_left(tmp_path: Path) -> None
     first = local_outlier_probability(points, neighbors=10, extent=2.0)
     left = np.flatnonzero(first <= 0.4)
     second = local_outlier_probability(points[left], neighbors=5, extent=2.0)
-    cloud = Cloud(PlyCloud(tiling.write_cloud(tmp_path / "in.ply", points)), tmp_path)
+    cloud = Cloud(PlyFile(tiling.write_cloud(tmp_path / "in.ply", points)), tmp_path)
     pool = cast("Tasks", tiling.Here())
     for selection in (loop(1, 10, 2.0, 0.4), loop(3, 5, 2.0, 0.6)):
         cloud = do_step(cloud, selection, pool, 10**6, progress=lambda share: None, most=150)[0]
@@ -196,12 +196,12 @@ def normals_by_tiles(points: Floats, step: Any, *, most: int, cell: int = 16, or
     """The normals of all points, as they are written."""
     with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", cell):
         folder = Path(name)
-        cloud = Cloud(PlyCloud(tiling.write_cloud(folder / "in.ply", points)), folder)
+        cloud = Cloud(PlyFile(tiling.write_cloud(folder / "in.ply", points)), folder)
         pool = cast("Tasks", tiling.Here(order))
         cloud, _, known = do_step(cloud, step, pool, 10**6, progress=lambda share: None, most=most)
         assert known["tiles"] > 1 or most >= len(points)
         assert write_cloud(cloud, folder / "out.ply", 100) == len(points)
-        rows = PlySlices(folder / "out.ply").vertices.read(0, len(points))
+        rows = PlyFile(folder / "out.ply").vertices.read(0, len(points))
         np.testing.assert_array_equal(rows["number"], np.arange(len(points)))
         return np.stack([rows[name] for name in ("nx", "ny", "nz")], axis=1)
 
@@ -264,6 +264,6 @@ def test_points_that_are_not_finite_are_refused(tmp_path: Path) -> None:
     """A NaN among the coordinates is named with its number."""
     points = uneven(0)
     points[777, 1] = np.nan
-    cloud = Cloud(PlyCloud(tiling.write_cloud(tmp_path / "in.ply", points)), tmp_path)
+    cloud = Cloud(PlyFile(tiling.write_cloud(tmp_path / "in.ply", points)), tmp_path)
     with pytest.raises(FilterInputError, match=r"point 777 is .*nan.* not finite"):
         cloud.survey(100)

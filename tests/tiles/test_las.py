@@ -15,7 +15,7 @@ from pymeshfair.files.errors import ContentsError
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.outliers import local_outlier_probability
 from pymeshfair.tiles.cloud import Cloud, do_step, write_cloud
-from pymeshfair.tiles.sources import LasCloud, PlySlices
+from pymeshfair.tiles.sources import LasCloud, PlyFile
 from pymeshfair.tiles.workers import Tasks
 from tests.commands.command_line import invoke
 from tests.files.test_e57 import survey
@@ -141,7 +141,7 @@ def cleaned_both_ways(folder: Path, extension: str, warning: str) -> None:
 def test_an_e57_file_becomes_what_it_becomes_in_one_piece(tmp_path: Path) -> None:
     """Both scans of an E57 file, placed, without what was not measured, with all fields: the PLY file of a run in one piece."""
     cleaned_both_ways(tmp_path, "ply", "points at which nothing was measured are left out")
-    files = [PlySlices(tmp_path / name) for name in ("whole.ply", "tiled.ply")]
+    files = [PlyFile(tmp_path / name) for name in ("whole.ply", "tiled.ply")]
     whole, tiled = (file.vertices.read(0, len(file)) for file in files)
     names = whole.dtype.names or ()
     assert set(names) == set(tiled.dtype.names or ())

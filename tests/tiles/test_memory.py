@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pymeshfair.errors import ParameterError
-from pymeshfair.tiles.memory import COMMAND, WORKER, budget, cloud_points, slice_rows, surface_vertices
+from pymeshfair.tiles.plan import COMMAND, WORKER, budget, cloud_points, slice_rows, surface_vertices
 
 
 @pytest.mark.parametrize("processors", [1, 2, 16])

@@ -22,8 +22,9 @@ from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
 from pymeshfair.filters.inspection import folded_faces
 from pymeshfair.registry import find_filter
 from pymeshfair.tiles import cells as cells_module
-from pymeshfair.tiles.mesh import MeshFile, MeshTiles, cut, do_move
-from pymeshfair.tiles.plan import MESHLAB, Move, why_not
+from pymeshfair.tiles.mesh import MeshTiles, cut, do_move
+from pymeshfair.tiles.plan import MESHLAB, PlannedStep, why_not
+from pymeshfair.tiles.sources import MeshFile
 from pymeshfair.tiles.workers import Tasks
 from tests.meshes import icosphere
 from tests.tiles.tiling import Here, write_mesh
@@ -48,14 +49,13 @@ def awkward(seed: int) -> tuple[Floats, Ints]:
     return vertices[np.argsort(mixed)], mixed[random.permutation(faces)].astype(np.int32)
 
 
-def by_tiles(vertices: Floats, faces: Ints, *moves: Move, most: int, cell: int, seed: int = 0) -> Floats:
+def by_tiles(vertices: Floats, faces: Ints, *moves: PlannedStep, most: int, cell: int, seed: int = 0) -> Floats:
     """The vertices after the steps, from the file that is written."""
     with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", cell):
         folder = Path(name)
         mesh = MeshFile(write_mesh(folder / "in.ply", vertices, faces))
-        mesh.check()
         pool = cast("Tasks", Here(seed))
-        surface, known = cut(mesh, folder, pool, 10**6, costs=[(400, 5)], most=most, progress=lambda share: None)
+        surface, known = cut(mesh, folder, pool, 10**6, steps=moves, most=most, progress=lambda share: None)
         assert known["faces"] == len(faces)
         tiles = surface.cells.tiles(most)
         assert len(tiles) > 1
@@ -63,7 +63,7 @@ def by_tiles(vertices: Floats, faces: Ints, *moves: Move, most: int, cell: int, 
             do_move(surface, move, tiles, pool, lambda share: None)
         work = MeshTiles(surface)
         pool.map(work.finish, tiles, lambda share: None)
-        mesh.write(folder / "out.ply", tuple(work.part(first) for first, _ in tiles), 77)
+        mesh.write_places(work.results, surface.cells.slots_of_tiles(tiles), folder / "out.ply", 77)
         written = MeshFile(folder / "out.ply")
         np.testing.assert_array_equal(np.concatenate(list(written.faces(100))), faces)
         return np.concatenate(list(written.points(100)))
@@ -86,7 +86,7 @@ def test_explicit_steps_by_tiles_change_no_bit(
     """K steps with k rings around each tile are k steps of the whole."""
     vertices, faces = awkward(seed)
     values = {"operator": operator, "step": 0.4, "iterations": iterations, "update": update, "border": border}
-    move = Move(1, EXPLICIT, {**values, "selected": False})
+    move = PlannedStep(1, EXPLICIT, {**values, "selected": False})
     try:
         whole = explicit_smoothing(vertices, faces, **values)
     except FilterInputError:  # MeshLab's cotangents may throw a vertex away; then tiles name the same
@@ -104,7 +104,7 @@ def test_taubin_after_explicit_steps(most: int, cell: int) -> None:
     second = {"operator": "uniform", "step": 0.5, "mu": -0.53, "pass_band": 0.0, "iterations": 3, "border": "along"}
     whole = explicit_smoothing(vertices, faces, **first)  # type: ignore[arg-type]
     whole = taubin_fairing(whole, faces, **{**second, "pass_band": None})  # type: ignore[arg-type]
-    moves = Move(1, EXPLICIT, {**first, "selected": False}), Move(2, TAUBIN, {**second, "selected": False})
+    moves = PlannedStep(1, EXPLICIT, {**first, "selected": False}), PlannedStep(2, TAUBIN, {**second, "selected": False})
     np.testing.assert_array_equal(by_tiles(vertices, faces, *moves, most=most, cell=cell), whole)
 
 
@@ -118,7 +118,7 @@ def test_taubin_smooth_by_tiles_is_that_of_meshlab(most: int, cell: int) -> None
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
     meshes.apply_coord_taubin_smoothing(lambda_=0.4, mu=-0.45, stepsmoothnum=3)
-    move = Move(1, MESHLAB, {"lambda_": 0.4, "mu": -0.45, "stepsmoothnum": 3, "selected": False})
+    move = PlannedStep(1, MESHLAB, {"lambda_": 0.4, "mu": -0.45, "stepsmoothnum": 3, "selected": False})
     found = by_tiles(vertices, faces, move, most=most, cell=cell)
     np.testing.assert_allclose(found, meshes.current_mesh().vertex_matrix(), rtol=0.0, atol=1e-14)
 
@@ -144,7 +144,7 @@ def test_normal_filtering_by_tiles_changes_no_bit(most: int, cell: int, settings
     border = fixed.pop("border", "along")
     whole = denoised(vertices, faces, **before, filtering=fixed, border=border)
     values = find_filter(NORMALS).defaults | {"choice": "fixed", "border": "along"} | given
-    found = by_tiles(vertices, faces, Move(1, NORMALS, values), most=most, cell=cell)
+    found = by_tiles(vertices, faces, PlannedStep(1, NORMALS, values), most=most, cell=cell)
     # Of the way along the surface borders keep a share that comes from sums over all vertices.
     np.testing.assert_allclose(found, whole, rtol=0.0, atol=1e-9 if before and border == "along" else 0.0)
     assert not np.array_equal(whole, vertices)
@@ -160,7 +160,7 @@ def test_folded_faces_are_taken_back_across_tiles() -> None:
     before, most = (int(folded_faces(points, faces).sum()) for points in (vertices, folding))
     assert most > before
     values = find_filter(NORMALS).defaults | {"choice": "fixed", "border": "along", "relaxation": 20} | given
-    found = by_tiles(vertices, faces, Move(1, NORMALS, values), most=150, cell=30)
+    found = by_tiles(vertices, faces, PlannedStep(1, NORMALS, values), most=150, cell=30)
     assert folded_faces(found, faces).sum() <= before
     np.testing.assert_allclose(found, denoised(vertices, faces, relaxation=20, filtering=filtering), rtol=0.0, atol=1e-9)
 
@@ -177,14 +177,14 @@ def test_settings_are_chosen_once_for_all_tiles(given: dict[str, Any]) -> None:
     else:
         whole, choice = denoise_automatically(vertices, faces)
     assert choice.setting.parameters is not None or choice.setting.relaxation
-    found = by_tiles(vertices, faces, Move(1, NORMALS, find_filter(NORMALS).defaults | given), most=700, cell=64)
+    found = by_tiles(vertices, faces, PlannedStep(1, NORMALS, find_filter(NORMALS).defaults | given), most=700, cell=64)
     np.testing.assert_array_equal(found, whole)
 
 
 def test_a_mesh_without_noise_stays() -> None:
     """Nothing is chosen, and nothing moves."""
     vertices, faces = icosphere(4)
-    found = by_tiles(vertices, faces, Move(1, NORMALS, find_filter(NORMALS).defaults), most=700, cell=64)
+    found = by_tiles(vertices, faces, PlannedStep(1, NORMALS, find_filter(NORMALS).defaults), most=700, cell=64)
     np.testing.assert_array_equal(found, vertices)
 
 
@@ -198,7 +198,7 @@ def test_what_is_chosen_but_cannot_be_cut_is_said() -> None:
     with pytest.raises(
         FilterInputError, match=r"outliers '(replace|only)', which needs the whole mesh: .* set outliers to 'keep'"
     ):
-        by_tiles(vertices, faces, Move(1, NORMALS, find_filter(NORMALS).defaults), most=700, cell=64)
+        by_tiles(vertices, faces, PlannedStep(1, NORMALS, find_filter(NORMALS).defaults), most=700, cell=64)
 
 
 @pytest.mark.parametrize(
@@ -229,4 +229,4 @@ def test_files_without_triangles_are_refused(corners: str, row: bytes, said: str
     head = f"ply\nformat binary_little_endian 1.0\nelement vertex 1\n{places}element face 1\nproperty {corners}\nend_header\n"
     (tmp_path / "in.ply").write_bytes(head.encode() + bytes(12) + row)
     with pytest.raises(ContentsError, match=said):
-        MeshFile(tmp_path / "in.ply").check()
+        _ = MeshFile(tmp_path / "in.ply").faces_table

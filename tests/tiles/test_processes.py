@@ -15,7 +15,7 @@ import pytest
 
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.outliers import local_outlier_probability
-from pymeshfair.tiles.sources import PlySlices
+from pymeshfair.tiles.sources import PlyFile
 from tests.batch.batches import with_module
 from tests.commands.command_line import COMMAND, invoke, run_process
 from tests.meshes import icosphere
@@ -106,7 +106,7 @@ def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -
     out, err = process.communicate(timeout=120)
     assert process.returncode == 0, err
     assert run_process("run", recipe, scan, "-o", whole).returncode == 0
-    ours, theirs = (PlySlices(path).vertices for path in (output, whole))
+    ours, theirs = (PlyFile(path).vertices for path in (output, whole))
     read, expected = ours.read(0, ours.element.count), theirs.read(0, theirs.element.count)
     for name in ("x", "y", "z", "quality", "number"):
         np.testing.assert_array_equal(read[name], expected[name])
@@ -207,7 +207,7 @@ def test_clean_point_cloud_by_tiles_keeps_the_points_of_one_piece(tmp_path: Path
     report = json.loads(done.stdout)
     assert len(report["steps"]) == 7
     assert report["steps"][0]["values"]["removed_vertices"] == 50
-    files = [PlySlices(tmp_path / name) for name in ("tiled.ply", "whole.ply")]
+    files = [PlyFile(tmp_path / name) for name in ("tiled.ply", "whole.ply")]
     tiled, one = (file.vertices.read(0, len(file)) for file in files)
     for name in ("number", "quality", "x", "y", "z"):
         np.testing.assert_array_equal(tiled[name], one[name])

@@ -31,12 +31,11 @@ enum_val1="fixed"/></filter>
 #: a sitecustomize module: small tiles, each of which takes a moment and adds a line to a file when it begins
 SMALL = """
 import os, time
-import pymeshfair.tiles.memory as memory
+import pymeshfair.tiles.plan as memory
 memory.cloud_points = lambda tile, neighbors: 300
 memory.surface_vertices = lambda tile, each, rings: 400
 import pymeshfair.tiles.mesh as mesh
 import pymeshfair.tiles.cloud as outliers
-import pymeshfair.tiles.mesh as rounds
 
 def slow(cls, name):
     method = getattr(cls, name)
@@ -51,7 +50,7 @@ def slow(cls, name):
 slow(outliers.OutlierTiles, "find")
 slow(outliers.OutlierTiles, "finish")
 slow(mesh.MeshTiles, "move")
-slow(rounds.Rounds, "round")
+slow(mesh.FilteringTiles, "round")
 """
 
 

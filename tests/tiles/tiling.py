@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pymeshfair.declaration import Length
 from pymeshfair.filters.execution import ignore_progress
-from pymeshfair.tiles.plan import DUPLICATES, LOOP, POINT_NORMALS, STRAYS, SURPLUS, CloudStep
+from pymeshfair.tiles.plan import DUPLICATES, LOOP, POINT_NORMALS, STRAYS, SURPLUS, PlannedStep
 from tests.running.runs import ply_bytes, xyz
 
 
@@ -38,31 +38,31 @@ class Here:
         return [results[number] for number in range(len(tasks))]
 
 
-def loop(step: int, neighbors: int, extent: float, threshold: float) -> CloudStep:
+def loop(step: int, neighbors: int, extent: float, threshold: float) -> PlannedStep:
     """Delete the outliers of LoOP."""
-    return CloudStep(step, LOOP, {"neighbors": neighbors, "extent": extent, "threshold": threshold}, deletes=True)
+    return PlannedStep(step, LOOP, {"neighbors": neighbors, "extent": extent, "threshold": threshold}, deletes=True)
 
 
-def strays(step: int, neighbors: int, sparseness: float, smallest_part: int) -> CloudStep:
+def strays(step: int, neighbors: int, sparseness: float, smallest_part: int) -> PlannedStep:
     """Delete stray points."""
     values = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
-    return CloudStep(step, STRAYS, values, deletes=True)
+    return PlannedStep(step, STRAYS, values, deletes=True)
 
 
-def surplus(step: int, side: float) -> CloudStep:
+def surplus(step: int, side: float) -> PlannedStep:
     """Delete all but the first in each cell of a grid."""
-    return CloudStep(step, SURPLUS, {"side": Length(side)}, deletes=True)
+    return PlannedStep(step, SURPLUS, {"side": Length(side)}, deletes=True)
 
 
-def normals(step: int, k: int, iterations: int, view: tuple[float, float, float] | None = None) -> CloudStep:
+def normals(step: int, k: int, iterations: int, view: tuple[float, float, float] | None = None) -> PlannedStep:
     """Give the points normals."""
     values = {"k": k, "smoothiter": iterations, "flipflag": view is not None, "viewpos": view or (0.0, 0.0, 0.0)}
-    return CloudStep(step, POINT_NORMALS, values, deletes=False)
+    return PlannedStep(step, POINT_NORMALS, values, deletes=False)
 
 
-def duplicates(step: int) -> CloudStep:
+def duplicates(step: int) -> PlannedStep:
     """Delete all but the first of coincident points."""
-    return CloudStep(step, DUPLICATES, {}, deletes=True)
+    return PlannedStep(step, DUPLICATES, {}, deletes=True)
 
 
 def write_cloud(path: Path, points: NDArray[np.float64]) -> Path:

@@ -4,39 +4,39 @@ from __future__ import annotations
 
 import logging
 import pickle
+import secrets
 import threading
 from collections.abc import Iterator, Sequence
-from concurrent.futures import CancelledError
+from concurrent.futures import Future
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from distributed import Client, Future, KilledWorker, Reschedule, Worker, WorkerPlugin, get_worker
+from distributed import Client, Reschedule, Worker, WorkerPlugin, get_worker
 
 from ..errors import PymeshfairError
-from ..processes.cluster import ClusterError, Conditions, LostSchedulerError, Scheduler, check_workers, conditions, open_client
-from ..processes.process import Items
+from ..processes.cluster import Conditions, LostSchedulerError, Scheduler, check_workers, conditions, open_client
 from ..running.job import Job
 from .plan import Scan
-from .station import Kind, Station, pool_of
+from .work import Kind, Station, pool_of
 
 #: seconds without work after which a worker ends its processes
 _IDLE = 120.0
 
 
 @contextmanager
-def workers_of_scheduler(
-    scheduler: Scheduler, template: Job, scans: Sequence[Scan], folder: Path, items: Items, name: str
-) -> Iterator[OfScheduler]:
-    """The workers of a scheduler, see `pymeshfair.batch.station.Workers`."""
+def workers_of_scheduler(scheduler: Scheduler, template: Job, scans: Sequence[Scan], folder: Path) -> Iterator[OfScheduler]:
+    """The workers of a scheduler."""
+    name = f"pymeshfair-batch-{secrets.token_hex(8)}"
     firsts = {scan.input.parent: scan.input for scan in reversed(scans)}
     recipe = partial(recipe_problems, pickle.dumps(template.recipe), template.recipe.digest)
     with open_client(scheduler) as client, conditions(folder, [*firsts.values(), *template.others], recipe) as wanted:
         check_workers(client, wanted)
         client.register_plugin(_Plugin(name, pickle.dumps(template), folder, wanted), name=name)
         try:
-            yield OfScheduler(client, name, items)
+            yield OfScheduler(client, name)
         finally:
             if client.status == "running":
                 client.unregister_worker_plugin(name)
@@ -54,38 +54,21 @@ def recipe_problems(recipe: bytes, digest: str) -> list[str]:
 
 
 class OfScheduler:
-    """The workers of a scheduler; see `pymeshfair.batch.station.Workers`."""
+    """The workers of a scheduler, with what the `Station` of one machine has."""
 
-    def __init__(self, client: Client, name: str, items: Items) -> None:
+    def __init__(self, client: Client, name: str) -> None:
         self._client = client
         self._name = name
-        self._items = items
-        self._futures: dict[str, Future[Any]] = {}
+        self._executor: Any = client.get_executor(pure=False)
         self._were_missed = False
 
-    def submit(self, kind: Kind, scan: Scan) -> None:
-        key = f"{self._name}-{kind}-{scan.number}"
-        self._futures[key] = future = self._client.submit(_do, self._name, kind, scan, key=key, pure=False)
-        future.add_done_callback(lambda done: self._items.put((kind, (scan, partial(self._result, key)))))
-
-    def _result(self, key: str) -> Any:
-        future = self._futures.pop(key)
-        try:
-            return future.result()
-        except CancelledError:
-            raise LostSchedulerError from None
-        except KilledWorker as error:
-            raise ClusterError(f"every worker that began it was lost, {error.allowed_failures + 1} in all") from error
-        except Exception as error:
-            if self._client.status != "running":
-                raise LostSchedulerError from error
-            raise
-        finally:
-            future.release()
+    def submit(self, kind: Kind, scan: Scan) -> Future[Any]:
+        future: Future[Any] = self._executor.submit(_do, self._name, kind, scan, key=f"{self._name}-{kind}-{scan.number}")
+        return future
 
     def give_up(self) -> None:
         if self._client.status == "running":
-            self._client.cancel(list(self._futures.values()), force=True)
+            self._executor.shutdown(wait=False)
 
     def look(self) -> str | None:
         if self._client.status != "running":
@@ -96,26 +79,24 @@ class OfScheduler:
         return None
 
 
+@dataclass(eq=False)
 class _Plugin(WorkerPlugin):
     """The station of every worker during a batch; dask sends it to workers that join later, too."""
 
-    def __init__(self, batch: str, template: bytes, folder: Path, wanted: Conditions) -> None:
-        """See the class; `batch` is what the names of its tasks begin with, and `template` a pickled `Job`."""
-        self.name = batch
-        self._folder = folder
-        self.station: Station | None = None
-        self._template = template
-        self._wanted = wanted
+    name: str  # of the batch, with which the names of its tasks begin
+    template: bytes  # a pickled `Job`
+    folder: Path
+    wanted: Conditions
+    station: Station | None = None
 
     def setup(self, worker: Worker) -> None:
         """Called by dask on every worker. One that came late and is not fit leaves again."""
-        if unfit := self._wanted.unfit():
+        if unfit := self.wanted.unfit():
             logging.getLogger(__name__).error("this worker cannot take part in the batch: %s", "; ".join(unfit))
             worker.loop.add_callback(worker.close, reason="pymeshfair-batch-unfit")
             return
-        template: Job = pickle.loads(self._template)
-        slots = worker.state.nthreads
-        self.station = Station(template, self._folder, slots, pool_of(slots, rest_after=_IDLE))
+        pool = pool_of(worker.state.nthreads, rest_after=_IDLE)
+        self.station = Station(pickle.loads(self.template), self.folder, pool)
 
     def teardown(self, worker: Worker) -> None:
         """Called by dask when the batch or the worker ends."""

@@ -3,7 +3,7 @@
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -14,13 +14,22 @@ from ..files.errors import InputError
 from ..files.provenance import read_provenance
 from ..files.staging import clear_up, staging_folder
 from ..files.writing import StagedFile, check_target, place, stage_file
-from ..processes.order import Order
-from ..processes.pool import Pool
+from ..processes.process import Pool
+from ..processes.worker import Order
 from ..report.comparison_page import Verdict
 from ..report.page import render
 from ..running.report import plain
-from .journal import digests_of
-from .summary import Row, Summary, area_change, displacement_in_edges, largest_in_edges, write_text
+from .outcomes import (
+    QUESTIONS,
+    Outcome,
+    Row,
+    Summary,
+    area_change,
+    digests_of,
+    displacement_in_edges,
+    largest_in_edges,
+    write_text,
+)
 
 #: the folder of pages, in that of the batch
 PAGES = "reports"
@@ -35,13 +44,10 @@ def page_path(folder: Path, output: Path) -> Path:
 
 
 def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Pool) -> dict[str, Any]:
-    """Write the page of a scan that was done; its small picture. Both are taken from what was written before if nothing changed.
+    """Write the page of a scan that was done. Nothing is drawn if it was there before, and nothing has changed.
 
     Returns:
-        ``"source"``, the picture as a ``data:`` address, ``"width"`` and ``"height"`` in pixels.
-
-    Raises:
-        RunError: a file cannot be read or must not be replaced, or the process died.
+        A small picture: ``"source"``, as a ``data:`` address, ``"width"`` and ``"height"`` in pixels.
     """
     record = read_provenance(output)
     if record is None:
@@ -113,15 +119,15 @@ NAME = "batch.html"
 _PICTURES = 10
 #: so many scans are named with each kind of warning
 _EXAMPLES = 5
-#: the head of each column of numbers, and in which of `pymeshfair.batch.summary.QUESTIONS` it tells outliers
-_COLUMNS = (
-    ("moved (edges)", "displacement"),
-    ("at most", ""),
-    ("area %", "area"),
-    ("roughness before", "noise"),
-    ("after", ""),
-    ("vertices", ""),
-    ("seconds", ""),
+#: of each column of numbers the head, in which of `QUESTIONS` it tells outliers, and its number of a scan
+_COLUMNS: tuple[tuple[str, str, Callable[[Outcome], float | None]], ...] = (
+    ("moved (edges)", "displacement", displacement_in_edges),
+    ("at most", "", largest_in_edges),
+    ("area %", "area", area_change),
+    ("roughness before", "noise", QUESTIONS["noise"]),
+    ("after", "", lambda outcome: (outcome.after or {}).get("roughness")),
+    ("vertices", "", lambda outcome: (outcome.after or {}).get("vertices")),
+    ("seconds", "", lambda outcome: outcome.seconds),
 )
 
 
@@ -136,7 +142,7 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
         title=f"{summary.planned:,} scans: {recipe.title}",
         subtitle=f"The recipe {recipe.name}, to {folder}, from {summary.started} to {summary.finished}.",
         verdict=_verdict(summary),
-        headers=("scan", "state", *(head for head, _ in _COLUMNS)),
+        headers=("scan", "state", *(head for head, _, _ in _COLUMNS)),
         rows=[
             _row(folder, row, made.get(row[0].output, {}), has_picture=row[0].output in pictured) for row in summary.worst_first
         ],
@@ -148,20 +154,17 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
 
 def _verdict(summary: Summary) -> Verdict:
     counts = summary.counts
-    text = f"{counts['done']:,} of {counts['scans']:,} scans were done in {summary.seconds:,.0f} s."
-    lines = [
-        f"{counts[name]:,} {words}."
-        for name, words in (
-            ("failed", "failed"),
-            ("broken", "were written although they go beyond a limit"),
-            ("left", "were not begun"),
-            ("resumed", "had been done before"),
-        )
-        if counts[name]
-    ]
+    words = {
+        "failed": "failed",
+        "broken": "were written although they go beyond a limit",
+        "left": "were not begun",
+        "resumed": "had been done before",
+    }
+    lines = [f"{counts[name]:,} {text}." for name, text in words.items() if counts[name]]
     apart = sum(bool(far) for _, _, far in summary.rows)
     lines += [f"{apart:,} {'lies' if apart == 1 else 'lie'} far from the others."] if apart else []
     bad = counts["failed"] or counts["broken"]
+    text = f"{counts['done']:,} of {counts['scans']:,} scans were done in {summary.seconds:,.0f} s."
     return Verdict("bad" if bad else "warn" if apart or counts["left"] else "good", text, tuple(lines))
 
 
@@ -170,29 +173,19 @@ def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
 
     Warnings are of one kind if they differ in numbers alone.
     """
-    kinds: dict[str, dict[str, None]] = {}
-    texts: dict[str, str] = {}
+    kinds: dict[str, list[tuple[str, str]]] = {}
     for outcome, label, _ in summary.rows:
         for text in outcome.warnings:
-            kind = re.sub(r"[-+]?\d[\d.,e+-]*", "#", text)
-            texts.setdefault(kind, text)
-            kinds.setdefault(kind, {})[label] = None
-    ordered = sorted(kinds, key=lambda kind: (-len(kinds[kind]), kind))
-    return [{"text": texts[kind], "count": len(kinds[kind]), "names": list(kinds[kind])[:_EXAMPLES]} for kind in ordered]
+            kinds.setdefault(re.sub(r"[-+]?\d[\d.,e+-]*", "#", text), []).append((text, label))
+    found = []
+    for kind in sorted(kinds):
+        names = list(dict.fromkeys(label for _, label in kinds[kind]))
+        found.append({"text": kinds[kind][0][0], "count": len(names), "names": names[:_EXAMPLES]})
+    return sorted(found, key=lambda one: -one["count"])
 
 
 def _row(folder: Path, row: Row, made: Mapping[str, Any], *, has_picture: bool) -> dict[str, Any]:
     outcome, label, far = row
-    before, after = outcome.before or {}, outcome.after or {}
-    numbers = (
-        displacement_in_edges(outcome),
-        largest_in_edges(outcome),
-        area_change(outcome),
-        before.get("roughness"),
-        after.get("roughness"),
-        after.get("vertices"),
-        outcome.seconds,
-    )
     drawn = "source" in made
     page = page_path(folder, Path(outcome.output)).relative_to(folder).as_posix()
     return {
@@ -200,7 +193,7 @@ def _row(folder: Path, row: Row, made: Mapping[str, Any], *, has_picture: bool) 
         "status": outcome.status,
         "picture": made if has_picture else None,
         "page": quote(page) if drawn else None,
-        "cells": [_cell(number, bool(asked) and asked in far) for number, (_, asked) in zip(numbers, _COLUMNS, strict=True)],
+        "cells": [_cell(number_of(outcome), asked in far) for _, asked, number_of in _COLUMNS],
         "errors": [
             *([outcome.error["message"]] if outcome.error else [breach["message"] for breach in outcome.breaches]),
             *([outcome.former] if outcome.former else []),

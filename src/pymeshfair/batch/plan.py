@@ -5,6 +5,7 @@ They are named by files, folders, patterns, lists and tables. No two outputs are
 
 import csv
 import glob
+import math
 import os
 import sys
 from collections import Counter, defaultdict
@@ -13,11 +14,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..declaration import nearest
-from ..errors import ParameterError
+from ..errors import ParameterError, RunError
 from ..files.formats import READABLE, WRITABLE, extension
 from ..files.provenance import provenance_path, read_provenance
 from ..recipe import Recipe
 from ..running.job import Job
+from ..running.read import read_mesh
 from ..scripts.warnings import traps
 
 #: extensions that are skipped in a folder, as they are rarely scans; a pattern takes them all the same
@@ -58,15 +60,11 @@ def without_outputs(scans: Sequence[Asked], folder: Path) -> tuple[list[Asked], 
     A file that the command line names stays.
     """
     inputs = {scan.input for scan in scans}
-    kept: list[Asked] = []
-    outputs: list[Path] = []
-    for scan in scans:
-        is_output = scan.folder is not None and (folder in scan.input.parents or _source(scan.input) in inputs)
-        if is_output:
-            outputs.append(scan.input)
-        else:
-            kept.append(scan)
-    return kept, outputs
+    outputs = [
+        scan for scan in scans if scan.folder is not None and (folder in scan.input.parents or _source(scan.input) in inputs)
+    ]
+    left_out = set(outputs)
+    return [scan for scan in scans if scan not in left_out], [scan.input for scan in outputs]
 
 
 def _source(path: Path) -> Path | None:
@@ -89,11 +87,9 @@ def labels(inputs: Sequence[Path], outputs: Sequence[Path]) -> list[str]:
     ]
 
 
-def _ends(path: Path) -> Iterator[str]:
+def _ends(path: Path) -> list[str]:
     """The last part of a path, its last two, and so on."""
-    parts = path.parts
-    for count in range(1, len(parts) + 1):
-        yield Path(*parts[-count:]).as_posix()
+    return [Path(*path.parts[-count:]).as_posix() for count in range(1, len(path.parts) + 1)]
 
 
 def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[Asked]:
@@ -165,16 +161,15 @@ def _table(path: Path, settings: Sequence[str]) -> Iterator[Asked]:
 def _check_header(path: Path, header: Sequence[str], settings: Sequence[str]) -> None:
     if "input" not in header:
         raise ParameterError(f"{path}:1: a table needs a column 'input'; it has {', '.join(map(repr, header)) or 'none at all'}")
+    known = (*_COLUMNS, *settings)
     for name in header:
         if header.count(name) > 1:
             raise ParameterError(f"{path}:1: the column {name!r} is there twice")
-        if name not in (*_COLUMNS, *settings) and "." not in name and not name.startswith("#"):
-            near = nearest(name, (*_COLUMNS, *settings))
-            hint = f"did you mean {near!r}? " if near else ""
+        if name not in known and "." not in name and not name.startswith("#"):
+            near = nearest(name, known)
             raise ParameterError(
-                f"{path}:1: {name!r} is no column that is known; {hint}"
-                f"Columns are {', '.join((*_COLUMNS, *settings))} and STEP.PARAM, "
-                "and one whose name begins with # is passed over"
+                f"{path}:1: {name!r} is no column that is known; {f'did you mean {near!r}? ' if near else ''}"
+                f"Columns are {', '.join(known)} and STEP.PARAM, and one whose name begins with # is passed over"
             )
 
 
@@ -228,8 +223,7 @@ def plan_scans(asked: Sequence[Asked], recipe: Recipe, folder: Path, name: str =
     for number, one in enumerate(asked, 1):
         if one.overrides not in variants:
             variants[one.overrides] = recipe.override(one.overrides) if one.overrides else recipe
-        output = folder / (one.output or _named(name, one, number))
-        output = Path(os.path.normpath(output))
+        output = Path(os.path.normpath(folder / (one.output or _named(name, one, number))))
         if folder not in output.parents:
             raise ParameterError(f"the output {output} of {one.input} would lie outside the folder {folder}")
         scans.append(Scan(number, one.input, output, one.overrides, variants[one.overrides], ""))
@@ -280,3 +274,36 @@ def _check_collisions(scans: Sequence[Scan]) -> None:
             f"outputs would be lost:\n{listed}{more}\n"
             f"give another folder, or names that differ by --name with {', '.join(PLACEHOLDERS)}"
         )
+
+
+#: so many scans are opened for each one that is chosen
+_OPENED = 4
+
+
+def sample(scans: Sequence[Scan], count: int) -> list[Scan]:
+    """The `count` (at least 1) scans that lie furthest apart in the ranks of size and of noise, in the order of the batch.
+
+    Size is that of the file; noise is the mean angle between neighbouring faces, of a few scans that are spread by size. One that
+    cannot be opened is chosen for its size alone.
+    """
+    if count >= len(scans):
+        return list(scans)
+    by_size = sorted(scans, key=lambda scan: (scan.input.stat().st_size if scan.input.is_file() else 0, scan.number))
+    steps = min(len(by_size), _OPENED * count) - 1
+    opened = [by_size[i] for i in sorted({round(k * (len(by_size) - 1) / max(1, steps)) for k in range(steps + 1)})]
+    noise = [_noise(scan.input) for scan in opened]
+    by_noise = sorted(range(len(opened)), key=noise.__getitem__)
+    places = [(k / len(opened), by_noise.index(k) / len(opened)) for k in range(len(opened))]
+    chosen = [0]  # the smallest
+    while len(chosen) < count:
+        left = (k for k in range(len(opened)) if k not in chosen)
+        chosen.append(max(left, key=lambda k: (min(math.dist(places[k], places[c]) for c in chosen), k)))
+    return sorted((opened[k] for k in chosen), key=lambda scan: scan.number)
+
+
+def _noise(path: Path) -> float:
+    try:
+        measures = read_mesh(path).measures
+    except RunError:
+        return 0.0
+    return float(measures["roughness"] or measures["mean_spacing"] or 0.0)

@@ -1,75 +1,253 @@
-"""A batch from its plan to its summary; scans that are done already are known by their content, from provenance."""
+"""A batch from its plan to its summary: each scan is cleaned, and its page drawn, in a process that is lent for it."""
 
-import math
-import secrets
+from __future__ import annotations
+
+import os
 import shutil
+import signal
+import socket
+import threading
 import time
-from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager, contextmanager, suppress
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
-from queue import SimpleQueue
-from typing import Any
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
-from ..errors import ParameterError, RunError
+from ..errors import OutOfMemory, ParameterError, RunError, WorkerDied
+from ..files.errors import OutputBusyError
 from ..files.formats import extension
 from ..files.inputs import check_input
 from ..files.outputs import check_output
-from ..files.provenance import formatted, provenance_path, read_provenance, recorded_digest, sha256_of
-from ..files.writing import check_place, check_target, write_file
-from ..processes.cluster import Scheduler
+from ..files.provenance import read_provenance, sha256_of
+from ..files.writing import check_place, check_target
+from ..operating_system import this_system
+from ..processes.cluster import ClusterError, LostSchedulerError, Scheduler
 from ..processes.environment import PACKAGES, packages_here
-from ..processes.pool import Pool
-from ..processes.process import Items
-from ..running.job import Job
-from ..running.read import read_mesh
-from ..running.supervise import Interrupts
+from ..processes.process import Items, Pool
+from ..running.job import Job, RunResult
+from ..running.supervise import Interrupted, Interrupts, run_job, workers_of_runs
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
-from .journal import NAME, BatchError, Journal, Outcome, now, read_journal
+from .outcomes import DOCUMENT, NAME, TABLE, BatchError, Journal, Outcome, Summary, now, read_journal
 from .page import NAME as PAGE
-from .page import write_page
-from .plan import Scan
-from .station import Course, Listener, Station, ThisMachine, Workers, pool_of
-from .summary import DOCUMENT, TABLE, Summary
+from .page import draw, page_path, write_page
+from .plan import Scan, job_of, sample
 
-#: so many scans are opened for each one that is chosen
-_OPENED = 4
+if TYPE_CHECKING:
+    from .cluster import OfScheduler
 
-
-def sample(scans: Sequence[Scan], count: int) -> list[Scan]:
-    """The `count` (at least 1) scans that lie furthest apart in the ranks of size and of noise, in the order of the batch.
-
-    Size is that of the file; noise is the mean angle between neighbouring faces, of a few scans that are spread by size. One that
-    cannot be opened is chosen for its size alone.
-    """
-    if count >= len(scans):
-        return list(scans)
-    by_size = sorted(scans, key=lambda scan: (scan.input.stat().st_size if scan.input.is_file() else 0, scan.number))
-    steps = min(len(by_size), _OPENED * count) - 1
-    opened = [by_size[i] for i in sorted({round(k * (len(by_size) - 1) / max(1, steps)) for k in range(steps + 1)})]
-    noise = [_noise(scan.input) for scan in opened]
-    ranked = {k: r for r, k in enumerate(sorted(range(len(opened)), key=lambda k: noise[k]))}
-    places = [(k / len(opened), ranked[k] / len(opened)) for k in range(len(opened))]
-    chosen = [0]  # the smallest
-    while len(chosen) < count:
-        left = (k for k in range(len(opened)) if k not in chosen)
-        chosen.append(max(left, key=lambda k: (min(math.dist(places[k], places[c]) for c in chosen), k)))
-    return sorted((opened[k] for k in chosen), key=lambda scan: scan.number)
-
-
-def _noise(path: Path) -> float:
-    try:
-        measures = read_mesh(path).measures
-    except RunError:
-        return 0.0
-    return float(measures["roughness"] or measures["mean_spacing"] or 0.0)
-
-
+#: seconds to wait for another run of the same output: of a lost worker, which may still be clearing up
+_PATIENCE = 20.0
+#: seconds between checks of the workers
+_PULSE = 1.0
 #: an output in doubles over its input in single precision, at most
 _GROWTH = 2.0
+#: files are read and digested by so many threads
+_READERS = 4
+#: the work on a scan: it is cleaned, or its page is drawn
+Kind: TypeAlias = Literal["clean", "draw"]
+
+
+@dataclass(frozen=True)
+class Station:
+    """Does the tasks of a batch in this process and those that it starts. May be used from several threads."""
+
+    template: Job  # the options that all runs share
+    folder: Path  # of the batch
+    pool: Pool  # lends the processes, see `pool_of`; each has its share of processors and memory
+
+    def submit(self, kind: Kind, scan: Scan) -> Future[Any]:
+        """Do a task when those before it are done or under way; the future fails if its workers were lost."""
+        return self.pool.call(self.do, kind, scan)
+
+    def give_up(self) -> None:
+        """End what is under way, and begin nothing more."""
+        self.pool.close()
+
+    def look(self) -> str | None:
+        """A message about the workers for the user, or None; raises `LostSchedulerError`."""
+        return None
+
+    def do(self, kind: Kind, scan: Scan) -> Any:
+        """Do a task in this thread: an `Outcome`, or what `draw` gives, with ``"problem"`` the reason why there is no page."""
+        usable = this_system().usable_memory()
+        share = None if usable is None else usable // self.pool.most
+        if kind == "clean":
+            return self._clean(scan, share)
+        page, memory = page_path(self.folder, scan.output), self.template.memory_limit or share
+        try:
+            return draw(scan.input, scan.output, page, memory=memory, overwrite=self.template.overwrite, workers=self.pool)
+        except Exception as error:
+            return {"problem": str(error)}
+
+    def _clean(self, scan: Scan, memory: int | None) -> Outcome:
+        started, host = time.monotonic(), socket.gethostname()
+        try:
+            record = self._run(job_of(self.template, scan, threads=_share_of_threads(self.pool.most), memory=memory)).record
+            return replace(Outcome.of_record(record, scan.input, scan.output), finished=now(), host=host)
+        except Exception as error:
+            return Outcome.of_error(scan.input, scan.output, error, time.monotonic() - started, host)
+
+    def _run(self, job: Job) -> RunResult:
+        from ..tiles.course import can_be_cut, run_by_tiles
+
+        deadline, is_first = time.monotonic() + _PATIENCE, True
+        job.output.parent.mkdir(parents=True, exist_ok=True)
+        while True:
+            try:
+                return run_job(job, workers=self.pool)
+            except OutputBusyError:
+                if time.monotonic() > deadline:
+                    raise
+                time.sleep(0.2)
+            except OutOfMemory:
+                if not can_be_cut(job):
+                    raise
+                note = "it needed more memory than it was given, so that it was cut into tiles"
+                return run_by_tiles(replace(job, warnings=(*job.warnings, note)), check_wanted=self.pool.check_open)
+            except WorkerDied as error:
+                if error.signal != "SIGKILL" or not is_first:
+                    raise
+                is_first = False  # by hand, or for want of memory while others ran
+            self.pool.check_open()
+
+
+def _share_of_threads(slots: int) -> int:
+    """The threads of each of so many tasks at a time."""
+    return max(1, this_system().processors() // slots)
+
+
+def pool_of(slots: int, *, rest_after: float | None = None) -> Pool:
+    """Processes for so many tasks at a time, see `Pool`."""
+    return workers_of_runs(slots, _share_of_threads(slots), rest_after=rest_after)
+
+
+class Listener(Protocol):
+    """Called on the events of a batch, in the thread that runs it. An exception of a method ends the batch."""
+
+    def begin(self, total: int) -> None: ...  # so many scans are to do
+    def outcome(self, scan: Scan, outcome: Outcome) -> None: ...  # a scan has ended; its outcome is in the journal
+    def page(self, scan: Scan, made: Mapping[str, Any]) -> None: ...  # a page was drawn: what `Station.do` gives
+    def note(self, text: str) -> None: ...  # a message about the workers for the user
+
+
+@dataclass
+class Course:
+    """Cleans scans, reports each outcome once it is in the journal, and draws pages of the cleaned scans."""
+
+    workers: Station | OfScheduler
+    journal: Journal
+    items: Items  # takes signals, and the tasks that have ended
+    listener: Listener
+    outcomes: dict[int, Outcome]  # takes those of the scans by their numbers
+    draws: bool  # whether pages are drawn
+    stop: bool  # after the first scan that fails
+    pages: dict[int, Mapping[str, Any]] = field(default_factory=dict)  # those that were drawn
+    tasks: dict[Future[Any], tuple[Kind, Scan]] = field(default_factory=dict)  # those that have not ended
+
+    def run(self, scans: Sequence[Scan], drawn: Sequence[Scan]) -> None:
+        """Clean the scans, and draw the pages of others that are done.
+
+        Raises:
+            ClusterError: the scheduler stopped.
+            BatchError: the journal cannot be written.
+            KeyboardInterrupt: Ctrl-C, within a second; a second one ends the process at once.
+        """
+        try:
+            for scan in scans:
+                self._submit("clean", scan)
+            for scan in drawn:
+                self._submit("draw", scan)
+            while self.tasks:
+                self._next()
+        finally:
+            self.workers.give_up()
+
+    def _submit(self, kind: Kind, scan: Scan) -> None:
+        future = self.workers.submit(kind, scan)
+        self.tasks[future] = kind, scan
+        future.add_done_callback(lambda done: self.items.put(("done", done)))
+
+    def _next(self) -> None:
+        try:
+            kind, item = self.items.get(timeout=_PULSE)
+        except Empty:
+            if note := self.workers.look():
+                self.listener.note(note)
+            return
+        if kind == "signal":
+            if threading.current_thread() is threading.main_thread():
+                signal.signal(signal.SIGINT, lambda number, frame: os._exit(130))
+            raise Interrupted
+        kind, scan = self.tasks.pop(item)
+        try:
+            made = item.result()
+        except CancelledError:
+            raise LostSchedulerError from None
+        except Exception as error:
+            self.workers.look()
+            lost = ClusterError(f"it was lost with its workers: {error}")
+            made = {"problem": str(lost)} if kind == "draw" else Outcome.of_error(scan.input, scan.output, lost, 0.0, "")
+        if kind == "draw":
+            self.pages[scan.number] = made
+            self.listener.page(scan, made)
+            return
+        self.journal.append(made)
+        self.outcomes[scan.number] = made
+        self.listener.outcome(scan, made)
+        if made.status != "done" and self.stop:
+            self.tasks.clear()
+        elif made.status != "failed" and self.draws:
+            self._submit("draw", scan)
+
+
+def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outcome]) -> dict[int, Outcome]:
+    """By their numbers the scans whose output is there, made of the same input by the same recipe, limits and versions.
+
+    What the journal, the last outcome of each output, tells beyond the provenance is kept.
+    """
+    others = [sha256_of(path) for path in template.others if path.is_file()]
+    packages = packages_here()
+
+    def look(scan: Scan) -> Outcome | None:
+        record = read_provenance(scan.output)
+        if record is None:
+            return None
+        try:
+            job = replace(template, recipe=scan.recipe)
+            limits = job.all_guards.in_mesh_units(job.unit_of(record["input"].get("unit"))).texts()
+            if _made_by(record) != (scan.recipe.digest, others, limits, packages) or not _is_whole(record, scan):
+                return None
+            outcome = Outcome.of_record(record, scan.input, scan.output)
+        except (KeyError, TypeError, ValueError, OSError, ParameterError):  # another's document, or a file that is gone
+            return None
+        if outcome.status == "broken" and not template.keep_broken:
+            return None
+        former = journal.get(str(scan.output))
+        return replace(former if former is not None and former.digests == outcome.digests else outcome, resumed=True)
+
+    with ThreadPoolExecutor(_READERS) as pool:
+        return {scan.number: outcome for scan, outcome in zip(scans, pool.map(look, scans), strict=True) if outcome}
+
+
+def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Of an output its recipe, the digests of further layers, the limits that it kept, and the versions of packages."""
+    return (
+        record["recipe"]["sha256"],
+        [other["sha256"] for other in record["input"]["others"]],
+        record.get("guards", {}).get("limits", {}),
+        {name: record["versions"].get(name) for name in PACKAGES},
+    )
+
+
+def _is_whole(record: Mapping[str, Any], scan: Scan) -> bool:
+    """Whether the files of a record are what they were, input and output with all that belongs to them."""
+    described = [record["output"], *record["output"].get("side_files", ()), *record["input"]["side_files"]]
+    pairs = [(scan.input, record["input"]["sha256"]), *((Path(f["path"]), f["sha256"]) for f in described)]
+    return Path(record["output"]["path"]) == scan.output and all(p.is_file() and sha256_of(p) == digest for p, digest in pairs)
 
 
 @dataclass(frozen=True)
@@ -87,134 +265,6 @@ class Prospect:
         return self.bytes_free is not None and self.bytes_free < _GROWTH * self.bytes_in
 
 
-#: files are read and digested by so many threads
-_READERS = 4
-
-
-@dataclass(frozen=True)
-class Done:
-    """A scan that is done."""
-
-    outcome: Outcome  # as of this batch
-    path: Path  # its output; another than that of the scan if its number in the names has changed
-
-
-def done_before(
-    scans: Sequence[Scan], template: Job, journal: Mapping[str, Outcome], *, renumber: bool = False
-) -> dict[int, Done]:
-    """By their numbers the scans whose output is there, made of the same input by the same recipe, limits and versions.
-
-    Args:
-        scans: all of a batch.
-        template: of the runs of the batch.
-        journal: the last line about each output; what it tells beyond the provenance is kept.
-        renumber: take outputs under other names of the journal, too: an added scan changes the numbers of those after it.
-    """
-    others = [sha256_of(path) for path in template.others if path.is_file()]
-    packages = packages_here()
-
-    def look(scan: Scan, path: Path) -> Done | None:
-        record = read_provenance(path)
-        if record is None:
-            return None
-        try:
-            job = replace(template, recipe=scan.recipe)
-            limits = job.all_guards.in_mesh_units(job.unit_of(record["input"].get("unit"))).texts()
-            if _made_by(record) != (scan.recipe.digest, others, limits, packages) or not _is_whole(record, scan, path):
-                return None
-            outcome = Outcome.of_record(record, scan.input, scan.output)
-        except (KeyError, TypeError, ValueError, OSError, ParameterError):  # another's document, or a file that is gone
-            return None
-        if outcome.status == "broken" and not template.keep_broken:
-            return None
-        former = journal.get(str(path))
-        if former is not None and former.digests == outcome.digests:
-            outcome = replace(former, output=str(scan.output))
-        return Done(replace(outcome, resumed=True), path)
-
-    with ThreadPoolExecutor(_READERS) as pool:
-        done = {scan.number: one for scan, one in zip(scans, pool.map(lambda s: look(s, s.output), scans), strict=True) if one}
-    if renumber:
-        taken = {one.path for one in done.values()}
-        places = defaultdict(list)
-        for outcome in journal.values():
-            places[outcome.input].append(Path(outcome.output))
-        for scan in (scan for scan in scans if scan.number not in done):
-            for path in places[str(scan.input)]:
-                if path not in taken and path.suffix == scan.output.suffix and (one := look(scan, path)):
-                    done[scan.number] = one
-                    taken.add(path)
-                    break
-    return done
-
-
-def rename_outputs(scans: Sequence[Scan], done: dict[int, Done], journal: Journal) -> None:
-    """Give the outputs of scans that are done the names of this batch, and note that in the journal.
-
-    Outputs of the former batch that are in the way of others, of scans that are gone or have changed, are removed. What is no
-    output of that batch stays, and the scan that needs its name counts as not done.
-    """
-    moves = {scan.number: done[scan.number].path for scan in scans if scan.number in done}
-    targets = {scan.number: scan.output for scan in scans}
-    moves = {number: path for number, path in moves.items() if path != targets[number]}
-    while moves:
-        sources = set(moves.values())
-        number = next((number for number in moves if targets[number] not in sources), None)
-        if number is None:  # a ring: one of them steps aside
-            number, path = next(iter(moves.items()))
-            moves[number] = path.with_name(f".pymeshfair-renamed-{path.name}")
-            _rename(path, moves[number])
-            continue
-        path, target = moves.pop(number), targets[number]
-        if target.exists() and not _is_former(target, journal):
-            del done[number]
-            continue
-        target.parent.mkdir(parents=True, exist_ok=True)
-        _rename(path, target)
-        journal.append(done[number].outcome)
-    for scan in scans:
-        former = journal.before.get(str(scan.output))
-        if scan.number not in done and former and former.input != str(scan.input) and _is_former(scan.output, journal):
-            scan.output.unlink()
-            provenance_path(scan.output).unlink()
-
-
-def _is_former(output: Path, journal: Journal) -> bool:
-    """Whether a file is, to the byte, an output of the former batch."""
-    if str(output) not in journal.before or not output.is_file():
-        return False
-    return sha256_of(output) == recorded_digest(read_provenance(output), output)
-
-
-def _rename(path: Path, target: Path) -> None:
-    """Rename an output and its provenance."""
-    record = read_provenance(path)
-    assert record is not None
-    record["output"]["path"] = str(target)
-    path.replace(target)
-    write_file(provenance_path(target), formatted(record), overwrite=True)
-    provenance_path(path).unlink()
-
-
-def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Of an output its recipe, the digests of further layers, the limits that it kept, and the versions of packages."""
-    return (
-        record["recipe"]["sha256"],
-        [other["sha256"] for other in record["input"]["others"]],
-        record.get("guards", {}).get("limits", {}),
-        {name: record["versions"].get(name) for name in PACKAGES},
-    )
-
-
-def _is_whole(record: Mapping[str, Any], scan: Scan, path: Path) -> bool:
-    """Whether the files of a record are what they were, input and output with all that belongs to them."""
-    described = [record["output"], *record["output"].get("side_files", ()), *record["input"]["side_files"]]
-    pairs = [(scan.input, record["input"]["sha256"]), *((Path(f["path"]), f["sha256"]) for f in described)]
-    if Path(record["output"]["path"]) != path or (path != scan.output and len(described) > 1):
-        return False  # files beside an output have names that begin with its own
-    return all(path.is_file() and sha256_of(path) == digest for path, digest in pairs)
-
-
 @dataclass
 class Task:
     """One batch."""
@@ -229,7 +279,6 @@ class Task:
     stop: bool = False  # give up after the first scan that fails
     sample: int | None = None  # do only so many, spread by size and noise
     report: bool = False  # make a page of every scan that is done, and one of the batch
-    renumber: bool = False  # with `resume`, rename outputs whose numbers in the names have changed
     written: tuple[Path, ...] = field(default=(), init=False)  # the files about the batch as a whole, once they are there
 
     def look_ahead(self) -> Prospect:
@@ -246,9 +295,8 @@ class Task:
             refuse_unmeasured(template.all_guards)
         for path in template.others:
             check_input(path)
-        states, problems, size = {}, {}, 0
+        problems, size = {}, 0
         for scan in self.scans:
-            states[scan.number] = "done" if scan.number in done else "to do"
             if scan.number in done:
                 continue
             job = replace(template, input=scan.input, recipe=scan.recipe)
@@ -259,7 +307,9 @@ class Task:
                 if scan.output.parent.is_dir():
                     check_output(scan.output, job.made_from, overwrite=template.overwrite)
             except (RunError, OSError) as error:
-                states[scan.number], problems[scan.number] = "cannot be done", str(error)
+                problems[scan.number] = str(error)
+        numbers = [scan.number for scan in self.scans]
+        states = {n: "done" if n in done else "cannot be done" if n in problems else "to do" for n in numbers}
         free = None
         with suppress(OSError):
             there = next((parent for parent in (self.folder, *self.folder.parents) if parent.exists()), self.folder)
@@ -269,15 +319,15 @@ class Task:
     def _check_own_files(self) -> None:
         """Refuse a folder with files that have the names of those about the batch as a whole, and are not of a former batch.
 
-        Of a former batch they are if the journal is one, see `pymeshfair.batch.journal.read_journal`.
+        Of a former batch they are if the journal is one, see `read_journal`.
         """
         journal = self.folder / NAME
         is_ours = check_place(journal) and bool(read_journal(journal) or not journal.stat().st_size)
         for name in (NAME, TABLE, DOCUMENT, *([PAGE] if self.report else [])):
             check_target(self.folder / name, (extension(Path(name)),), overwrite=self.template.overwrite or is_ours)
 
-    def _done(self, journal: Mapping[str, Outcome]) -> dict[int, Done]:
-        return done_before(self.scans, self.template, journal, renumber=self.renumber) if self.resume else {}
+    def _done(self, journal: Mapping[str, Outcome]) -> dict[int, Outcome]:
+        return done_before(self.scans, self.template, journal) if self.resume else {}
 
     @contextmanager
     def processes(self) -> Iterator[Pool | None]:
@@ -298,34 +348,30 @@ class Task:
             raise BatchError(f"cannot make the folder {self.folder}: {error.strerror or error}") from error
         self._check_own_files()
         with Journal(self.folder, resume=self.resume) as journal:
-            done = self._done(journal.before)
-            if self.renumber and self.resume:
-                rename_outputs(self.scans, done, journal)
+            outcomes = self._done(journal.before)
             if journal.before and not self.resume:
                 listener.note(
                     f"the journal of {len(journal.before):,} scans in {self.folder} begins anew; --resume would go on with it"
                 )
-            if self._prospect(done).lacks_room:
+            if self._prospect(outcomes).lacks_room:
                 listener.note(f"the disk of {self.folder} may be too small: outputs may need twice the size of the inputs")
-            todo = [scan for scan in self.scans if scan.number not in done]
+            todo = [scan for scan in self.scans if scan.number not in outcomes]
+            drawn = [scan for scan in self.scans if scan.number in outcomes and self.report]
             if self.sample is not None:
                 todo = sample(todo, self.sample)
             listener.begin(len(todo))
-            outcomes = {number: one.outcome for number, one in done.items()}
-            pages: dict[int, Mapping[str, Any]] = {}
-            drawn = [scan for scan in self.scans if scan.number in done and self.report]
+            pages: Mapping[int, Mapping[str, Any]] = {}
             try:
                 if todo or drawn:
                     with self._workers(todo or drawn, pool) as (workers, items):
-                        report = pages if self.report else None
-                        Course(workers, journal, items, listener, outcomes, report, self.stop).run(todo, drawn)
+                        course = Course(workers, journal, items, listener, outcomes, self.report, self.stop)
+                        course.run(todo, drawn)
+                        pages = course.pages
             finally:
                 if outcomes:  # else nothing was begun, and the files of a former batch stay
                     ordered = [outcomes[scan.number] for scan in self.scans if scan.number in outcomes]
-                    finished, seconds = now(), time.monotonic() - clock
-                    summary = Summary(
-                        ordered, len(self.scans), self.template, started=started, finished=finished, seconds=seconds
-                    )
+                    seconds = time.monotonic() - clock
+                    summary = Summary(ordered, len(self.scans), self.template, started=started, finished=now(), seconds=seconds)
                     self.written = (*summary.write(self.folder), journal.path)
             if self.report:
                 made = {str(scan.output): pages.get(scan.number, {}) for scan in self.scans}
@@ -333,17 +379,14 @@ class Task:
         return summary
 
     @contextmanager
-    def _workers(self, scans: Sequence[Scan], pool: Pool | None) -> Iterator[tuple[Workers, Items]]:
+    def _workers(self, scans: Sequence[Scan], pool: Pool | None) -> Iterator[tuple[Station | OfScheduler, Items]]:
         """The workers for some scans, and what they and signals put into; raises `ClusterError` if workers do not fit."""
         items: Items = SimpleQueue()
         if self.scheduler is None:
-            jobs = min(self.jobs, len(scans))
-            station = Station(self.template, self.folder, jobs, pool or pool_of(jobs))
-            workers: AbstractContextManager[Workers] = ThisMachine(station, items)
-        else:
-            from .cluster import workers_of_scheduler
+            with Interrupts(items):
+                yield Station(self.template, self.folder, pool or pool_of(self.jobs)), items
+            return
+        from .cluster import workers_of_scheduler
 
-            name = f"pymeshfair-batch-{secrets.token_hex(8)}"
-            workers = workers_of_scheduler(self.scheduler, self.template, scans, self.folder, items, name)
-        with workers as opened, Interrupts(items):
-            yield opened, items
+        with workers_of_scheduler(self.scheduler, self.template, scans, self.folder) as workers, Interrupts(items):
+            yield workers, items

@@ -76,10 +76,8 @@ def batch(
     if len(outputs) > _NAMED:
         warn(f"left out: {len(outputs) - _NAMED:,} further outputs of runs")
     scans = plan_scans(selected, template.recipe, folder, name)
-    slots, has_number = jobs or this_system().processors(), "{number" in name
-    task = Task(
-        scans, template, folder, scheduler, slots, resume=resume, stop=stop, sample=sample, report=report, renumber=has_number
-    )
+    slots = jobs or this_system().processors()
+    task = Task(scans, template, folder, scheduler, slots, resume=resume, stop=stop, sample=sample, report=report)
     if dry_run:
         _look_ahead(task, json=json)
     else:

@@ -12,9 +12,8 @@ import typer
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from ..batch.journal import Outcome
+from ..batch.outcomes import Outcome, Summary, area_change, displacement_in_edges, largest_in_edges
 from ..batch.plan import Scan
-from ..batch.summary import Summary, area_change, displacement_in_edges, largest_in_edges
 from ..batch.work import Prospect, Task
 from .progress import progress_bar
 from .streams import Talk, complain, counted, printable, say, talk

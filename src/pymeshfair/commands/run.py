@@ -73,9 +73,9 @@ def run(
                 raise typer.BadParameter(
                     "it needs --tiles" if not tiles else "--tiles makes no report, which shows the whole mesh"
                 )
-            from ..tiles.course import Tiling, run_by_tiles
+            from ..tiles.course import run_by_tiles
 
-            carry_out(job, lambda show: run_by_tiles(job, Tiling(scheduler, resume=resume), show), json=json)
+            carry_out(job, lambda show: run_by_tiles(job, show, scheduler=scheduler, resume=resume), json=json)
             return
         from ..running.supervise import run_job
 

@@ -74,6 +74,6 @@ def verify(
 
 
 def _by_tiles(job: Job, on_event: Callable[[Event], None]) -> None:
-    from ..tiles.course import AS_FITS, run_by_tiles
+    from ..tiles.course import run_by_tiles
 
-    run_by_tiles(job, AS_FITS, on_event)
+    run_by_tiles(job, on_event)

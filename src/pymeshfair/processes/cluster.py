@@ -19,32 +19,14 @@ from .environment import packages_here
 if TYPE_CHECKING:
     from distributed import Client
 
-#: limits the records that dask keeps of thousands of tasks
-_QUIET = {
-    "distributed.scheduler.dashboard.status.task-stream-length": 100,
-    "distributed.admin.low-level-log-length": 100,
-    "distributed.admin.log-length": 100,
-}
 #: seconds in which a scheduler must answer
 _ANSWER = "10s"
 #: prefix of the probe file's name; workers read it to show that they see the folder of outputs
-PROBE_PREFIX = ".pymeshfair-batch-"
+_PROBE_PREFIX = ".pymeshfair-batch-"
 
 
 class ClusterError(RunError):
     """The workers of a scheduler cannot start or continue the work."""
-
-
-class UnfitWorkersError(ClusterError):
-    """Some workers have other packages than this machine or do not see its files; nothing was started."""
-
-    def __init__(self, reasons: Mapping[str, Sequence[str]], fit: int) -> None:
-        lines = "\n".join(f"  {address}: {'; '.join(texts)}" for address, texts in reasons.items())
-        super().__init__(
-            f"{len(reasons)} of {len(reasons) + fit} workers cannot take part, and nothing was begun:\n{lines}\n"
-            "correct or stop them, and start again"
-        )
-        self.reasons = dict(reasons)  # by the address of a worker, the reasons against it
 
 
 class LostSchedulerError(ClusterError):
@@ -89,7 +71,6 @@ class Scheduler:
 def open_client(scheduler: Scheduler) -> Iterator[Client]:
     """A client of a scheduler."""
     try:
-        import dask
         from distributed import Client
     except ImportError as error:
         raise ClusterError(missing_package("distributed", "cluster")) from error
@@ -97,7 +78,7 @@ def open_client(scheduler: Scheduler) -> Iterator[Client]:
     for name in ("distributed", "tornado", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "tornado"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
-    with dask.config.set(_QUIET), warnings.catch_warnings():
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about differing versions of dask's packages
         address, security = scheduler.place(), scheduler.security()
         try:
@@ -121,24 +102,21 @@ class Conditions:
 
     def unfit(self) -> list[str]:
         """The reasons against this process as a worker; empty if there are none."""
-        here = packages_here()
+        here, folder = packages_here(), self.probe.parent
         reasons = [
             f"it has {f'{name} {here[name]}' if here[name] else f'no {name}'}, and this machine {version or 'none'}"
             for name, version in self.packages.items()
             if here[name] != version
         ]
-        return reasons + self.more() + self._unseen()
-
-    def _unseen(self) -> list[str]:
-        reasons = []
+        reasons += self.more()
         try:
-            seen = self.probe.read_text("ascii") == self.token
+            is_seen = self.probe.read_text("ascii") == self.token
         except OSError:
-            seen = False
-        if not seen:
-            reasons.append(f"it does not see the folder of outputs {self.probe.parent}")
-        elif not os.access(self.probe.parent, os.W_OK | os.X_OK):
-            reasons.append(f"it cannot write to the folder of outputs {self.probe.parent}")
+            is_seen = False
+        if not is_seen:
+            reasons.append(f"it does not see the folder of outputs {folder}")
+        elif not os.access(folder, os.W_OK | os.X_OK):
+            reasons.append(f"it cannot write to the folder of outputs {folder}")
         unseen = [path for path, size in self.inputs.items() if size is not None and _size(path) != size]
         if unseen:
             more = f" and {len(unseen) - 1} others" if len(unseen) > 1 else ""
@@ -149,9 +127,9 @@ class Conditions:
 @contextlib.contextmanager
 def conditions(folder: Path, inputs: Sequence[Path], more: Callable[[], list[str]] = list) -> Iterator[Conditions]:
     """Requirements on workers; during the context the folder of outputs holds the probe file."""
-    for left in folder.glob(f"{PROBE_PREFIX}*"):  # left by a killed run
+    for left in folder.glob(f"{_PROBE_PREFIX}*"):  # left by a killed run
         left.unlink(missing_ok=True)
-    path, token = folder / f"{PROBE_PREFIX}{secrets.token_hex(8)}", secrets.token_hex(16)
+    path, token = folder / f"{_PROBE_PREFIX}{secrets.token_hex(8)}", secrets.token_hex(16)
     try:
         path.write_text(token, "ascii")
     except OSError as error:
@@ -173,7 +151,11 @@ def check_workers(client: Client, wanted: Conditions) -> None:
         if answer
     }
     if unfit:
-        raise UnfitWorkersError(unfit, len(answers) - len(unfit))
+        lines = "\n".join(f"  {address}: {'; '.join(reasons)}" for address, reasons in unfit.items())
+        raise ClusterError(
+            f"{len(unfit)} of {len(answers)} workers cannot take part, and nothing was begun:\n{lines}\n"
+            "correct or stop them, and start again"
+        )
 
 
 def _size(path: Path) -> int | None:

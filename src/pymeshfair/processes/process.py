@@ -1,19 +1,29 @@
-"""One process that does work, seen from the one that gives it orders."""
+"""Processes that carry out orders, seen from the one that gives them: new interpreters or copies of this one; a pool of them."""
 
+from __future__ import annotations
+
+import ctypes
+import gc
+import importlib
+import locale
+import math
+import os
 import pickle
 import subprocess
+import sys
 import threading
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+import time
+import traceback
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
 from typing import IO, Any, TypeAlias
 
 from ..errors import RunError
 from ..operating_system import this_system
-from .environment import program_of, worker_environment
-from .forked import ForkedProcess
-from .order import Answer, Order
-from .worker import END_OF_TALK
+from .environment import TRIM_THRESHOLD, program_of, worker_environment
+from .worker import END_OF_TALK, Answer, Order, serve
 
 #: what comes from a process: ``("event", value)`` that a task reports, ``("talk", line)`` for a line on its stderr,
 #: ``("answer", Answer)`` and ``("silent", None)`` when a task has ended and all its talk was read, and ``("end", None)`` twice,
@@ -26,6 +36,10 @@ _LINE_LIMIT = 4096
 _PATIENCE = 5.0
 #: seconds between two looks at a silent process, and for the rest of its talk once the answer is there
 _PULSE = 0.5
+#: the count of processes that may be lost with one task
+_LOST = 4
+#: of the C library's ``mallopt``
+_M_TRIM_THRESHOLD = -1
 
 
 class LostProcessError(RunError):
@@ -40,12 +54,9 @@ class Process:
     """A process that waits for orders, and does one at a time."""
 
     def __init__(self, threads: int | None = None, modules: Sequence[str] = (), *, forked: bool = False) -> None:
-        """Start it.
+        """Start it: a copy of this process or a new interpreter, which imports modules before the first order.
 
-        Args:
-            threads: that a filter may use, see `worker_environment`.
-            modules: those that it imports before the first order.
-            forked: make it a copy of this process, see `pymeshfair.processes.forked`, in place of a new interpreter.
+        See `worker_environment` for the threads that a filter may use.
         """
         self._system = this_system()
         # In a session of its own Ctrl-C on the terminal does not reach it, and one signal ends it with all its children.
@@ -66,16 +77,6 @@ class Process:
         self._items: Items = SimpleQueue()
         self._readers: list[threading.Thread] = []  # from the first order on, so that this process may be forked until then
 
-    def _give(self, order: Order, items: Items) -> None:
-        self.is_idle, self._items = False, items
-        if not self._readers:
-            for read, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr)):
-                self._readers.append(threading.Thread(target=read, args=(stream,), daemon=True))
-                self._readers[-1].start()
-        with suppress(OSError):  # it has died already, which the end of its streams tells
-            pickle.dump(order, self._process.stdin)
-            self._process.stdin.flush()
-
     def do(
         self,
         order: Order,
@@ -84,30 +85,36 @@ class Process:
         items: Items | None = None,
         pulse: Callable[[], float] = lambda: _PULSE,
     ) -> Answer:
-        """Give it an order and wait for the answer.
+        """Give it an order and wait for the answer; raises `LostProcessError` if it ends without one.
 
         Args:
             order: the work.
             take: called with all else that comes; an exception that it raises ends the waiting.
             items: what comes is put there, perhaps among items of others.
             pulse: called time and again for the most seconds to wait; may raise, too.
-
-        Raises:
-            LostProcessError: it has ended without an answer.
         """
-        items = SimpleQueue() if items is None else items
-        self._give(order, items)
+        self.is_idle, self._items = False, SimpleQueue() if items is None else items
+        if not self._readers:
+            for read, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr)):
+                self._readers.append(threading.Thread(target=read, args=(stream,), daemon=True))
+                self._readers[-1].start()
+        with suppress(OSError):  # it has died already, which the end of its streams tells
+            pickle.dump(order, self._process.stdin)
+            self._process.stdin.flush()
         done: Answer | None = None
         missing = {"answer", "silent"}
         while missing:
             try:
-                kind, item = items.get(timeout=pulse())
+                kind, item = self._items.get(timeout=pulse())
             except Empty:
                 if done is not None:
                     break  # something that it started holds its stderr
                 kind, item = "end" if self.has_ended() else "", None
             if kind == "end" and done is None:
-                self._take_the_rest(items, take)
+                with suppress(Empty):  # it may have said something last
+                    while (item := self._items.get(timeout=_PULSE))[0] != "end":
+                        if item[0] == "talk":
+                            take(*item)
                 raise LostProcessError(self.wait())
             missing.discard(kind)
             if kind == "answer":
@@ -117,13 +124,6 @@ class Process:
         assert done is not None
         self.is_idle = not missing and not done.is_used_up
         return done
-
-    def _take_the_rest(self, items: Items, take: Callable[[str, Any], None]) -> None:
-        """Take what a process that has ended said last."""
-        with suppress(Empty):
-            while (item := items.get(timeout=_PULSE))[0] != "end":
-                if item[0] == "talk":
-                    take(*item)
 
     def has_ended(self) -> bool:
         """Whether it is gone; processes that it started may still hold its pipes open."""
@@ -165,3 +165,172 @@ class Process:
                 elif text := line.decode("utf-8", "replace").rstrip():
                     self._items.put(("talk", text))
         self._items.put(("end", None))
+
+
+def can_fork() -> bool:
+    """Whether a fork of this process is sound, and gives the results of a new one.
+
+    It is not where other threads run, as the lock that one of them holds stays locked in the copy for ever; nor on systems whose
+    libraries do not survive it, nor where Python was started with names of files in another encoding than workers have.
+    """
+    is_alone = this_system().can_fork and len(os.listdir("/proc/self/task")) == 1  # noqa: PTH208 - names alone
+    return is_alone and sys.getfilesystemencoding() == "utf-8"
+
+
+class ForkedProcess:
+    """A copy of this process that has all loaded that this one has, and serves; has what is used of `subprocess.Popen`."""
+
+    def __init__(self, threads: int | None) -> None:
+        """Fork; see `worker_environment` for `threads`."""
+        pipes = [os.pipe() for _ in range(3)]
+        theirs = [pipes[0][0], pipes[1][1], pipes[2][1]]
+        ours = [pipes[0][1], pipes[1][0], pipes[2][0]]
+        gc.freeze()  # so that both processes share the memory of these objects
+        self.pid = os.fork()
+        if self.pid == 0:
+            _become_worker(theirs, worker_environment(threads))
+        for descriptor in theirs:
+            os.close(descriptor)
+        self.returncode: int | None = None
+        self.stdin: IO[bytes] = os.fdopen(ours[0], "wb")
+        self.stdout: IO[bytes] = os.fdopen(ours[1], "rb")
+        self.stderr: IO[bytes] = os.fdopen(ours[2], "rb")
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Its exit status, minus a signal's number if that was the end."""
+        end = time.monotonic() + (math.inf if timeout is None else timeout)
+        while self.returncode is None:
+            pid, status = os.waitpid(self.pid, os.WNOHANG)
+            if pid:
+                self.returncode = os.waitstatus_to_exitcode(status)
+            elif time.monotonic() >= end:
+                raise subprocess.TimeoutExpired("worker", timeout or 0.0)
+            else:
+                time.sleep(0.005)
+        return self.returncode
+
+
+def _become_worker(pipes: list[int], environment: Mapping[str, str]) -> None:
+    try:
+        os.setsid()
+        for target, descriptor in enumerate(pipes):
+            os.dup2(descriptor, target)
+        os.closerange(3, os.sysconf("SC_OPEN_MAX"))
+        os.environ.update(environment)
+        locale.setlocale(locale.LC_ALL, environment["LC_ALL"])
+        with suppress(AttributeError, OSError):
+            ctypes.CDLL(None).mallopt(_M_TRIM_THRESHOLD, int(environment[TRIM_THRESHOLD]))
+        with suppress(ValueError):  # files in the working folder must not be imported in place of libraries
+            sys.path.remove("")
+        serve(())
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        os._exit(1)
+
+
+class Pool:
+    """So many processes at most, each started when it is needed; a context manager that leaves none behind.
+
+    May be used from several threads. A process that ended, or was given back in the middle of an order, is not lent again.
+    """
+
+    def __init__(
+        self, most: int = 1, threads: int | None = None, modules: Sequence[str] = (), *, rest_after: float | None = None
+    ) -> None:
+        """See the class; processes that have nothing to do are ended after so many seconds, None keeps them."""
+        self._rest_after = rest_after
+        self._clock = threading.Timer(0.0, self.rest)
+        self.most = most
+        self._threads = threads
+        self._modules = modules
+        self._free = threading.Semaphore(most)
+        self._callers = ThreadPoolExecutor(most)
+        self._lock = threading.Lock()
+        self._idle: list[Process] = []
+        self._lent: set[Process] = set()
+        self._is_over = False
+
+    def __enter__(self) -> Pool:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End all processes, and lend no more; tasks that were submitted are not begun or fail."""
+        self._callers.shutdown(wait=False, cancel_futures=True)
+        with self._lock:
+            self._is_over = True
+            self._clock.cancel()
+            lent = list(self._lent)
+        for process in lent:
+            process.kill()
+        self._callers.shutdown()
+        self.rest()
+
+    def check_open(self) -> None:
+        """Raise `RunError` once it is closed."""
+        if self._is_over:
+            raise RunError("the workers are ended")
+
+    def prepare(self) -> None:
+        """Start all processes ahead: as copies of this one, which loads the modules for that, where that is sound."""
+        if not can_fork():
+            self._idle += [Process(self._threads, self._modules) for _ in range(self.most)]
+            return
+        for name in self._modules:
+            importlib.import_module(name)
+        self._idle += [Process(self._threads, forked=can_fork()) for _ in range(self.most)]
+
+    def rest(self) -> None:
+        """End the processes that have nothing to do."""
+        with self._lock:
+            idle, self._idle = self._idle, []
+        for process in idle:
+            process.close()
+
+    @contextmanager
+    def lend(self) -> Iterator[Process]:
+        """A process, for as long as the context lasts."""
+        with self._free:
+            with self._lock:
+                self.check_open()
+                process = self._idle.pop() if self._idle else Process(self._threads, self._modules)
+                self._lent.add(process)
+            try:
+                yield process
+            finally:
+                with self._lock:
+                    self._lent.remove(process)
+                    if is_kept := process.is_idle and not self._is_over and not process.has_ended():
+                        self._idle.append(process)
+                        if self._rest_after is not None:
+                            self._rest_later(self._rest_after)
+                if not is_kept:
+                    process.close()
+
+    def _rest_later(self, seconds: float) -> None:
+        """Let `rest` be called in a while, unless something was done meanwhile."""
+        self._clock.cancel()
+        self._clock = threading.Timer(seconds, self.rest)
+        self._clock.daemon = True
+        self._clock.start()
+
+    def submit(self, task: Callable[..., Any], *arguments: Any, memory_limit: int | None = None) -> Future[Answer]:
+        """Do a task as soon as a process is free; it begins again if its process is lost.
+
+        The future raises `LostProcessError` if that happens time and again.
+        """
+        return self.call(self._do, Order.of(task, *arguments, memory_limit=memory_limit))
+
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Call a function, which may lend a process, in a thread of this process."""
+        return self._callers.submit(function, *arguments)
+
+    def _do(self, order: Order) -> Answer:
+        for _ in range(_LOST - 1):
+            with suppress(LostProcessError), self.lend() as process:
+                return process.do(order)
+        with self.lend() as process:
+            return process.do(order)

@@ -20,8 +20,8 @@ from ..filters.mesh import check_points
 from ..filters.topology import proper_faces
 from ..mesh_data import MeshData
 from ..operating_system import this_system
-from ..processes.order import Order
-from ..processes.pool import Pool
+from ..processes.process import Pool
+from ..processes.worker import Order
 from ..registry import find_filter
 from ..scripts.script import Step
 from .document import Document

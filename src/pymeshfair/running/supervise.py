@@ -30,9 +30,8 @@ from ..files.provenance import formatted, provenance_path
 from ..files.staging import clear_up, output_lock, remove_folder, staging_folder
 from ..files.writing import StagedFile, place, stage_file
 from ..operating_system import this_system
-from ..processes.order import DefectError, Order
-from ..processes.pool import Pool
-from ..processes.process import Items, LostProcessError, Process
+from ..processes.process import Items, LostProcessError, Pool, Process
+from ..processes.worker import DefectError, Order
 from ..processes.worker import report as report_event
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
@@ -260,7 +259,7 @@ Work: TypeAlias = "Callable[[Job, Path, Items, Callable[[Event], None]], Report]
 
 
 def workers_of_runs(most: int = 1, threads: int | None = None, *, rest_after: float | None = None) -> Pool:
-    """Processes for `run_job`, see `pymeshfair.processes.pool.Pool`."""
+    """Processes for `run_job`, see `pymeshfair.processes.process.Pool`."""
     return Pool(most, threads, MODULES, rest_after=rest_after)
 
 

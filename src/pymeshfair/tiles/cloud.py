@@ -1,60 +1,45 @@
 """A cloud by tiles: a step selects points and may delete them, or gives them normals; the result is written by slices.
 
 Of coincident points, and of those in a cell of a grid, all but the first go. For LoOP neighbours are sought in the tile and in
-the cells around it, and then compared with theirs. `strays` has the third selection, `point_normals` the normals.
+the cells around it, and then compared with theirs. `links` has the other steps.
 """
 
 import math
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
+from itertools import accumulate, groupby, pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import FilterInputError
 from ..files.equal_rows import numbered
 from ..filters import outliers
 from ..filters.execution import part_of
 from ..filters.inspection.surface_measures import box_diagonal
-from ..filters.neighbours import Nearest, tree_scale
-from .cells import Cells, Ranges
-from .columns import Column, Part, Stored, in_order
-from .division import Bucket, Floats, Longs, divide
-from .memory import cloud_points, points_with_normals, slice_rows
+from ..filters.mesh import Bools, Floats, Longs
+from ..filters.neighbours import tree_scale
+from .cells import Bucket, Cells, Column, Ranges, Results, Stored, divide
+from .links import NormalTiles, StrayTiles
 from .neighbours import PointTiles, TilePoints
-from .plan import DUPLICATES, LOOP, POINT_NORMALS, STRAYS, SURPLUS, CloudStep
-from .point_normals import NormalTiles
+from .plan import DUPLICATES, LOOP, POINT_NORMALS, STRAYS, SURPLUS, PlannedStep, cloud_points, points_with_normals, slice_rows
 from .sources import Source
-from .strays import StrayTiles
 from .workers import Tasks
 
 
-def coincident(buckets: Sequence[Bucket], tasks: Tasks, progress: Callable[[float], None]) -> tuple[Part, ...]:
-    """Of each bucket which points are at the place of one with a smaller number; see `mark_later`."""
-    groups = [tuple(group) for _, group in groupby(buckets, lambda bucket: bucket.whole or bucket.path)]
-    tasks.map(mark_later, [(group,) for group in groups], progress)
-    return tuple(_part(bucket) for bucket in buckets)
-
-
-def mark_later(buckets: Sequence[Bucket]) -> None:
-    """Write down which points are at the place of one before, for buckets that no others share a place with."""
+def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
+    """Write down which points are at the place of one before, for buckets, each with its row, that share no place with others."""
     places = np.empty((0, 3))
-    for bucket in buckets:
+    for first, bucket in buckets:
         here, numbers = bucket.read()
         count, together = len(places), np.concatenate([places, here])
-        first, _ = numbered(together)
+        firsts, _ = numbered(together)
         later = np.ones(len(here), np.uint8)
-        later[first[count:] - count] = 0
-        _part(bucket).write(numbers, later)
-        places = together[first]
-
-
-def _part(bucket: Bucket) -> Part:
-    return Part(bucket.path.with_name(f"{bucket.path.name}-later"), "u1")
+        later[firsts[count:] - count] = 0
+        results.write(first, numbers, later)
+        places = together[firsts]
 
 
 class OutlierTiles(PointTiles):
@@ -65,41 +50,27 @@ class OutlierTiles(PointTiles):
     distances = Stored("<f8")  # the standard ones by slot, in the unit of trees
 
     def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
-        tasks.run(self.distances.create, self.cells.count)
         tasks.map(self.find, tiles, part_of(progress, 0.0, 0.85))
-        tasks.map(self.finish, [(first,) for first, _ in tiles], part_of(progress, 0.85, 1.0))
+        tasks.map(self.finish, tiles, part_of(progress, 0.85, 1.0))
 
     def find(self, first: int, last: int) -> None:
         """The standard distances of the points in the cells from `first` to before `last`; the factors of those far inside."""
-        count = int(self.cells.starts[last] - self.cells.starts[first])
-        distances = np.empty(count)
-        asking = [np.empty(0, np.intp)]
-        asked_slots = [np.empty((0, self.k), np.int64)]
+        tile = TilePoints.of(self.cells, first, last, self.k)
+        asking, asked = [np.empty(0, np.intp)], [np.empty((0, self.k), np.int64)]
+        for some, nearest in tile.ask_around(self.most):
+            asking.append(some)
+            asked.append(nearest.slots)
+        rows, factors = np.concatenate(asking), np.zeros(len(tile.slots))
+        if len(rows) < len(factors):
+            outliers.compare(tile.distances, tile.nearest, 0, len(factors), factors)
+        self.distances.write(tile.begin, tile.by_slot(tile.distances))
+        self.results.write(tile.begin, tile.numbers, factors)
+        np.savez(self.aside(first), numbers=tile.numbers[rows], own=tile.distances[rows], slots=np.concatenate(asked))
 
-        def inside(rows: slice, squared: Floats) -> None:
-            distances[rows] = outliers.standard_distances(squared)
-
-        def around(tile: TilePoints, rows: NDArray[np.intp], nearest: Nearest) -> None:
-            distances[rows] = outliers.standard_distances(nearest.squared)
-            asking.append(rows)
-            asked_slots.append(nearest.slots)
-
-        tile = self.search(first, last, inside, around)
-        asks = np.concatenate(asking)
-        factors = np.full(count, np.nan)
-        if len(asks) < count:
-            outliers.compare(distances, tile.nearest, 0, count, factors)
-            factors[asks] = np.nan
-        self.distances.write(tile.begin, tile.by_slot(distances))
-        self.part(first).write(tile.numbers[tile.index], factors)
-        np.savez(self.aside(first), rows=tile.index[asks], own=distances[asks], slots=np.concatenate(asked_slots))
-
-    def finish(self, first: int) -> None:
+    def finish(self, first: int, last: int) -> None:
         """The factors of those points of a tile that had asked around; every tile must have been through `find`."""
-        with np.load(self.aside(first)) as asked:
-            rows, own, slots = asked["rows"], asked["own"], asked["slots"]
-        if len(rows):
-            self.part(first).replace(rows, outliers.compare_rows(own, self.distances.gather(slots)))
+        numbers, own, slots = self.all_aside([(first, last)], "numbers", "own", "slots")
+        self.amend(first, last, numbers, outliers.compare_rows(own, self.distances.gather(slots)))
 
 
 @dataclass(frozen=True)
@@ -113,7 +84,7 @@ class Cloud:
     scalars = Stored("<f8")  # the probability of each point of the file in the last stage that it was in
     normals = Stored("<f8", 3)  # the normal of each point of the file in the last stage that gave it one
 
-    def left(self, first: int, last: int) -> NDArray[np.bool_]:
+    def left(self, first: int, last: int) -> Bools:
         """Which of some points of the file are left."""
         return np.ones(last - first, np.bool_) if self.kept is None else self.kept.read(first, last) > 0
 
@@ -136,12 +107,12 @@ class Cloud:
                     f"point {numbers[bad]} is {places[bad].tolist()}, which is not finite: remove such points first"
                 )
             count += len(places)
-            if len(places):
-                low, high = np.minimum(low, places.min(axis=0)), np.maximum(high, places.max(axis=0))
+            low = np.minimum(low, places.min(axis=0, initial=np.inf))
+            high = np.maximum(high, places.max(axis=0, initial=-np.inf))
         return count, low, high
 
     def divide(self, count: int, folder: Path, most: int, size: int, grid: float | None = None) -> list[Bucket]:
-        """The points in buckets, see `pymeshfair.tiles.division.divide`; with a `grid` their cells in one of such cubes."""
+        """The points in buckets, see `divide`; with a `grid` their cells in one of such cubes."""
 
         def slices() -> Iterator[tuple[Floats, Longs]]:
             for places, numbers in self.slices(size):
@@ -149,144 +120,91 @@ class Cloud:
 
         return divide(slices, count, folder, most=most)
 
-    def put_in_order(self, results: Column, parts: Sequence[Part], count: int, size: int) -> None:
-        """Write what was found of the points that are left, by tiles, in their order."""
-        results.path.unlink(missing_ok=True)
-        for block in in_order(parts, count, size):
-            results.append(block)
+    def take(self, step: PlannedStep, results: Results, tiles: Ranges, size: int, target: Column) -> dict[str, Any]:
+        """Give the points that are left what the tiles have found; what the filter reports.
 
-    def with_results(self, results: Column, size: int) -> Iterator[tuple[int, NDArray[np.bool_], NDArray[Any]]]:
-        """Of the points of the file, `size` at a time: the first, which are left, and what was found of those, in their order."""
-        total, done = len(self.source), 0
+        A selection writes down in `target` which points of the file are left after it.
+        """
+        found = replace(results.values, path=self.folder / "found")  # of the points that are left, in their order
+        count, total, done = tiles[-1][1], len(self.source), 0
+        for first, block in zip(range(0, count, size), results.in_order(tiles, size), strict=True):
+            found.write(first, block)
+        column = {LOOP: self.scalars, POINT_NORMALS: self.normals}.get(step.filter)
+        if column is not None and not column.path.exists():
+            column.write(total - 1, np.zeros((1, column.width)))
+        spread = 0.0
+        if step.filter == LOOP:
+            spread = outliers.spread_of(lambda: found.slices(outliers.SPREAD_BLOCK), step.values["extent"])
+        selected, largest, sums = 0, 0.0, []
         for first in range(0, total, size):
             left = self.left(first, min(first + size, total))
-            count = int(left.sum())
-            yield first, left, results.read(done, done + count)
-            done += count
-
-    def update(self, column: Column, first: int, left: NDArray[np.bool_], values: NDArray[Any]) -> None:
-        """Give the points of the file from one on that are left other values in a column, which is made if need be."""
-        if not column.path.exists():
-            column.create(len(self.source))
-        whole = column.read(first, first + len(left))
-        whole[left] = values
-        column.write(first, whole)
-
-    def give_normals(self, parts: tuple[Part, ...], count: int, size: int) -> None:
-        """Give the points that are left the normals of the tiles."""
-        results = Column(self.folder / "found", "<f8", 3)
-        self.put_in_order(results, parts, count, size)
-        for first, left, values in self.with_results(results, size):
-            self.update(self.normals, first, left, values)
-        results.path.unlink()
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """The end of a stage, as tasks: what was found in the order of the points, and who is selected."""
-
-    cloud: Cloud  # the points that are left
-    parts: tuple[Part, ...]  # of each tile, the factors of LoOP, or which points are stray
-    count: int  # the points
-    selection: CloudStep  # the step
-    target: Column  # the column that marks the points that remain
-
-    @property
-    def results(self) -> Column:
-        """The result for each point that is left, in their order."""
-        return Column(self.cloud.folder / "found", self.parts[0].dtype)
-
-    def gather(self, size: int) -> float:
-        """Put it in order; the spread of factors, 0 of stray points."""
-        self.cloud.put_in_order(self.results, self.parts, self.count, size)
-        if self.selection.filter != LOOP:
-            return 0.0
-        return outliers.spread_of(lambda: self.results.slices(outliers.SPREAD_BLOCK), self.selection.values["extent"])
-
-    def select(self, spread: float, size: int) -> dict[str, Any]:
-        """Write down what is left, and probabilities if there are any; what the filter reports."""
-        probable = self.selection.filter == LOOP
-        self.target.create(len(self.cloud.source))
-        selected, largest, sums = 0, 0.0, []
-        for first, left, results in self.cloud.with_results(self.results, size):
-            goes = results
-            if probable:
-                probabilities = outliers.probabilities_of(results, spread)
-                self.cloud.update(self.cloud.scalars, first, left, probabilities)
-                goes = probabilities > self.selection.values["threshold"]
-                largest = max(largest, float(probabilities.max(initial=0.0)))
-                sums.append(float(probabilities.sum()))
-            if self.selection.deletes:
-                left[left] = goes == 0
-            self.target.write(first, left.astype(np.uint8))
-            selected += int(np.count_nonzero(goes))
-        reported = {"largest_probability": largest, "mean_probability": math.fsum(sums) / self.count} if probable else {}
-        return {("removed_vertices" if self.selection.filter == DUPLICATES else "selected_vertices"): selected} | reported
+            values = found.read(done, done + int(left.sum()))
+            done += len(values)
+            if step.filter == LOOP:
+                values = outliers.probabilities_of(values, spread)
+                largest = max(largest, float(values.max(initial=0.0)))
+                sums.append(float(values.sum()))
+            if column is not None:
+                whole = column.read(first, first + len(left))
+                whole[left] = values
+                column.write(first, whole)
+            if step.filter != POINT_NORMALS:
+                goes = values > step.values.get("threshold", 0)
+                selected += int(np.count_nonzero(goes))
+                left[left] = ~(goes & step.deletes)
+                target.write(first, left)
+        found.path.unlink()
+        if step.filter == POINT_NORMALS:
+            return {}
+        reported = {"largest_probability": largest, "mean_probability": math.fsum(sums) / count} if step.filter == LOOP else {}
+        return {"removed_vertices" if step.filter == DUPLICATES else "selected_vertices": selected, **reported}
 
 
 def do_step(
-    cloud: Cloud,
-    step: CloudStep,
-    tasks: Tasks,
-    tile: int,
-    *,
-    progress: Callable[[float], None],
-    most: int | None = None,
+    cloud: Cloud, step: PlannedStep, tasks: Tasks, tile: int, *, progress: Callable[[float], None], most: int | None = None
 ) -> tuple[Cloud, dict[str, Any], dict[str, Any]]:
-    """One stage with tiles of at most `tile` bytes: what is left, the filter's report, the numbers of the cloud and its tiles.
-
-    Raises:
-        FilterInputError: there are too few points, or nothing is left.
-    """
+    """One step with tiles of at most `tile` bytes: what is left, the filter's report, the numbers of the cloud and its tiles."""
     size = slice_rows(tile, cloud.source.row)
     count, low, high = tasks.run(cloud.survey, size)
     if step.neighbors >= count:
         raise FilterInputError(f"{step.neighbors} neighbours need a cloud of at least {step.neighbors + 1} points, got {count}")
     progress(0.02)
-    folder = cloud.folder / f"step-{step.step}"
+    folder, target = cloud.folder / f"step-{step.step}", Column(cloud.folder / f"kept-{step.step}", "u1")
     folder.mkdir(exist_ok=True)
     fitting = points_with_normals if step.filter == POINT_NORMALS else cloud_points
     points = fitting(tile, step.neighbors) if most is None else most
     grid = None
     if step.filter == SURPLUS:
         grid = step.values["side"].resolve(diagonal=box_diagonal(np.stack([low, high])), mean_edge=lambda: 0.0)
-    alike = step.filter in (DUPLICATES, SURPLUS)
     buckets = tasks.run(cloud.divide, count, folder, points, size, grid)
     progress(0.1)
-    if alike:
-        parts, tiles = coincident(buckets, tasks, part_of(progress, 0.1, 0.9)), len(buckets)
+    if step.filter in (DUPLICATES, SURPLUS):
+        tiles = list(pairwise(accumulate((bucket.count for bucket in buckets), initial=0)))
+        results = Results(Column(folder / "results", "u1"))
+        placed = zip([first for first, _ in tiles], buckets, strict=True)
+        groups = [(results, tuple(group)) for _, group in groupby(placed, lambda one: one[1].path)]
+        tasks.map(mark_later, groups, part_of(progress, 0.1, 0.9))
     else:
-        cells = tasks.run(Cells.make, folder, count, tree_scale(float(max(high.max(), -low.min()))))
-        starts = np.cumsum([0, *(bucket.count for bucket in buckets)]).tolist()
-        filled = tasks.map(cells.fill, list(zip(buckets, starts, strict=False)), part_of(progress, 0.1, 0.2))
-        tasks.run(cells.index, filled, buckets)
+        scale = tree_scale(float(max(high.max(), -low.min())))
+        cells = Cells.of(buckets, folder, scale, tasks, part_of(progress, 0.1, 0.2))
         ranges = tasks.run(cells.tiles, points)
         kinds: dict[str, type[PointTiles]] = {LOOP: OutlierTiles, POINT_NORMALS: NormalTiles, STRAYS: StrayTiles}
         work = kinds[step.filter](cells, step.values, step.neighbors, points)
         work.do(tasks, ranges, size, part_of(progress, 0.2, 0.9))
-        parts, tiles = tuple(work.part(first) for first, _ in ranges), len(ranges)
-    sizes = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": tiles, "points_per_tile": points}
-    if step.filter == POINT_NORMALS:
-        tasks.run(cloud.give_normals, parts, count, size)
-        shutil.rmtree(folder, ignore_errors=True)
-        progress(1.0)
-        return cloud, {}, sizes
-    judgement = Judgement(cloud, parts, count, step, Column(cloud.folder / f"kept-{step.step}", "u1"))
-    spread = tasks.run(judgement.gather, size)
+        tiles, results = tasks.run(cells.slots_of_tiles, ranges), work.results
+    values = tasks.run(cloud.take, step, results, tiles, size, target)
     shutil.rmtree(folder, ignore_errors=True)
-    values = tasks.run(judgement.select, spread, size)
-    judgement.results.path.unlink(missing_ok=True)
+    progress(1.0)
     if step.deletes and values.get("selected_vertices") == count:
         raise FilterInputError(f"all {count} points were selected, so that nothing is left of the cloud")
-    progress(1.0)
-    return replace(cloud, kept=judgement.target), values, sizes
+    sizes = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": len(tiles), "points_per_tile": points}
+    return cloud if step.filter == POINT_NORMALS else replace(cloud, kept=target), values, sizes
 
 
 def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
     """Write what is left, as it was read, with the probabilities and the normals if there are any; how many points that are."""
-    total = len(cloud.source)
+    total, names = len(cloud.source), cloud.source.names
     slices = [(first, min(first + size, total)) for first in range(0, total, size)]
-    names = cloud.source.names
     additions = (("scalars", cloud.scalars), ("normals", cloud.normals))
     columns = [(names[name], column) for name, column in additions if column.path.exists()]
     count = sum(int(np.count_nonzero(cloud.left(*rows))) for rows in slices)

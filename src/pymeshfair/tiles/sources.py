@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from io import BytesIO
 from pathlib import Path
@@ -15,11 +15,17 @@ from ..files.e57 import doubts_of, e57_pieces, e57_survey
 from ..files.errors import ContentsError
 from ..files.formats import extension
 from ..files.las import NORMAL, chunks, header_of, las_unit, opened, write_las_pieces
-from ..files.ply import PLACE, SCALAR
+from ..files.ply import CORNERS, PLACE, SCALAR
 from ..files.ply_header import PlyElement, PlyHeader, PlyProperty, header_bytes, read_header
 from ..files.ply_tables import row_type, row_type_at
 from ..files.ply_write import write_ply
 from ..files.writing import to_disk
+from .cells import Ranges, Results
+
+#: formats of clouds that tiles can read and write
+CLOUD_FORMATS = ("ply", "las", "laz")
+#: for every slice of a cloud the points to keep (a mask), and by its name in the file what all its points get
+Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], dict[str, NDArray[np.float64]]]]
 
 
 @dataclass(frozen=True)
@@ -52,17 +58,14 @@ class SlicedTable:
         for first in range(0, self.element.count, size):
             yield self.read(first, min(first + size, self.element.count))
 
-    @property
-    def end(self) -> int:
-        """The byte after its last row."""
-        return self.offset + self.element.count * self.dtype.itemsize
-
 
 @dataclass(frozen=True)
-class PlySlices:
+class PlyFile:
     """A binary PLY file in which all rows of an element have the same size; other files raise `ContentsError` when read."""
 
     path: Path
+    unit = None
+    names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": (SCALAR,), "normals": ("nx", "ny", "nz")}  # see `LasCloud`
 
     @cached_property
     def header(self) -> PlyHeader:
@@ -77,8 +80,9 @@ class PlySlices:
         """Its elements by name, in the order of the file."""
         tables, offset, data = {}, self.header.size, np.asarray(np.memmap(self.path, np.uint8, "r"))
         for element in self.header.elements:
-            table = SlicedTable(self.path, element, row_type_at(data, offset, element, self.header.byte_order), offset)
-            tables[element.name], offset = table, table.end
+            dtype = row_type_at(data, offset, element, self.header.byte_order)
+            tables[element.name] = SlicedTable(self.path, element, dtype, offset)
+            offset += element.count * dtype.itemsize
         if len(data) < offset:
             raise ContentsError(f"it has {len(data):,} bytes, of the {offset:,} that its header declares")
         return tables
@@ -93,6 +97,11 @@ class PlySlices:
             raise ContentsError("its vertices have lists; by tiles they must have single numbers")
         return table
 
+    @property
+    def row(self) -> int:
+        """Bytes of a vertex."""
+        return self.vertices.dtype.itemsize
+
     def __len__(self) -> int:
         """The number of vertices."""
         return self.vertices.element.count
@@ -101,6 +110,22 @@ class PlySlices:
         """(m, 3) coordinates of the vertices, `size` at a time."""
         for rows in self.vertices.slices(size):
             yield np.stack([rows[axis].astype(np.float64) for axis in PLACE], axis=1)
+
+    def check_others(self, names: Sequence[str], words: str) -> None:
+        """Refuse elements with other names."""
+        others = [e for e in self.header.elements if e.name not in names and e.count]
+        if others:
+            raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; {words}")
+
+    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
+        """As `LasCloud.write`."""
+        old = tuple(p for p in self.vertices.element.properties if p.name not in added)
+        element = PlyElement("vertex", count, (*old, *(PlyProperty(name, "double") for name in added)))
+        columns = (
+            {p.name: rows[p.name][kept] for p in old} | {name: numbers[kept] for name, numbers in values.items()}
+            for rows, (kept, values) in zip(self.vertices.slices(size), marks, strict=True)
+        )
+        self.rewrite(target, [element], columns, size)
 
     def rewrite(
         self, target: Path, elements: Sequence[PlyElement], vertices: Iterable[Mapping[str, NDArray[Any]]], size: int
@@ -121,12 +146,42 @@ class PlySlices:
             to_disk(file)
 
 
-#: the header line with the number of points; of fixed width, so that the final number can overwrite it
-_COUNT = b"element vertex %020d\n"
-#: formats of clouds that tiles can read and write
-CLOUD_FORMATS = ("ply", "las", "laz")
-#: for every slice of a cloud the points to keep (a mask), and by its name in the file what all its points get
-Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], dict[str, NDArray[np.float64]]]]
+class MeshFile(PlyFile):
+    """A binary PLY file of triangles."""
+
+    @cached_property
+    def faces_table(self) -> SlicedTable:
+        """The element of its faces, which must be triangles."""
+        self.vertices  # noqa: B018 - is checked
+        table = self.tables.get("face")
+        if table is None or not table.element.count or not _lists_of_corners(table):
+            raise ContentsError("it has no faces; by tiles, vertices are moved on meshes of triangles")
+        corners = table.dtype[_lists_of_corners(table)[0]].shape[0]
+        if corners != 3:
+            raise ContentsError(f"its first face has {corners} corners; by tiles, all faces must be triangles")
+        self.check_others(("vertex", "face"), "by tiles a mesh has vertices and faces alone")
+        return table
+
+    def faces(self, size: int) -> Iterator[NDArray[Any]]:
+        """(m, 3) numbers of vertices, so many faces at a time."""
+        name = _lists_of_corners(self.faces_table)[0]
+        for rows in self.faces_table.slices(size):
+            yield rows[name].astype(np.int64)
+
+    def write_places(self, places: Results, tiles: Ranges, target: Path, size: int) -> None:
+        """Write the mesh with other coordinates, which become numbers of double precision; all else as it was."""
+        properties = self.vertices.element.properties
+        other = tuple(replace(p, type="double") if p.name in PLACE else p for p in properties)
+        elements = [replace(e, properties=other) if e.name == "vertex" else e for e in self.header.elements]
+        vertices = (
+            {p.name: rows[p.name] for p in properties} | dict(zip(PLACE, some.T, strict=True))
+            for rows, some in zip(self.vertices.slices(size), places.in_order(tiles, size), strict=True)
+        )
+        self.rewrite(target, elements, vertices, size)
+
+
+def _lists_of_corners(table: SlicedTable) -> list[str]:
+    return [p.name for p in table.element.properties if p.name in CORNERS and p.count_type]
 
 
 @dataclass(frozen=True)
@@ -153,14 +208,11 @@ class LasCloud:
         """That of its coordinate reference system; None without one."""
         return las_unit(self.path)
 
-    def _chunks(self, size: int) -> Iterator[Any]:
-        with opened(self.path) as reader:
-            yield from chunks(reader, size)
-
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """(m, 3) coordinates, `size` points at a time."""
-        for chunk in self._chunks(size):
-            yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
+        with opened(self.path) as reader:
+            for chunk in chunks(reader, size):
+                yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
         """Write `count` of the points to another file, unchanged but for what is added, which becomes dimensions of its own."""
@@ -171,9 +223,9 @@ class LasCloud:
         for name in added:
             if name not in header.point_format.dimension_names:
                 header.add_extra_dim(laspy.ExtraBytesParams(name, "float64"))
-        with target.open("wb") as file:
+        with opened(self.path) as reader, target.open("wb") as file:
             with laspy.open(file, "w", header=header, closefd=False, do_compress=target.suffix.lower() == ".laz") as writer:
-                for chunk, (kept, values) in zip(self._chunks(size), marks, strict=True):
+                for chunk, (kept, values) in zip(chunks(reader, size), marks, strict=True):
                     points = laspy.ScaleAwarePointRecord.zeros(int(kept.sum()), header=header)
                     for name in chunk.array.dtype.names:
                         points.array[name] = chunk.array[name][kept]
@@ -185,35 +237,8 @@ class LasCloud:
             to_disk(file)
 
 
-class PlyCloud(PlySlices):
-    """The vertices of a binary PLY file without faces, with what `LasCloud` has."""
-
-    unit = None
-    names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": (SCALAR,), "normals": ("nx", "ny", "nz")}
-
-    @property
-    def row(self) -> int:
-        return self.vertices.dtype.itemsize
-
-    def check(self) -> None:
-        """Refuse files with more than vertices."""
-        self.vertices  # noqa: B018 - checks them
-        others = [e for e in self.header.elements if e.name != "vertex" and e.count]
-        if others:
-            raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; by tiles outliers are found in clouds alone")
-
-    def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        old = tuple(p for p in self.vertices.element.properties if p.name not in added)
-        element = PlyElement("vertex", count, (*old, *(PlyProperty(name, "double") for name in added)))
-        columns = (
-            {p.name: rows[p.name][kept] for p in old} | {name: numbers[kept] for name, numbers in values.items()}
-            for rows, (kept, values) in zip(self.vertices.slices(size), marks, strict=True)
-        )
-        self.rewrite(target, [element], columns, size)
-
-
 #: a cloud in a file that is read by slices
-Source: TypeAlias = LasCloud | PlyCloud
+Source: TypeAlias = LasCloud | PlyFile
 
 
 @dataclass(frozen=True)
@@ -234,50 +259,43 @@ class E57Cloud:
 
     def rewrite(self, target: Path, size: int) -> tuple[str, ...]:
         """Write a .ply or .las file without compression, with what `run` gives the points, `size` at a time; notes about it."""
+        notes: tuple[str, ...] = ()
         with target.open("wb") as file:
             if extension(target) == "las":
                 notes = write_las_pieces(lambda: e57_pieces(self.path, size), file)
             else:
-                notes = self._write_ply(file, size)
+                self._write_ply(file, size)
         declared, doubts = e57_survey(self.path)
-        return (*doubts_of(declared - len(file_cloud(target))), *doubts, *notes)
+        return (*doubts_of(declared - len(open_cloud(target))), *doubts, *notes)
 
-    def _write_ply(self, file: BinaryIO, size: int) -> tuple[str, ...]:
-        count, place = 0, 0
+    def _write_ply(self, file: BinaryIO, size: int) -> None:
+        count, own = 0, b"element vertex %020d\n"  # of fixed width, so that the final number can overwrite it
         for piece in e57_pieces(self.path, size):
             written = BytesIO()
             write_ply(piece, written)
             header, end, rows = written.getvalue().partition(b"end_header\n")
-            if not place:
-                before, _, after = header.partition(b"element vertex %d\n" % len(piece.vertices))
-                file.write(before)
-                place = file.tell()
-                file.write(_COUNT % 0 + after + end)
+            if not count:
+                header = header.replace(b"element vertex %d\n" % len(piece.vertices), own % 0)
+                place = header.index(own % 0)
+                file.write(header + end)
             file.write(rows)
             count += len(piece.vertices)
         file.seek(place)
-        file.write(_COUNT % count)
-        return ()
+        file.write(own % count)
 
 
 def open_cloud(path: Path) -> Source | E57Cloud:
-    """The cloud in a file.
-
-    Raises:
-        ContentsError: it cannot be read by slices, or has no point.
-    """
-    cloud = E57Cloud(path) if extension(path) == "e57" else file_cloud(path)
+    """The cloud in a file; raises `ContentsError` if it cannot be read by slices, or has no point."""
+    cloud: Source | E57Cloud
+    match extension(path):
+        case "e57":
+            cloud = E57Cloud(path)
+        case "ply":
+            cloud = PlyFile(path)
+        case _:
+            cloud = LasCloud(path)
     if not len(cloud):  # which raises if it cannot be opened
         raise ContentsError("no vertex could be read from it")
+    if isinstance(cloud, PlyFile):
+        cloud.check_others(("vertex",), "by tiles outliers are found in clouds alone")
     return cloud
-
-
-def file_cloud(path: Path) -> Source:
-    """The cloud in a file that is read by slices as it is; raises as `open_cloud`."""
-    if extension(path) == "ply":
-        cloud = PlyCloud(path)
-        cloud.check()
-        return cloud
-    las = LasCloud(path)
-    len(las)  # raises if it cannot be opened
-    return las

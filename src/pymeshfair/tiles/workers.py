@@ -23,16 +23,17 @@ from typing import Any, BinaryIO
 from ..errors import FilterInputError, Place, RunError, RunTimeout
 from ..files.errors import ContentsError, OutputError
 from ..files.staging import WORK_PREFIX, in_use, remove_folder
-from ..filters.execution import ignore_progress, part_of
+from ..filters.execution import ignore_progress
 from ..processes.cluster import LostSchedulerError, Scheduler, check_workers, conditions, open_client
-from ..processes.order import Answer, DefectError, answer
-from ..processes.pool import Pool
-from ..processes.process import Items, LostProcessError
+from ..processes.process import Items, LostProcessError, Pool
+from ..processes.worker import Answer, DefectError, answer
 from ..running.job import Job
 from ..running.supervise import Interrupted
-from .memory import Budget
+from .plan import Budget
 
 _JOURNAL = "journal"
+#: seconds between two looks at silent workers
+_PULSE = 0.5
 
 
 @dataclass(frozen=True)
@@ -42,11 +43,7 @@ class WorkFolder:
     path: Path  # the folder
     note: str  # why the files of a former run are not used; empty if they are, or if there are none
     journal: BinaryIO
-    answers: Mapping[tuple[int, int], Answer]  # those of a former run
-
-    def answer(self, call: int, number: int) -> Answer | None:
-        """The answer of a finished task: the `number`-th of the `call`-th group of tasks."""
-        return self.answers.get((call, number))
+    answers: Mapping[tuple[int, int], Answer]  # of a former run, by the number of the group of tasks, and that in the group
 
     def append(self, call: int, number: int, answer: Answer) -> None:
         """Write down that a task is finished."""
@@ -65,14 +62,8 @@ def work_folder(
 ) -> Iterator[WorkFolder]:
     """The folder for a run to `output`, removed at the end of the run; the output must be locked.
 
-    Args:
-        output: the file to write.
-        key: stands for all on which the tasks and their files depend. Files of a run with another key are removed.
-        resume: use the files of a former run with the same key.
-        keep: exceptions at which the folder stays, for a later run.
-
-    Raises:
-        OutputError: it cannot be made.
+    Its key stands for all on which the tasks and their files depend. With `resume` the files of a former run with the same key
+    are used, any others are removed. The folder stays, for a later run, at the exceptions in `keep`.
     """
     path = work_path(output)
     answers, end, note = _former(path, key) if resume else ({}, 0, "")
@@ -114,19 +105,12 @@ def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], A
             if former != dict(key):
                 names = " and ".join(name for name in key if former.get(name) != key[name])
                 return {}, 0, f"the files of the former run are not used, since it differs in {names}"
-            end = file.tell()
             while True:
-                call, number, answer = pickle.load(file)
-                answers[call, number] = answer
                 end = file.tell()
-    except FileNotFoundError:
-        return {}, 0, ""
-    except Exception:  # the end of the file, or a record that was not written to its end
+                call, number, done = pickle.load(file)
+                answers[call, number] = done
+    except Exception:  # there is no such run, or a record was not written to its end
         return answers, end, ""
-
-
-#: seconds between two looks at silent workers
-_PULSE = 0.5
 
 
 class TileError(RunError):
@@ -145,7 +129,7 @@ class Tasks:
     items: Items  # of `pymeshfair.running.supervise.Interrupts`
     timeout: float = math.inf  # seconds from now in which all must be done
     check: Callable[[], None] = lambda: None  # called every moment; may raise to stop
-    work: WorkFolder | None = None  # the folder of the files of the tasks; None without a journal
+    work: WorkFolder | None = None  # the folder of the files of the tasks
     peaks: dict[str, int] = field(default_factory=dict)  # by process, the most bytes that it has held, as far as that is known
     seconds: float = 0.0  # processor time of all tasks
 
@@ -157,71 +141,55 @@ class Tasks:
         """Do one task."""
         return self.map(task, [arguments])[0]
 
-    def run_again(self, task: Callable[..., Any], *arguments: Any) -> Any:
-        """Do one task whose files are not in the work folder: a resumed run does it again."""
-        return self._map(task, [arguments])[0].result
-
     def map(
-        self, task: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], progress: Callable[[float], None] = ignore_progress
-    ) -> list[Any]:
-        """Do a task with each of some arguments.
-
-        Args:
-            task: a function of a module, or a method of an object that can be sent. It must give the same if it is done twice,
-                also if it was not done to its end the first time: its worker may be lost, or all of the run killed.
-            tasks: the arguments.
-            progress: called with the share that is done.
-        """
-        call, self._calls = self._calls, self._calls + 1
-        work = self.work
-        answers = [None if work is None else work.answer(call, number) for number in range(len(tasks))]
-        left = [number for number, done in enumerate(answers) if done is None]
-
-        def note(number: int, done: Answer) -> None:
-            if work is not None:
-                work.append(call, left[number], done)
-
-        share = part_of(progress, 1.0 - len(left) / max(len(tasks), 1), 1.0)
-        for number, done in zip(left, self._map(task, [tasks[number] for number in left], share, note), strict=True):
-            answers[number] = done
-        return [done.result for done in answers if done is not None]
-
-    def _map(
         self,
         task: Callable[..., Any],
         tasks: Sequence[tuple[Any, ...]],
         progress: Callable[[float], None] = ignore_progress,
-        note: Callable[[int, Answer], None] = lambda number, done: None,
-    ) -> list[Answer]:
-        futures = [self.submit(task, *arguments) for arguments in tasks]
+        *,
+        again: bool = False,
+    ) -> list[Any]:
+        """Do a task with each of some arguments: a function of a module, or a method of an object that can be sent.
+
+        It must give the same if it is done twice, also if it was not done to its end the first time: its worker may be lost, or
+        all of the run killed. With `again` a resumed run does it, too, as its files are not in the folder of work.
+        """
+        call, self._calls = self._calls, self._calls + 1
+        former = {} if self.work is None or again else self.work.answers
+        answers = {number: former[call, number] for number in range(len(tasks)) if (call, number) in former}
+        futures = {self.submit(task, *tasks[number]): number for number in range(len(tasks)) if number not in answers}
         for future in futures:
             future.add_done_callback(lambda done: self.items.put(("done", done)))
-        numbers = {future: number for number, future in enumerate(futures)}
-        results: dict[int, Answer] = {}
         try:
-            while len(results) < len(futures):
-                if time.monotonic() >= self._deadline:
-                    raise RunTimeout(Place("working by tiles"), self.timeout)
-                self.check()
-                try:
-                    kind, item = self.items.get(timeout=_PULSE)
-                except Empty:
-                    continue
-                if kind == "signal":
-                    raise Interrupted
-                if item not in numbers:  # of tasks that were given up
-                    continue
-                number = numbers[item]
-                results[number] = self._result(item)
-                note(number, results[number])
-                progress(len(results) / len(futures))
+            while len(answers) < len(tasks):
+                done = self._next_done()
+                if done is not None and done in futures:  # else of tasks that were given up
+                    number = futures[done]
+                    answers[number] = self._answer_of(done)
+                    if self.work is not None:
+                        self.work.append(call, number, answers[number])
+                    progress(len(answers) / len(tasks))
         except BaseException:
             for future in futures:
                 future.cancel()
             raise
-        return [results[number] for number in range(len(futures))]
+        return [answers[number].result for number in range(len(tasks))]
 
-    def _result(self, future: Future[Answer]) -> Answer:
+    def _next_done(self) -> Future[Answer] | None:
+        """A task that has ended; None if none has for a moment."""
+        if time.monotonic() >= self._deadline:
+            raise RunTimeout(Place("working by tiles"), self.timeout)
+        self.check()
+        try:
+            kind, item = self.items.get(timeout=_PULSE)
+        except Empty:
+            return None
+        if kind == "signal":
+            raise Interrupted
+        done: Future[Answer] = item
+        return done
+
+    def _answer_of(self, future: Future[Answer]) -> Answer:
         try:
             done = future.result()
         except CancelledError as error:
@@ -251,11 +219,7 @@ class Tasks:
 def open_tasks(
     scheduler: Scheduler | None, share: Budget, job: Job, items: Items, *, memory: int, check: Callable[[], None]
 ) -> Iterator[Tasks]:
-    """Workers of this machine, or of a dask scheduler, for as long as the context lasts; each here may take `memory` bytes.
-
-    Raises:
-        ClusterError: there is no scheduler, or a worker of it does not fit.
-    """
+    """Workers of this machine, or of a dask scheduler, for as long as the context lasts; each here may take `memory` bytes."""
     timeout = math.inf if job.timeout is None else job.timeout
     if scheduler is None:
         with Pool(share.workers, share.threads) as pool:
@@ -264,12 +228,11 @@ def open_tasks(
     with open_client(scheduler) as client:
         with conditions(job.output.parent, [job.input]) as wanted:
             check_workers(client, wanted)
-        executor = client.get_executor(pure=False, retries=0)
-        submit = partial(executor.submit, answer)
 
         def check_scheduler() -> None:
             check()
             if client.status != "running":
                 raise LostSchedulerError
 
-        yield Tasks(submit, items, timeout=timeout, check=check_scheduler)
+        executor = client.get_executor(pure=False, retries=0)
+        yield Tasks(partial(executor.submit, answer), items, timeout=timeout, check=check_scheduler)

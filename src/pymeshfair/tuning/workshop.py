@@ -12,8 +12,8 @@ from typing import Any
 
 from ..errors import PymeshfairError, RunError
 from ..operating_system import this_system
-from ..processes.order import Answer, Order
 from ..processes.process import LostProcessError, Process
+from ..processes.worker import Answer, Order
 from ..recipe import Recipe
 from ..running.job import Event, Job, StepProgress, StepStarted
 from ..running.supervise import MODULES, parse_talk

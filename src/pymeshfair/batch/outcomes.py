@@ -1,0 +1,338 @@
+"""The outcomes of scans: the journal, from which a batch goes on, and ``batch.json`` and ``batch.csv``.
+
+A journal has one line of JSON for each outcome, on the disk before the outcome is reported. The tables have every scan, those of
+before the batch was resumed too. Of every scan there is one number for every question that is asked of all of them; some lie far
+from those of the others.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+import statistics
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
+from datetime import datetime, timezone
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from ..errors import PymeshfairError
+from ..files.provenance import read_provenance
+from ..files.writing import write_file
+from ..operating_system import this_system
+from ..processes.environment import versions
+from ..running.job import Job
+from ..running.report import plain
+from .plan import labels
+
+#: file names in the folder of outputs: of the journal, from which a batch resumes, and of the tables
+NAME, TABLE, DOCUMENT = "batch.jsonl", "batch.csv", "batch.json"
+SCHEMA = "pymeshfair-batch-1"
+#: done; written although a guard was broken, as `keep_broken` asks; or not written
+Status = Literal["done", "broken", "failed"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The outcome of one scan."""
+
+    input: str
+    output: str  # the file that was or should have been written
+    status: Status
+    seconds: float  # that it took, the wait for its turn not among them
+    finished: str = ""  # when, in UTC
+    host: str = ""  # on which machine
+    digests: Mapping[str, str] = field(default_factory=dict)  # SHA-256 of ``"input"``, ``"recipe"`` and ``"output"``
+    before: Mapping[str, Any] | None = None  # measures of the mesh as read: `SurfaceMeasures` by name; None where there are none
+    after: Mapping[str, Any] | None = None  # of the mesh as written
+    displacement: Mapping[str, Any] | None = None  # `pymeshfair.running.shape_change.Moved` by name; None where it is not known
+    steps: tuple[Mapping[str, Any], ...] = ()  # the name and the seconds of each
+    warnings: tuple[str, ...] = ()  # of the run
+    breaches: tuple[Mapping[str, Any], ...] = ()  # the guards that were broken
+    error: Mapping[str, Any] | None = None  # of a failure: ``"kind"``, ``"message"``, ``"doing"``, ``"details"``
+    peak_memory: int | None = None  # bytes
+    former: str = ""  # of a scan that failed, the file that lies at the place of its output; empty if there is none
+    resumed: bool = False  # whether it was done before this batch began
+    unit: str | None = None  # of the lengths, if it is known
+
+    @classmethod
+    def of_error(cls, input: Path, output: Path, error: BaseException, seconds: float, host: str) -> Outcome:
+        """Of a run that failed."""
+        unexpected = "" if isinstance(error, PymeshfairError | OSError) else f"unexpected {type(error).__name__}: "
+        place = getattr(error, "place", None)
+        description = {
+            "kind": type(error).__name__,
+            "message": f"{unexpected}{error}",
+            "doing": None if place is None else str(place),
+            "details": getattr(error, "details", ""),
+        }
+        breaches = tuple(getattr(error, "breaches", ()))
+        former = _former(output)
+        return cls(str(input), str(output), "failed", seconds, now(), host, breaches=breaches, error=description, former=former)
+
+    @classmethod
+    def of_record(cls, record: Mapping[str, Any], input: Path, output: Path) -> Outcome:
+        """Of a scan that was written, from its provenance."""
+        run, measures, breaches = record["run"], record["measures"], tuple(record.get("guards", {}).get("breaches", ()))
+        times = zip(record["steps"], run["step_seconds"], strict=True)
+        return cls(
+            str(input),
+            str(output),
+            "broken" if breaches else "done",
+            run["seconds"],
+            run["started"],
+            digests=digests_of(record),
+            before=measures["before"],
+            after=measures["after"],
+            displacement=(measures["change"] or {}).get("moved"),
+            steps=tuple({"filter": step["filter"], "seconds": seconds} for step, seconds in times),
+            warnings=tuple(record["warnings"]),
+            breaches=breaches,
+            peak_memory=run["peak_memory_bytes"],
+            unit=measures["unit"],
+        )
+
+    def to_document(self) -> dict[str, Any]:
+        """The outcome in the types of JSON."""
+        return {name: value for name, value in asdict(self).items() if name != "resumed"}
+
+
+def _former(output: Path) -> str:
+    """The run that a file at the place of an output is of, in words; empty if there is no file."""
+    if not output.exists():
+        return ""
+    record = read_provenance(output)
+    if record is None:
+        return "the file there is of no run"
+    run, recipe = record.get("run", {}), record.get("recipe", {})
+    return f"the file there is of {recipe.get('name', 'another recipe')}, run at {run.get('started', 'an unknown time')}"
+
+
+def digests_of(record: Mapping[str, Any]) -> dict[str, str]:
+    """The digests that a provenance document has."""
+    return {part: str(record[part]["sha256"]) for part in ("input", "recipe", "output") if part in record}
+
+
+def now() -> str:
+    """The time in UTC, to the second."""
+    return datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z")
+
+
+class BatchError(PymeshfairError):
+    """The batch as a whole has failed; the scans in its journal stay done."""
+
+
+class Journal:
+    """The journal in a folder; a context manager that locks the folder against other batches."""
+
+    def __init__(self, folder: Path, *, resume: bool) -> None:
+        """Open and lock the journal in the folder of outputs; without `resume` its lines are deleted when the first scan ends."""
+        self.path = folder / NAME
+        try:
+            self._file = self.path.open("a+b", buffering=0)
+            is_free = this_system().try_lock(self._file, alone=True) is not False
+            self.before = read_journal(self.path)  # the outcomes of earlier batches by output, whether the file keeps them or not
+        except OSError as error:
+            raise BatchError(f"cannot write the journal {self.path}: {error.strerror or error}") from error
+        if not is_free:
+            self._file.close()
+            raise BatchError(f"another batch is writing to {folder} at this moment; wait for it, or name another folder")
+        self._is_old = not resume
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def append(self, outcome: Outcome) -> None:
+        """Write one line, and wait until the disk has it."""
+        line = json.dumps(outcome.to_document(), ensure_ascii=False).encode("utf-8", "surrogateescape") + b"\n"
+        try:
+            if self._is_old:
+                self._file.truncate(0)
+                self._is_old = False
+            size = self._file.seek(0, os.SEEK_END)
+            self._file.seek(max(0, size - 1))
+            if size and self._file.read(1) != b"\n":  # a killed batch leaves an incomplete last line
+                line = b"\n" + line
+            self._file.write(line)
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise BatchError(f"cannot write the journal {self.path}: {error.strerror or error}") from error
+
+
+def read_journal(path: Path) -> dict[str, Outcome]:
+    """The last outcome of each output; incomplete lines are skipped, and a missing journal is empty."""
+    outcomes: dict[str, Outcome] = {}
+    for line in path.read_bytes().splitlines() if path.exists() else ():
+        try:
+            document = json.loads(line)
+            outcome = Outcome(**{f.name: document[f.name] for f in fields(Outcome) if f.name in document})
+        except (ValueError, TypeError, AttributeError):
+            continue
+        outcomes[outcome.output] = outcome
+    return outcomes
+
+
+#: of a robust z beyond which a number counts as far from the others [iglewicz1993]
+FAR = 3.5
+#: with fewer numbers there are no outliers
+_FEWEST = 5
+#: a normal distribution's standard deviation over its median absolute deviation, and over its mean absolute deviation
+_BY_MEDIAN, _BY_MEAN = 1.482602, 1.253314
+
+
+def displacement_in_edges(outcome: Outcome, name: str = "rms") -> float | None:
+    """The root mean square of the displacement over the mean edge (for a cloud, the mean spacing) of the input."""
+    moved, before = outcome.displacement, outcome.before
+    edge = before and (before.get("mean_edge") or before.get("mean_spacing"))
+    return None if moved is None or not edge else moved[name] / edge
+
+
+def largest_in_edges(outcome: Outcome) -> float | None:
+    """The largest displacement, in the same way."""
+    return displacement_in_edges(outcome, "largest")
+
+
+def area_change(outcome: Outcome) -> float | None:
+    """By how many percent the area has changed; below 0 it was lost. None for clouds."""
+    if outcome.before is None or outcome.after is None or not outcome.before.get("area"):
+        return None
+    change: float = 100.0 * (outcome.after["area"] / outcome.before["area"] - 1.0)
+    return change
+
+
+#: the numbers in which a scan can be an outlier
+QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
+    "displacement": displacement_in_edges,
+    "area": area_change,
+    "noise": lambda outcome: (outcome.before or {}).get("roughness"),  # the mean angle between neighbouring faces
+}
+
+
+def outliers(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
+    """Of each outcome, in which of `QUESTIONS` it lies far from the others."""
+    scores = {words: robust_z([measure(outcome) for outcome in outcomes]) for words, measure in QUESTIONS.items()}
+    return [tuple(words for words, z in scores.items() if abs(z[k] or 0.0) > FAR) for k in range(len(outcomes))]
+
+
+def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
+    """The distance of each number from the median, in standard deviations estimated by the median absolute deviation.
+
+    Where more than half of the numbers are the same that is 0, and the mean absolute deviation takes its place [iglewicz1993].
+    None for what is None or not finite, and for all if they are fewer than five or all the same.
+    """
+    finite = [x for x in numbers if x is not None and math.isfinite(x)]
+    middle = statistics.median(finite or [0.0])
+    away = [abs(x - middle) for x in finite] or [0.0]
+    scale = _BY_MEDIAN * statistics.median(away) or _BY_MEAN * statistics.fmean(away)
+    if len(finite) < _FEWEST or not scale:
+        return [None] * len(numbers)
+    return [None if x is None or not math.isfinite(x) else (x - middle) / scale for x in numbers]
+
+
+def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
+    """The row of a scan in the tables, by the names of their columns."""
+    before, after, moved = outcome.before or {}, outcome.after or {}, outcome.displacement or {}
+    sizes = {f"{name}_{when}": m.get(name) for name in _COMPARED for when, m in (("before", before), ("after", after))}
+    return {
+        "input": outcome.input,
+        "output": outcome.output,
+        "status": outcome.status,
+        "seconds": round(outcome.seconds, 3),
+        **sizes,
+        "unit": outcome.unit,
+        **{f"displacement_{name}": moved.get(name) for name in ("mean", "rms", "largest")},
+        "displacement_rms_in_edges": displacement_in_edges(outcome),
+        "displacement_largest_in_edges": largest_in_edges(outcome),
+        "area_change_percent": area_change(outcome),
+        "far_in": " ".join(far),
+        "warnings": len(outcome.warnings),
+        "peak_memory_bytes": outcome.peak_memory,
+        "former_output": outcome.former,
+        "error": (outcome.error or {}).get("message", "; ".join(str(b["message"]) for b in outcome.breaches)),
+    }
+
+
+#: measures of which the table has the number before and after
+_COMPARED = ("vertices", "faces", "roughness")
+#: an outcome, a short name of its scan that no other has, and in which of `QUESTIONS` it lies far from the others
+Row: TypeAlias = tuple[Outcome, str, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The results of a batch."""
+
+    outcomes: Sequence[Outcome]  # of the scans that have one, in the order of the batch
+    planned: int  # how many scans the batch has
+    template: Job  # of the runs of the batch
+    started: str  # when, in UTC
+    finished: str  # when, in UTC
+    seconds: float  # from start to end
+
+    @cached_property
+    def rows(self) -> list[Row]:
+        """The outcomes in the order of the batch."""
+        names = labels([Path(o.input) for o in self.outcomes], [Path(o.output) for o in self.outcomes])
+        return list(zip(self.outcomes, names, outliers(self.outcomes), strict=True))
+
+    @property
+    def worst_first(self) -> list[Row]:
+        """Failures first, then those with broken guards, then the others from the largest displacement down."""
+        order = {"failed": 0, "broken": 1, "done": 2}
+        return sorted(self.rows, key=lambda row: (order[row[0].status], -(displacement_in_edges(row[0]) or 0.0), row[0].input))
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """The number of scans: in all, by status, done before, and not done yet."""
+        by_status = Counter(outcome.status for outcome in self.outcomes)
+        return {
+            "scans": self.planned,
+            **{status: by_status[status] for status in ("done", "broken", "failed")},
+            "resumed": sum(outcome.resumed for outcome in self.outcomes),
+            "left": self.planned - len(self.outcomes),
+        }
+
+    def document(self) -> dict[str, Any]:
+        """The summary in the types of JSON."""
+        recipe = self.template.recipe
+        described: dict[str, Any] = plain(
+            {
+                "schema": SCHEMA,
+                "recipe": {"name": recipe.name, "sha256": recipe.digest, "overrides": self.template.overrides},
+                "limits": self.template.all_guards.texts(),
+                "versions": versions(),
+                "started": self.started,
+                "finished": self.finished,
+                "seconds": round(self.seconds, 3),
+                "counts": self.counts,
+                "scans": [
+                    {"name": name, **outcome.to_document(), "resumed": outcome.resumed, "far_in": far}
+                    for outcome, name, far in self.rows
+                ],
+            }
+        )
+        return described
+
+    def write(self, folder: Path) -> tuple[Path, Path]:
+        """Write both files, in place of those of a former batch; the table has comma-separated values, one row a scan."""
+        table = io.StringIO()
+        rows = [{"name": name, **as_row(outcome, far)} for outcome, name, far in self.rows]
+        writer = csv.DictWriter(table, rows[0] if rows else ["name"], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        document = json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return write_text(folder / DOCUMENT, document), write_text(folder / TABLE, table.getvalue())
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a file that appears whole, in place of that of a former batch."""
+    write_file(path, text.encode("utf-8", "surrogateescape"), overwrite=True)
+    return path
