@@ -6,6 +6,7 @@ The errors of `pymeshfair.filters` are exported here too, so that a caller impor
 from __future__ import annotations
 
 import importlib.util
+import re
 import signal
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,13 +18,17 @@ from .filters.checks import FilterInputError as FilterInputError
 from .filters.checks import PymeshfairError as PymeshfairError
 
 
-def nearest(name: str, names: Iterable[str]) -> str | None:
-    """The one of `names` that `name` was most likely meant to be, upper and lower case, spaces and underscores aside; or None."""
-    import difflib
-    import re
+def plain_name(name: str) -> str:
+    """A name without upper case, spaces and underscores, as names are compared."""
+    return re.sub(r"[\s_-]+", "", name.casefold())
 
-    plain = {re.sub(r"[\s_-]+", "", n.casefold()): n for n in names}
-    near = difflib.get_close_matches(re.sub(r"[\s_-]+", "", name.casefold()), plain, n=1, cutoff=0.6)
+
+def nearest(name: str, names: Iterable[str]) -> str | None:
+    """The one of `names` that `name` was most likely meant to be; None if there is none."""
+    import difflib
+
+    plain = {plain_name(n): n for n in names}
+    near = difflib.get_close_matches(plain_name(name), plain, n=1, cutoff=0.6)
     return plain[near[0]] if near else None
 
 

@@ -30,8 +30,8 @@ from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, Ste
 from .measuring import MeasuredMesh, measure
 from .origins import find_origins, stage_map
 from .report import Report, plain
-from .shape_change import ShapeChange, milder, shape_change, warnings_of
-from .suitability import ERASED, instead, traits_asked_for
+from .shape_change import shape_change, warnings_of
+from .suitability import instead, traits_asked_for
 from .supervise import mark
 
 _SMALLEST_PROGRESS = 0.005  # the least change of progress that is reported
@@ -228,7 +228,10 @@ class Session:
         origins, change = find_origins(after.mesh, before.mesh), None
         if before.measures is not None and after.measures is not None:
             change = shape_change(origins, (before.measures, after.measures))
-            self._judge(change, before)
+            other_recipe = cache(lambda: instead(job.recipe, before))  # measures the scan
+            # Who sets how much a recipe smooths has asked for what goes.
+            keeps_relief = job.recipe.info.task in (("denoise", "clean") if job.overrides else ("denoise", "clean", "smooth"))
+            self._warn(*warnings_of(change, self._steps, other_recipe, keeps_relief=keeps_relief))
         broken: list[Breach] = []
         maps: tuple[StagedFile, ...] = ()
         if job.is_watched:
@@ -268,21 +271,6 @@ class Session:
             breaches=tuple(plain(asdict(breach)) for breach in broken),
             maps=maps,
         )
-
-    def _judge(self, change: ShapeChange, before: MeasuredMesh) -> None:
-        """Warn of a change of shape."""
-        other_recipe = cache(lambda: instead(self._job.recipe, before))  # measures the scan
-        self._warn(*warnings_of(change, self._steps, other_recipe))
-        # Who sets how much a recipe smooths has asked for what goes.
-        tasks = ("denoise", "clean") if self._job.overrides else ("denoise", "clean", "smooth")
-        if self._job.recipe.info.task in tasks and (change.relief_lost or 0.0) > ERASED:
-            better = other_recipe()
-            ways = [way for way in (milder(self._steps), better and f"take {better}") if way]
-            self._warn(
-                f"{change.relief_lost:.0%} of the relief beside the noise is gone: compare the result with the scan; if that "
-                f"was detail: {', or '.join([*ways, 'leave it as it is'])}; `pymeshfair suggest` ranks recipes by what they "
-                "would take"
-            )
 
     def _gone(self, read: MeshData, result: MeshData) -> list[str]:
         """Attributes that the steps have removed, in words."""

@@ -17,6 +17,7 @@ from ..filters.mesh import bounding_box, scaled_to_unit
 from ..filters.topology import border_vertices, connected_components
 from ..scripts.script import Step
 from .origins import Origins
+from .suitability import ERASED
 
 if TYPE_CHECKING:
     from ..filters.diffusion import ReliefLoss
@@ -157,8 +158,10 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
     return relief_lost(points[origin], (scale * new)[origin], scan.faces, noise=noise), sharp
 
 
-def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callable[[], str]) -> Iterator[str]:
-    """Warnings about a change of shape, with advice.
+def warnings_of(
+    change: ShapeChange, steps: Sequence[Step], other_recipe: Callable[[], str], *, keeps_relief: bool = False
+) -> Iterator[str]:
+    """Warnings about a change of shape, with advice; with `keeps_relief` also about relief that is gone.
 
     Of dimensions and moves nothing where elements were added or removed: there the box changes on purpose.
     """
@@ -170,20 +173,20 @@ def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callab
             else f"the new surface has {more:.0%} more area than the scan, and no measurements there: look at it; where it went "
             "through an opening to the inside, walls are thin: fill_holes_smoothly and prepare_for_print close openings"
         )
-    if change.moved is None or change.turned is None:
-        return
-    dimensions = change.sides_without_noise is not None and _is_large(change.sides_without_noise)
-    far = change.moved.edges is not None and change.moved.edges > LARGEST_MOVE
-    name = other_recipe() if dimensions or far or change.folded else ""
+    moved = None if change.turned is None else change.moved
+    dimensions = moved and change.sides_without_noise is not None and _is_large(change.sides_without_noise)
+    far = moved and moved.edges is not None and moved.edges > LARGEST_MOVE
+    erased = keeps_relief and (change.relief_lost or 0.0) > ERASED
+    name = other_recipe() if dimensions or far or change.folded or erased else ""
     ways = [way for way in (milder(steps), name and f"take {name}") if way]
     if dimensions:
         shown = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
         yield f"the shape has other dimensions, noise at its ends aside: {shown}{_told('. To keep them: ', ways)}"
-    if far:
-        where = ", ".join(f"{c:.6g}" for c in change.moved.place)
+    if moved and far:
+        where = ", ".join(f"{c:.6g}" for c in moved.place)
         stay = ["border fixed"] if any(step.values.get("border", "fixed") != "fixed" for step in steps) else []
         yield (
-            f"vertex {change.moved.vertex} at {where} moved by {change.moved.largest:.6g}, {change.moved.edges:.1f} mean edges: "
+            f"vertex {moved.vertex} at {where} moved by {moved.largest:.6g}, {moved.edges:.1f} mean edges: "
             f"look at the place{_told('; if it should have stayed: ', [*stay, *ways])}; --max-displacement "
             "makes that an error"
         )
@@ -193,6 +196,12 @@ def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callab
         yield (
             f"{faces} folded over, the largest is face {change.folded.face} at {where}: look at the place; long thin triangles "
             f"fold first, improve_triangles before this recipe makes them regular{_told('; or ', ways)}"
+        )
+    if erased:
+        yield (
+            f"{change.relief_lost:.0%} of the relief beside the noise is gone: compare the result with the scan; if that "
+            f"was detail: {', or '.join([*ways, 'leave it as it is'])}; `pymeshfair suggest` ranks recipes by what they "
+            "would take"
         )
 
 

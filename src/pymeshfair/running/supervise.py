@@ -23,7 +23,7 @@ from types import FrameType, TracebackType
 from typing import Any, TypeAlias
 
 from ..errors import GuardBroken, OutOfMemory, Place, RunError, RunTimeout, StepFailedError, WorkerDied, WorkerError
-from ..files.errors import InputError, OutputError
+from ..files.errors import OutputError
 from ..files.inputs import check_input
 from ..files.outputs import check_maps, check_output
 from ..files.provenance import formatted, provenance_path
@@ -234,8 +234,6 @@ class Watch:
         match error:
             case OutputError():
                 return OutputError(error.path, "the disk is full") if self._disk_is_full() else error
-            case InputError():
-                return error
             case MemoryError():
                 return OutOfMemory(self._place, self._job.memory_limit)
             case ImportError():
@@ -247,10 +245,9 @@ class Watch:
         return error
 
     def _disk_is_full(self) -> bool:
-        try:
+        with contextlib.suppress(OSError):
             return shutil.disk_usage(self._job.output.parent).free < _FULL
-        except OSError:
-            return False
+        return False
 
 
 MODULES = ("pymeshfair.running.session",)  # the modules that a worker of a run imports before its first order

@@ -117,15 +117,15 @@ def differences(first: Script, second: Script) -> Iterator[str]:
     ours, theirs = first.with_defaults().steps, second.with_defaults().steps
     names, other_names = ([step.filter.python_name for step in steps] for steps in (ours, theirs))
     for kind, i, i_end, j, j_end in SequenceMatcher(None, names, other_names, autojunk=False).get_opcodes():
-        for number, (old, new) in enumerate(zip(ours[i:i_end], theirs[j:j_end], strict=False) if kind == "equal" else (), j + 1):
+        if kind != "equal":
+            yield from (f"step {k + 1}, {ours[k].filter.name}, is left out" for k in range(i, i_end))
+            yield from (f"step {k + 1}, {theirs[k].filter.name}, is new" for k in range(j, j_end))
+            continue
+        for number, (old, new) in enumerate(zip(ours[i:i_end], theirs[j:j_end], strict=True), j + 1):
             for name in new.filter.defaults:
                 was, now = ("what suits the mesh" if (v := step.values.get(name)) is None else v for step in (old, new))
                 if was != now:
                     yield f"step {number}, {new.filter.name}: {name} is {now}, not {was}"
-        if kind == "equal":
-            continue
-        yield from (f"step {k + 1}, {ours[k].filter.name}, is left out" for k in range(i, i_end))
-        yield from (f"step {k + 1}, {theirs[k].filter.name}, is new" for k in range(j, j_end))
     if first.guards != second.guards:
         yield f"limits are {second.guards.texts() or 'none'}, not {first.guards.texts() or 'none'}"
     if first.unit != second.unit:

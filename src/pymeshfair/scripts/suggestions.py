@@ -1,10 +1,10 @@
 """Suggestions for wrong names: from the facts about older MeshLab versions, else by similar spelling."""
 
-import re
 from collections.abc import Iterable
 from difflib import SequenceMatcher
 
 from ..declaration import Enum
+from ..errors import plain_name
 from ..meshlab.former import Former, former_parameters
 from ..registry import all_filters, find_filter
 
@@ -14,9 +14,9 @@ _SLIPS = ((20, 2), (4, 1), (0, 0))
 
 def close_spelling(name: str, names: Iterable[str]) -> str | None:
     """The only one of `names` that differs from `name` by case, spaces or a slip or two; None if there is none or several."""
-    plain = _plain(name)
+    plain = plain_name(name)
     allowed = next(slips for letters, slips in _SLIPS if len(plain) >= letters)
-    slips = {other: _slips(plain, _plain(other), allowed) for other in names}
+    slips = {other: _slips(plain, plain_name(other), allowed) for other in names}
     least = min(slips.values(), default=allowed)
     closest = [other for other, count in slips.items() if count == least <= allowed]
     return closest[0] if len(closest) == 1 else None
@@ -32,8 +32,8 @@ def suggested_filter(name: str) -> str | None:
 
 def same_but_case(name: str) -> str | None:
     """The name of the filter that is written so but for capital letters and spaces; None if there is none."""
-    plain = _plain(name)
-    return next((f.name for f in all_filters() if _plain(f.name) == plain), None)
+    plain = plain_name(name)
+    return next((f.name for f in all_filters() if plain_name(f.name) == plain), None)
 
 
 def about_former(former: Former) -> str:
@@ -66,10 +66,6 @@ def former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
     if name in {*former.drops, *former.loses}:
         return "MeshLab has dropped it; `pymeshfair upgrade` leaves it out", None
     return "", None
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[\s_-]+", "", name.casefold())
 
 
 def _slips(first: str, second: str, most: int) -> int:

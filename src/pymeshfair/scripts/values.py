@@ -78,7 +78,7 @@ def parse_value(parameter: Parameter, text: str) -> Any:
     elif isinstance(parameter, Int | Mesh | Float):
         value = _spelled(parameter, plain)
     elif isinstance(parameter, Point | Color | Matrix):
-        numbers = [_or_text(parsed(part), part) for part in re.split(r"[,;\s]+", plain)]
+        numbers = [_spelled(parameter, part) for part in re.split(r"[,;\s]+", plain)]
         value = _assembled(parameter, [*numbers, 255] if isinstance(parameter, Color) and len(numbers) == 3 else numbers)
     return parameter.check(value)
 
@@ -96,15 +96,11 @@ def number_text(number: float) -> str:
     return repr(float(number)).removesuffix(".0")
 
 
-def _or_text(number: float | None, text: str) -> float | str:
-    return text if number is None else number
-
-
 def _spelled(parameter: Parameter, text: str) -> float | str:
     """The number that a text spells, whole where the parameter's are; else the text."""
     if isinstance(parameter, Int | Mesh | Enum | Color):
         return int(text) if _WHOLE.fullmatch(text) else text
-    return _or_text(parsed(text), text)
+    return text if (number := parsed(text)) is None else number
 
 
 def spelled(parameter: Parameter, attributes: Attributes) -> list[float | str]:
