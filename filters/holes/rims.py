@@ -55,18 +55,13 @@ _WHY: dict[Reason, str] = {
 
 
 class OpenRim(NamedTuple):
-    """A rim that was left open.
+    """A rim that was left open."""
 
-    Attributes:
-        vertices: (k,) int32 its vertices, in order along the rim; ascending for the reasons "orientation" and "non_manifold",
-            where there is no such order.
-        reason: why, one word.
-        message: why, one sentence with the numbers.
-    """
-
+    # (k,) int32 its vertices, in order along the rim; ascending for the reasons "orientation" and "non_manifold", where there is
+    # no such order
     vertices: Ints
-    reason: Reason
-    message: str
+    reason: Reason  # why, one word
+    message: str  # why, one sentence with the numbers
 
 
 def left_open_as(rim: BoundaryLoop, reason: Reason, more: str = "") -> OpenRim:
@@ -83,19 +78,12 @@ def broken_left_open(border: BrokenBorder) -> OpenRim:
 
 
 class Rim(NamedTuple):
-    """One boundary loop.
+    """One boundary loop."""
 
-    Attributes:
-        edges: how many it has.
-        length: of them all.
-        middle: (3,) the mean of its vertices.
-        outer: whether it seems to be the outer border of an open sheet and no hole.
-    """
-
-    edges: int
-    length: float
-    middle: Floats
-    outer: bool
+    edges: int  # how many it has
+    length: float  # of them all
+    middle: Floats  # (3,) the mean of its vertices
+    outer: bool  # whether it seems to be the outer border of an open sheet and no hole
 
 
 def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:

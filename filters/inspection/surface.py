@@ -48,7 +48,10 @@ class TriangleTree(NamedTuple):
         """The tree of (n, 3) points, which should be near the origin, and (m, 3) triangles, m at least 1."""
         leaves = -(-len(faces) // _LEAF)
         rows = np.empty((len(faces), 4))
-        _middles(points, faces, rows)
+        rows[:, 3] = np.arange(len(faces))
+        for part in blocks(len(faces)):
+            corners = points[faces[part]]
+            rows[part, :3] = 0.5 * (corners.min(axis=1) + corners.max(axis=1))
         boxes = np.empty((2 << (leaves - 1).bit_length(), 2, 3))
         split_nodes(rows, _LEAF, boxes, np.empty(len(boxes), np.int64), 1, 0, leaves)
         indices, triangles = rows[:, 3].astype(np.int32), np.empty((len(faces), 9))
@@ -64,15 +67,6 @@ class TriangleTree(NamedTuple):
         faces, weights, distances = np.empty(len(queries), np.int64), np.empty((len(queries), 2)), np.empty(len(queries))
         over_range(_search, len(queries), self, np.ascontiguousarray(queries), faces, weights, distances)
         return faces, weights, distances
-
-
-@compiled(nogil=True)
-def _middles(points: Floats, faces: Ints, rows: Floats) -> None:
-    for f in range(faces.shape[0]):
-        for d in range(3):
-            x, y, z = points[faces[f, 0], d], points[faces[f, 1], d], points[faces[f, 2], d]
-            rows[f, d] = 0.5 * (min(x, y, z) + max(x, y, z))
-        rows[f, 3] = f
 
 
 @compiled(nogil=True)
@@ -151,10 +145,7 @@ def _measure(triangles: Floats, r: int, x: float, y: float, z: float) -> tuple[f
 
 
 @compiled(nogil=True)
-def _bound(
-    points: Floats, faces: Ints, corners: Floats, distances: Floats, beside: Longs, bounds: Floats, first: int, last: int
-) -> None:
-    triangle = np.empty((1, 9))
+def _bound(triangles: Floats, corners: Floats, distances: Floats, beside: Longs, bounds: Floats, first: int, last: int) -> None:
     for c in range(first, last):
         longest = 0.0
         for k in range(3):
@@ -163,30 +154,19 @@ def _bound(
                 square += (corners[c, k, d] - corners[c, k - 1, d]) ** 2
             longest = max(longest, square)
         bounds[c] = max(distances[c, 0], distances[c, 1], distances[c, 2]) + math.sqrt(longest / 3.0)
-        for b in range(beside.shape[1]):
-            f = beside[c, b]
-            for d in range(3):
-                start = points[faces[f, 0], d]
-                triangle[0, d] = start
-                triangle[0, 3 + d], triangle[0, 6 + d] = points[faces[f, 1], d] - start, points[faces[f, 2], d] - start
+        for row in beside[c]:
             furthest = 0.0
             for k in range(3):
-                furthest = max(furthest, _measure(triangle, 0, corners[c, k, 0], corners[c, k, 1], corners[c, k, 2])[2])
+                furthest = max(furthest, _measure(triangles, row, corners[c, k, 0], corners[c, k, 1], corners[c, k, 2])[2])
             bounds[c] = min(bounds[c], math.sqrt(furthest))
 
 
 class NearestPlaces(NamedTuple):
-    """The places of a surface nearest to q points.
+    """The places of a surface nearest to q points."""
 
-    Attributes:
-        signed: (q,) how far the points are from the places, negative on the side from which the faces look away.
-        elements: (q,) the face on which each place lies; in a cloud the point that it is.
-        vectors: (q, 3) from the places to the points, in mesh units; (0, 3) without `vectors`.
-    """
-
-    signed: Floats
-    elements: Ints
-    vectors: Floats
+    signed: Floats  # (q,) how far the points are from the places, negative on the side from which the faces look away
+    elements: Ints  # (q,) the face on which each place lies; in a cloud the point that it is
+    vectors: Floats  # (q, 3) from the places to the points, in mesh units; (0, 3) without `vectors`
 
     @property
     def distances(self) -> Floats:
@@ -196,17 +176,11 @@ class NearestPlaces(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A mesh, or a cloud, to which distances are measured; exact far from the origin, too, as differences come before squares.
+    """A mesh, or a cloud, to which distances are measured; exact far from the origin, too, as differences come before squares."""
 
-    Attributes:
-        mesh: normalised.
-        faces: (m,) the number of each of its triangles in the original mesh.
-        vertex_count: of the original mesh.
-    """
-
-    mesh: NormalisedMesh
-    faces: Longs
-    vertex_count: int
+    mesh: NormalisedMesh  # normalised
+    faces: Longs  # (m,) the number of each of its triangles in the original mesh
+    vertex_count: int  # of the original mesh
 
     @classmethod
     def of(cls, vertices: ArrayLike, faces: ArrayLike) -> "Surface":
@@ -269,8 +243,8 @@ class Surface:
             distances: (t, 3) of the corners from the surface.
             beside: (t, k) triangles of `mesh` near each triangle.
         """
-        bounds, mesh = np.empty(len(corners)), self.mesh
-        over_range(_bound, len(corners), mesh.points, mesh.cells, np.ascontiguousarray(corners), distances, beside, bounds)
+        bounds, rows = np.empty(len(corners)), self._row_of[beside]
+        over_range(_bound, len(corners), self._tree.triangles, np.ascontiguousarray(corners), distances, rows, bounds)
         return bounds
 
     def cells_of(self, faces: Ints) -> Longs:
@@ -306,6 +280,11 @@ class Surface:
     @cached_property
     def _tree(self) -> TriangleTree:
         return TriangleTree.of(self.mesh.points, self.mesh.cells)
+
+    @cached_property
+    def _row_of(self) -> Longs:
+        """The place of each triangle in the tree."""
+        return np.argsort(self._tree.indices)
 
     @cached_property
     def _points(self) -> "spatial.cKDTree":

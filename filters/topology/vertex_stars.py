@@ -36,24 +36,18 @@ class Stars(NamedTuple):
     """The neighbours of every vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once.
 
     A star depends neither on the order of the faces nor on their orientation.
-
-    Attributes:
-        kinds: (n,) uint8, one of `NO_STAR`, `CLOSED`, `OPEN`, `IRREGULAR`.
-        offsets: (n + 1,) int64.
-        neighbours: (2 e,) int32. Closed: round the vertex from its lowest neighbour, towards the lower of the two beside that.
-            Open: from border to border, the lower end first. Irregular (non-manifold edges, several fans, more than 64
-            triangles): ascending. Low and high by the names of the vertices.
-        irregular: int32 the vertices with an irregular star.
-        end_offsets: int64, one more than irregular vertices.
-        ends: int64, for each face of vertex ``irregular[k]`` the indices in `neighbours` of its other two vertices, from
-            ``end_offsets[k]`` to ``end_offsets[k + 1]``.
     """
 
-    kinds: Kinds
-    offsets: Longs
+    kinds: Kinds  # (n,) uint8, one of `NO_STAR`, `CLOSED`, `OPEN`, `IRREGULAR`
+    offsets: Longs  # (n + 1,) int64
+    # (2 e,) int32. Closed: round the vertex from its lowest neighbour, towards the lower of the two beside that. Open: from
+    # border to border, the lower end first. Irregular (non-manifold edges, several fans, more than 64 triangles): ascending. Low
+    # and high by the names of the vertices.
     neighbours: Ints
-    irregular: Ints
-    end_offsets: Longs
+    irregular: Ints  # int32 the vertices with an irregular star
+    end_offsets: Longs  # int64, one more than irregular vertices
+    # int64, for each face of vertex ``irregular[k]`` the indices in `neighbours` of its other two vertices, from
+    # ``end_offsets[k]`` to ``end_offsets[k + 1]``
     ends: Longs
 
     def face_counts(self) -> Ints:

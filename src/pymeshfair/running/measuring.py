@@ -5,8 +5,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from ..filters.geometry import vector_lengths
-from ..filters.inspection.connectivity import Connectivity
-from ..filters.inspection.surface_measures import SurfaceMeasures, box_diagonal, measures_and_connectivity
+from ..filters.inspection.surface_measures import Connectivity, SurfaceMeasures, box_diagonal, measures_and_connectivity
 from ..filters.mesh import check_points
 from ..mesh_data import MeshData
 from .plain_values import plain

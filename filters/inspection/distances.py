@@ -1,16 +1,141 @@
-"""The distance of one surface from another: samples on faces by area, with a bound for the places between samples."""
+"""Distances of one surface from another: of vertices, and of samples by area with a bound for the places between them."""
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..execution import blocks
-from ..geometry import vector_lengths
-from ..mesh import Floats, Ints, check_mesh
-from .face_samples import face_samples, sample_places
+from ..checks import FilterInputError, check_choice
+from ..compilation import compiled
+from ..execution import blocks, over_range
+from ..geometry import face_areas, vector_lengths
+from ..mesh import Floats, Ints, Longs, check_mesh
 from .surface import NearestPlaces, Surface
+
+#: "vertex": vertex i belongs to vertex i. "surface": every vertex belongs to the nearest place of the reference. "auto": the
+#: first if both have as many vertices and the same faces, at least one; else the second.
+Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
+
+
+@dataclass(frozen=True, eq=False)
+class Displacement:
+    """The distances of n vertices from their counterparts on a reference."""
+
+    vectors: Floats  # (n, 3) from the counterpart to the vertex, in mesh units
+    distances: Floats  # (n,) their lengths
+    # (n,) how far to the outer side of the reference: of vertices with the same number the part along the normal of the reference
+    # there, 0 where they slid within the surface; else the distance, negative on the inner side
+    signed: Floats
+    by_vertex: bool  # whether vertices were compared with those of the same number
+
+
+def displacement(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    reference_vertices: ArrayLike,
+    reference_faces: ArrayLike,
+    *,
+    correspondence: Correspondence = "auto",
+) -> Displacement:
+    """Measure how far the vertices of a mesh or a cloud lie from a reference.
+
+    Exact to the digits that the coordinates have, far from the origin, too: differences come before squares.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles, none for a cloud; used for the correspondence alone.
+        reference_vertices: (k, 3) coordinates.
+        reference_faces: (l, 3) triangles, none for a cloud.
+        correspondence: see `Correspondence`.
+
+    Raises:
+        FilterInputError: not a mesh, an empty reference, or vertices that cannot correspond as they differ in number.
+    """
+    check_choice("correspondence", correspondence, Correspondence)
+    points, triangles = check_mesh(vertices, faces)
+    targets, target_faces = check_mesh(reference_vertices, reference_faces)
+    ground = Surface.of(targets, target_faces)
+    same = len(points) == len(targets)
+    if correspondence == "vertex" and not same:
+        raise FilterInputError(
+            f"the mesh has {len(points)} vertices and the reference {len(targets)}: vertices of the same number are no "
+            "counterparts; take the correspondence 'surface'"
+        )
+    by_vertex = correspondence == "vertex" or (
+        correspondence == "auto" and same and len(triangles) > 0 and np.array_equal(triangles, target_faces)
+    )
+    if not by_vertex:
+        nearest = ground.nearest(points, vectors=True)
+        return Displacement(nearest.vectors, nearest.distances, nearest.signed, by_vertex=False)
+    vectors = points - targets
+    heights = np.einsum("ij,ij->i", vectors, ground.normals_at_vertices())
+    return Displacement(vectors, vector_lengths(vectors), heights, by_vertex=True)
+
+
+#: The steps of the sequence whose points fill a square most evenly of all such sequences: 1 / g and 1 / g^2, g^3 = g + 1
+#: [roberts2018].
+_STEPS = (0.7548776662466927, 0.5698402909980532)
+
+
+class FaceSamples(NamedTuple):
+    """k samples of a surface; for their coordinates see `sample_places`."""
+
+    faces: Ints  # (k,) the face of each, ascending; in a cloud the vertex
+    areas: Floats  # (k,) the area for which each stands; together that of the surface
+
+
+def face_samples(vertices: Floats, faces: Ints, count: int) -> FaceSamples:
+    """About `count` samples, more where there are more faces; the same ones at every call.
+
+    Each face has as many as its share of the area asks for, at least one, at places that are spread evenly and belong to no
+    pattern of the mesh. So a mean that is weighted with the areas misses that over the surface by no more than that of as many
+    random samples.
+
+    Args:
+        vertices: (n, 3) coordinates, best near the origin.
+        faces: (m, 3) triangles; none of a cloud, whose vertices are the samples.
+        count: how many, about.
+    """
+    if not len(faces):
+        return FaceSamples(np.arange(len(vertices), dtype=np.int32), np.ones(len(vertices)))
+    measured = face_areas(vertices, faces)
+    shares = measured * (count / total) if (total := measured.sum()) > 0.0 else measured
+    per_face = np.maximum(np.rint(shares), 1.0).astype(np.int64)
+    of = np.repeat(np.arange(len(faces), dtype=np.int32), per_face)
+    return FaceSamples(of, (measured / per_face)[of])
+
+
+def sample_places(vertices: Floats, faces: Ints, samples: Ints, rows: Longs) -> Floats:
+    """(r, 3) the places of samples.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles, or none.
+        samples: (k,) the face of every sample.
+        rows: (r,) the samples whose places are returned.
+    """
+    if not len(faces):
+        return vertices[samples[rows]]
+    places = np.empty((len(rows), 3))
+    over_range(_place, len(rows), vertices, faces, samples, rows, places)
+    return places
+
+
+@compiled(nogil=True)
+def _place(vertices: Floats, faces: Ints, samples: Ints, rows: Longs, places: Floats, first: int, last: int) -> None:
+    """The points of the sequence as weights of corners, those beyond the diagonal of the square mirrored at its middle."""
+    for r in range(first, last):
+        s, t = (_STEPS[0] * (rows[r] + 1)) % 1.0, (_STEPS[1] * (rows[r] + 1)) % 1.0
+        if s + t > 1.0:
+            s, t = 1.0 - s, 1.0 - t
+        f = samples[rows[r]]
+        for d in range(3):
+            a = vertices[faces[f, 0], d]
+            to_second, to_third = vertices[faces[f, 1], d] - a, vertices[faces[f, 2], d] - a
+            places[r, d] = a + s * to_second + t * to_third
+
 
 #: Samples of a surface with fewer faces.
 SAMPLES = 100_000
@@ -22,58 +147,34 @@ _PROVEN = 1.01
 
 @dataclass(frozen=True)
 class DistanceStatistics:
-    """Statistics of distances, weighted with area; each with its sampling error, twice the standard error of random samples.
+    """Statistics of distances, weighted with area; each with its sampling error, twice the standard error of random samples."""
 
-    Attributes:
-        samples: how many there are.
-        mean: of the signed distances: above 0 the surface lies outside by and large.
-        mean_size: of the distances without sign.
-        rms: the root of the mean of their squares.
-        standard_deviation: of the signed ones about their mean.
-        percentiles: the distances without sign that 50, 90, 95 and 99 % of the area keep below, by "50" ...
-        within: the share of the area that lies within the tolerance; None without one.
-        mean_error: the sampling error of the mean.
-        mean_size_error: that of `mean_size`.
-        rms_error: that of `rms`.
-        within_error: that of `within`.
-    """
-
-    samples: int
-    mean: float
-    mean_size: float
-    rms: float
-    standard_deviation: float
-    percentiles: dict[str, float]
-    within: float | None
-    mean_error: float
-    mean_size_error: float
-    rms_error: float
-    within_error: float | None
+    samples: int  # how many there are
+    mean: float  # of the signed distances: above 0 the surface lies outside by and large
+    mean_size: float  # of the distances without sign
+    rms: float  # the root of the mean of their squares
+    standard_deviation: float  # of the signed ones about their mean
+    percentiles: dict[str, float]  # the distances without sign that 50, 90, 95 and 99 % of the area keep below, by "50" ..
+    within: float | None  # the share of the area that lies within the tolerance; None without one
+    mean_error: float  # the sampling error of the mean
+    mean_size_error: float  # that of `mean_size`
+    rms_error: float  # that of `rms`
+    within_error: float | None  # that of `within`
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceDistance:
-    """The distances of samples and of vertices of a surface from another one.
+    """The distances of samples and of vertices of a surface from another one."""
 
-    Attributes:
-        faces: (k,) the face of each sample, from which `sample_places` has its place; in a cloud the vertex.
-        weights: (k,) the share of the area for which each stands; together 1.
-        distances: (k,) how far to the outer side of the other surface each lies.
-        elements: (k,) the face of the other surface that is nearest.
-        at_vertices: (n,) how far to its outer side the vertices lie.
-        largest: the largest distance that a search of all faces came upon, without sign.
-        furthest: (3,) where that is.
-        at_most: no place of the surface lies further than that; `largest` is at most a hundredth less, unless that would have
-            taken more searching than the samples.
-    """
-
-    faces: Ints
-    weights: Floats
-    distances: Floats
-    elements: Ints
-    at_vertices: Floats
-    largest: float
-    furthest: Floats
+    faces: Ints  # (k,) the face of each sample, from which `sample_places` has its place; in a cloud the vertex
+    weights: Floats  # (k,) the share of the area for which each stands; together 1
+    distances: Floats  # (k,) how far to the outer side of the other surface each lies
+    elements: Ints  # (k,) the face of the other surface that is nearest
+    at_vertices: Floats  # (n,) how far to its outer side the vertices lie
+    largest: float  # the largest distance that a search of all faces came upon, without sign
+    furthest: Floats  # (3,) where that is
+    # no place of the surface lies further than that; `largest` is at most a hundredth less, unless that would have taken more
+    # searching than the samples
     at_most: float
 
     def statistics(self, tolerance: float | None = None) -> DistanceStatistics:
