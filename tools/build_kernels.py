@@ -37,7 +37,7 @@ class BuildWithKernels(build_py):  # type: ignore[misc]
         with tempfile.TemporaryDirectory() as folder:
             path = os.pathsep.join([str(packages), *filter(None, [os.environ.get("PYTHONPATH")])])
             environment = {**os.environ, "PYTHONPATH": path, "NUMBA_CACHE_DIR": folder, "PYTHONDONTWRITEBYTECODE": "1"}
-            command = [sys.executable, "-m", "pymeshfair.filters.compilation"]
+            command = [sys.executable, "-c", "from pymeshfair.filters.compilation.ahead import main; main()"]
             levels = [{"NUMBA_CPU_NAME": level} for level in names.split()] or [{}]
             try:
                 for level in levels:

@@ -7,13 +7,14 @@ defaults use. ``tools/generate.py kernels`` writes it from runs of these.
 import importlib
 import json
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, TypeAlias
 
-from . import store
+from . import machine_code
 from .compiler import CompilationError, Compiler
 from .kernel import Signature, from_json
 
@@ -52,30 +53,35 @@ def compile_ahead(
     """
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
     count = processes or (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()) or 1
-    compilers: SimpleQueue[Compiler] = SimpleQueue()
-    all_compilers = [Compiler() for _ in range(count)]
-    for compiler in all_compilers:
-        compilers.put(compiler)
+    compilers = [Compiler() for _ in range(count)]
+    idle: SimpleQueue[Compiler] = SimpleQueue()
+    for compiler in compilers:
+        idle.put(compiler)
     failures = []
     with ThreadPoolExecutor(count) as pool:
-        futures = [pool.submit(_compile, compilers, *task) for task in tasks]
+        futures = [pool.submit(_compile, idle, *task) for task in tasks]
         for done, future in enumerate(as_completed(futures), 1):
             failures += future.result()
             progress(done / len(tasks))
-    for compiler in all_compilers:
+    for compiler in compilers:
         compiler.close()
     return failures
 
 
-def _compile(compilers: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
+def _compile(idle: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
     """Compiles one kernel; returns the message of a failure."""
-    compiler = compilers.get()
+    compiler = idle.get()
     try:
         stored = getattr(importlib.import_module(module), name).stored_name(signature)
-        if store.read(stored) is None:
-            store.write(stored, compiler.compile(module, name, signature))
+        if machine_code.read(stored) is None:
+            machine_code.write(stored, compiler.compile(module, name, signature))
     except (CompilationError, ImportError, AttributeError, TypeError) as error:  # an outdated list costs time later, no more
         return [f"{module}.{name}: {type(error).__name__}: {error}"]
     finally:
-        compilers.put(compiler)
+        idle.put(compiler)
     return []
+
+
+def main() -> None:
+    """Compiles the listed kernels into the store, at installation; ends with 1 if one cannot be compiled."""
+    sys.exit("\n".join(compile_ahead(listed_signatures())) or None)

@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar, overload
 import numpy as np
 
 from ..checks import PymeshfairError
-from . import machine_code, store
+from . import machine_code
 from .compiler import COMPILER, SETTINGS
-from .store import lasts
 from .threads import call_parallel, start_threads
 
 #: the type of an argument: ``"float64"``, ``"int64"``, ``"bool"``, ``"none"``; of an array with its number of axes and its
@@ -183,11 +182,11 @@ class Kernel:
             self._code[signature] = self.dispatcher
             return self._code[signature]
         name = self.stored_name(signature)
-        code = store.read(name)
+        code = machine_code.read(name)
         if code is None:
             with compiling():
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
-            store.write(name, code)
+            machine_code.write(name, code)
         loaded = self._code[signature] = machine_code.load(code, self.__name__)
         return loaded
 
@@ -269,19 +268,12 @@ def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
 
 @dataclass(frozen=True)
 class Compilation:
-    """The compilations of this process so far.
+    """The compilations of this process so far."""
 
-    Attributes:
-        kernels: their number, with the one that is being compiled; kernels that they call are not counted.
-        seconds: the time that they took.
-        is_going_on: whether a kernel is being compiled.
-        lasts: whether the code is stored for later processes.
-    """
-
-    kernels: int = 0
-    seconds: float = 0.0
-    is_going_on: bool = False
-    lasts: bool = True
+    kernels: int = 0  # their number, with the one that is being compiled; kernels that they call are not counted
+    seconds: float = 0.0  # the time that they took
+    is_going_on: bool = False  # whether a kernel is being compiled
+    lasts: bool = True  # whether the code is stored for later processes
 
 
 _listeners: list[Callable[[Compilation], None]] = []
@@ -295,17 +287,16 @@ def on_compilation(listener: Callable[[Compilation], None]) -> None:
 
 @contextmanager
 def compiling() -> Iterator[None]:
-    """A context in which a kernel is compiled."""
-    before = replace(_so_far[0], lasts=lasts())
-    _notify(replace(before, kernels=before.kernels + 1, is_going_on=True))
-    started = time.perf_counter()
+    """A context in which a kernel is compiled, of which the listeners are told."""
+
+    def tell(**news: Any) -> None:
+        _so_far[0] = replace(_so_far[0], **news)
+        for listener in _listeners:
+            listener(_so_far[0])
+
+    before, started = _so_far[0], time.perf_counter()
+    tell(kernels=before.kernels + 1, is_going_on=True, lasts=machine_code.lasts())
     try:
         yield
     finally:
-        _notify(replace(_so_far[0], seconds=before.seconds + time.perf_counter() - started, is_going_on=False))
-
-
-def _notify(so_far: Compilation) -> None:
-    _so_far[0] = so_far
-    for listener in _listeners:
-        listener(so_far)
+        tell(seconds=before.seconds + time.perf_counter() - started, is_going_on=False)
