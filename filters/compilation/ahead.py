@@ -6,7 +6,6 @@ defaults use. ``tools/generate.py kernels`` writes it from runs of these.
 
 import importlib
 import json
-import os
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -17,6 +16,7 @@ from typing import Any, TypeAlias
 from . import machine_code
 from .compiler import CompilationError, Compiler
 from .kernel import Signature, from_json
+from .threads import most_threads
 
 LIST = Path(__file__).parent / "signatures.json"
 #: by module and kernel, the types of arguments
@@ -44,15 +44,9 @@ def compile_ahead(
     processes: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> list[str]:
-    """Compiles all kernels that are not stored yet; returns the messages of failures.
-
-    Args:
-        signatures: the kernels to compile.
-        processes: the number of processes; None for one a processor.
-        progress: called with the share that is done.
-    """
+    """Compiles all kernels that are not stored yet, in so many processes, None for one a processor; the messages of failures."""
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
-    count = processes or (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()) or 1
+    count = processes or most_threads()
     compilers = [Compiler() for _ in range(count)]
     idle: SimpleQueue[Compiler] = SimpleQueue()
     for compiler in compilers:

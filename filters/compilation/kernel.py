@@ -97,16 +97,10 @@ def fingerprint(function: FunctionType, options: dict[str, Any]) -> str:
     Raises:
         TypeError: the function uses a value of a type that cannot be hashed.
     """
-    parts = "\n".join(_of_function(function, options))
-    return hashlib.sha256(parts.encode("utf-8", "backslashreplace")).hexdigest()
-
-
-def _of_function(function: FunctionType, options: dict[str, Any]) -> Iterator[str]:
-    yield f"options {sorted(options.items())!r}"
-    yield f"defaults {function.__defaults__!r}"
-    for cell in function.__closure__ or ():
-        yield f"closure {_of_value(cell.cell_contents, function)}"
-    yield from _of_code(function.__code__, function)
+    parts = [f"options {sorted(options.items())!r}", f"defaults {function.__defaults__!r}"]
+    parts += [f"closure {_of_value(cell.cell_contents, function)}" for cell in function.__closure__ or ()]
+    text = "\n".join([*parts, *_of_code(function.__code__, function)])
+    return hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
 
 
 def _of_code(code: CodeType, function: FunctionType) -> Iterator[str]:
@@ -178,9 +172,8 @@ class Kernel:
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
         if self._is_parallel:
             start_threads()  # the linker needs the addresses of their functions
-        if not self._can_be_imported:
-            self._code[signature] = self.dispatcher
-            return self._code[signature]
+        if self.__module__ == "__main__" or getattr(sys.modules.get(self.__module__), self.__qualname__, None) is not self:
+            return self._code.setdefault(signature, self.dispatcher)  # another process cannot import it
         name = self.stored_name(signature)
         code = machine_code.read(name)
         if code is None:
@@ -196,11 +189,6 @@ class Kernel:
         names = self.py_func.__globals__
         called = (names.get(name) for name in self.py_func.__code__.co_names)
         return bool(self.options.get("parallel")) or any(isinstance(each, Kernel) and each._is_parallel for each in called)
-
-    @property
-    def _can_be_imported(self) -> bool:
-        """Whether another process can import it by its module and name."""
-        return self.__module__ != "__main__" and getattr(sys.modules.get(self.__module__), self.__qualname__, None) is self
 
     def stored_name(self, signature: Signature) -> str:
         """The name of its machine code in the store."""

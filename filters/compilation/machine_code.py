@@ -1,9 +1,8 @@
 """Stores machine code that numba has made, and loads it without numba, whose import takes longer than most filters.
 
-Code that the installation has compiled lies beside this module, other code in a folder of the user. The name of a file contains
-everything that its content depends on, so that no file is outdated: the function, the versions of numba and Python, the level of
-the processor. Numba's code calls small functions in C, of numba's own extension modules; these are loaded by their paths, and the
-code is linked with them by llvmlite. `compiler` makes the code; a test compares both ways of loading it.
+Code of the installation lies beside this module, other code in a folder of the user, under a name with all that it depends on.
+It calls small functions in C, of numba's own extension modules; these are loaded by their paths, and the code is linked with them
+by llvmlite. `compiler` makes the code; a test compares both ways of loading it.
 """
 
 import builtins

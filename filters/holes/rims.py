@@ -29,11 +29,7 @@ _HEIGHT = 0.5
 #: The largest number of edges of a hole and the islands in it together, or `max_edges` if that is larger: memory grows with its
 #: square.
 MOST_JOINED = 10_000
-#: Why a rim was left open. "size": the hole has more edges than `max_edges`. "selection": none of its vertices is selected.
-#: "outer": it is the outer border of an open sheet. "probably_outer": it seems to be one, by its area. "island": it is the border
-#: of an island that could not be joined to the hole around it, or the rim of that hole. "seam": its two sides coincide.
-#: "orientation": faces at it are not coherently oriented. "non_manifold": an edge with more than two faces ends at it.
-#: "no_triangulation": any triangulation would have degenerate triangles or edges with more than two faces.
+#: Why a rim was left open: the hole has more edges than `max_edges`, or as `_WHY` has it; an "island" may be the rim around, too.
 Reason: TypeAlias = Literal[
     "size", "selection", "outer", "probably_outer", "island", "seam", "orientation", "non_manifold", "no_triangulation"
 ]

@@ -125,9 +125,11 @@ def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, p
     """(b, 3) the vertices of triangles that close the polygon, without `joined` diagonals; None if no such surface exists."""
     corners = outline.vertices
     opposite = np.where(outline.opposite[:, None] < 0, np.nan, points[outline.opposite])
-    _, vertex = np.unique(corners, return_inverse=True)
-    at = sparse.csr_array((np.ones(len(corners)), (np.arange(len(corners)), vertex)))
-    forbidden = joined.with_pairs(*(at @ at.T).nonzero())  # two corners at one vertex
+    forbidden = joined
+    own, vertex = np.unique(corners, return_inverse=True)
+    if len(own) < len(corners):
+        at = sparse.csr_array((np.ones(len(corners)), (np.arange(len(corners)), vertex)))
+        forbidden = joined.with_pairs(*(at @ at.T).nonzero())  # two corners at one vertex
     for _ in range(_MOST_TRIES):
         triangles = triangulate_rim(points[corners], opposite, forbidden, progress=progress)
         if triangles is None:
@@ -159,15 +161,9 @@ def triangulate_rim(
     with the triangles of those before it as neighbours. Then what lies around each chord is triangulated again, so that it need
     not stay an edge: the result is at least as good as that of the parts.
 
-    Args:
-        points: (k, 3) the vertices of the rim in order, in the direction of the new faces.
-        opposite: (k, 3) the third vertex of the face of the mesh at the edge from i to i + 1; NaN if there is none.
-        forbidden: which diagonals must not be used: those that are edges of the mesh.
-        progress: called with the share that is done; may raise to stop.
-
-    Returns:
-        (k - 2, 3) indices from 0 to k - 1, in the rim's orientation; None if there is no triangulation without degenerate
-        triangles and forbidden diagonals.
+    (k, 3) `points` are the vertices of the rim in the direction of the new faces, (k, 3) `opposite` the third vertices of the
+    faces of the mesh at the edges from i to i + 1, NaN if there is none. (k - 2, 3) indices of points are returned; None if there
+    is no triangulation without degenerate triangles and `forbidden` diagonals.
     """
     n = len(points)
     centre = points.mean(axis=0)
@@ -175,8 +171,12 @@ def triangulate_rim(
     if n < 3 or not size > 0.0:
         return None
     # Products of four lengths stay in range in any unit.
-    rim = RimTriangles((points - centre) / size, (opposite - centre) / size, forbidden, np.empty((n - 2, 3), dtype=np.int32), {})
+    points, opposite = (points - centre) / size, (opposite - centre) / size
     parts = [np.arange(n, dtype=np.int32)]
+    if n <= LARGEST_WHOLE:
+        progress(1.0)
+        return minimal_triangulation(points, opposite, forbidden.among(parts[0]))
+    rim = RimTriangles(points, opposite, forbidden, np.empty((n - 2, 3), dtype=np.int32), {})
     chords: list[tuple[int, int]] = []
     done = 0
     while parts:
@@ -309,16 +309,8 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools) ->
     By dynamic programming: the best triangulation of the part of the polygon from i to j is, for the best vertex m between, the
     triangle (i, m, j) and the best ones from i to m and from m to j. Dihedral angles are those between the normals of the two
     triangles at the new edges and at the sides, 0 if both lie in one plane. So the angle of a part depends on its last triangle,
-    and the minimum is taken over the best parts, as in the paper. Time O(k^3).
-
-    Args:
-        points: (k, 3) the corners of the polygon, with coordinates of ordinary size.
-        opposite: (k, 3) the third vertex of the face of the mesh at the side from i to i + 1; NaN if there is none.
-        forbidden: (k, k) symmetric, which diagonals must not be used.
-
-    Returns:
-        (k - 2, 3) indices from 0 to k - 1 in the orientation of the polygon; None if all triangulations have degenerate triangles
-        or forbidden diagonals.
+    and the minimum is taken over the best parts, as in the paper. Time O(k^3). The arguments are those of `triangulate_rim`, but
+    for (k, k) `forbidden`, and the coordinates of ordinary size.
     """
     n = len(points)
     third = np.full((n, n), -1, dtype=np.int32)

@@ -28,7 +28,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
         FilterInputError: not a mesh.
     """
     mesh = _normalised(vertices, faces)
-    return _at_vertices(mesh, vertex_normals(mesh.points, mesh.cells)) if len(mesh.cells) else np.zeros_like(mesh.vertices)
+    return at_vertices(mesh, vertex_normals(mesh.points, mesh.cells))
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
@@ -88,7 +88,7 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
     else:
         local = _uniform(points, mesh.cells)
     local[border_vertices(mesh.cells, len(mesh))] = 0.0
-    return _at_vertices(mesh, local * mesh.scale)
+    return at_vertices(mesh, local * mesh.scale)
 
 
 def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: GaussianMeasure = "per_area") -> Floats:
@@ -116,10 +116,10 @@ def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: Gaussi
     full = np.where(on_border, math.pi, 2.0 * math.pi)
     deficits: Floats = full - np.bincount(mesh.cells.ravel(), angles.ravel(), minlength=len(mesh))
     if measure == "deficit":
-        return _at_vertices(mesh, deficits)
+        return at_vertices(mesh, deficits)
     areas = mixed_voronoi_areas(mesh.points, mesh.cells)
     local = np.divide(deficits, areas, out=np.zeros_like(deficits), where=(areas > 0.0) & ~on_border)
-    return _at_vertices(mesh, local * mesh.scale * mesh.scale)
+    return at_vertices(mesh, local * mesh.scale * mesh.scale)
 
 
 def _normalised(vertices: ArrayLike, faces: ArrayLike) -> NormalisedMesh:
@@ -140,7 +140,7 @@ def _uniform(points: Floats, faces: Ints) -> Floats:
     return np.asarray(np.divide(bulges, lengths, out=np.zeros_like(bulges), where=lengths > 0.0))
 
 
-def _at_vertices(mesh: NormalisedMesh, local: Floats) -> Floats:
+def at_vertices(mesh: NormalisedMesh, local: Floats) -> Floats:
     """(n, ...) the values of the points at their vertices, 0 at the others."""
     values = np.zeros((len(mesh.vertices), *local.shape[1:]))
     values[mesh.used] = local

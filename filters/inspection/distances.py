@@ -63,10 +63,8 @@ def displacement(
             f"the mesh has {len(points)} vertices and the reference {len(targets)}: vertices of the same number are no "
             "counterparts; take the correspondence 'surface'"
         )
-    by_vertex = correspondence == "vertex" or (
-        correspondence == "auto" and same and len(triangles) > 0 and np.array_equal(triangles, target_faces)
-    )
-    if not by_vertex:
+    alike = same and len(triangles) > 0 and np.array_equal(triangles, target_faces)
+    if correspondence == "surface" or (correspondence == "auto" and not alike):
         nearest = ground.nearest(points, vectors=True)
         return Displacement(nearest.vectors, nearest.distances, nearest.signed, by_vertex=False)
     vectors = points - targets
@@ -91,12 +89,7 @@ def face_samples(vertices: Floats, faces: Ints, count: int) -> FaceSamples:
 
     Each face has as many as its share of the area asks for, at least one, at places that are spread evenly and belong to no
     pattern of the mesh. So a mean that is weighted with the areas misses that over the surface by no more than that of as many
-    random samples.
-
-    Args:
-        vertices: (n, 3) coordinates, best near the origin.
-        faces: (m, 3) triangles; none of a cloud, whose vertices are the samples.
-        count: how many, about.
+    random samples. Those of a cloud, which has no faces, are its vertices. Coordinates are best near the origin.
     """
     if not len(faces):
         return FaceSamples(np.arange(len(vertices), dtype=np.int32), np.ones(len(vertices)))
@@ -108,14 +101,7 @@ def face_samples(vertices: Floats, faces: Ints, count: int) -> FaceSamples:
 
 
 def sample_places(vertices: Floats, faces: Ints, samples: Ints, rows: Longs) -> Floats:
-    """(r, 3) the places of samples.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles, or none.
-        samples: (k,) the face of every sample.
-        rows: (r,) the samples whose places are returned.
-    """
+    """(r, 3) the places of the samples `rows` of all, whose (k,) faces are `samples`, on (m, 3) triangles or none."""
     if not len(faces):
         return vertices[samples[rows]]
     places = np.empty((len(rows), 3))
@@ -154,7 +140,7 @@ class DistanceStatistics:
     mean_size: float  # of the distances without sign
     rms: float  # the root of the mean of their squares
     standard_deviation: float  # of the signed ones about their mean
-    percentiles: dict[str, float]  # the distances without sign that 50, 90, 95 and 99 % of the area keep below, by "50" ..
+    percentiles: dict[str, float]  # the distances without sign that 50, 90, 95 and 99 % of the area keep below, by name
     within: float | None  # the share of the area that lies within the tolerance; None without one
     mean_error: float  # the sampling error of the mean
     mean_size_error: float  # that of `mean_size`
@@ -230,10 +216,7 @@ def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int =
     weights = samples.areas / area if area > 0.0 else np.full(len(samples.areas), 1.0 / len(samples.areas))
     sampled = at_vertices
     if len(triangles):
-        sampled = NearestPlaces(np.empty(len(weights)), np.empty(len(weights), np.int32), np.empty((0, 3)))
-        for part in blocks(len(weights)):
-            nearest = to.nearest(sample_places(points, triangles, samples.faces, np.arange(part.start, part.stop)))
-            sampled.signed[part], sampled.elements[part] = nearest.signed, nearest.elements
+        sampled = to.nearest(sample_places(points, triangles, samples.faces, np.arange(len(weights))))
     largest, furthest, at_most = _largest(points, triangles, at_vertices.signed, samples.faces, sampled, to)
     return SurfaceDistance(
         samples.faces, weights, sampled.signed, sampled.elements, at_vertices.signed, largest, furthest, at_most
@@ -273,8 +256,6 @@ def _largest(
         bounds[part] = to.largest_distances(local[faces[part]], at_points[faces[part]], beside)
     high = bounds > largest * scale * _PROVEN
     rest, left = float(bounds[~high].max(initial=0.0)), len(points) + len(samples)
-    if 3 * np.count_nonzero(high) > left:
-        return largest, furthest, max(float(bounds.max()) / scale, largest)
     parts = _Parts(local[faces[high]], at_points[faces[high]], bounds[high])
     while len(parts.bounds) and 3 * len(parts.bounds) <= left:
         left -= 3 * len(parts.bounds)

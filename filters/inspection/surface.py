@@ -19,7 +19,7 @@ from ..libraries import spatial
 from ..mesh import Floats, Ints, Longs, NormalisedMesh, check_mesh, normalised_mesh
 from ..neighbours import gap_to, split_nodes
 from ..topology import faces_across, proper_faces
-from .curvature import vertex_normals
+from .curvature import at_vertices, vertex_normals
 
 #: Triangles in a leaf, compiled into the kernels: 2 and 8 are no faster.
 _LEAF = 4
@@ -48,10 +48,7 @@ class TriangleTree(NamedTuple):
         """The tree of (n, 3) points, which should be near the origin, and (m, 3) triangles, m at least 1."""
         leaves = -(-len(faces) // _LEAF)
         rows = np.empty((len(faces), 4))
-        rows[:, 3] = np.arange(len(faces))
-        for part in blocks(len(faces)):
-            corners = points[faces[part]]
-            rows[part, :3] = 0.5 * (corners.min(axis=1) + corners.max(axis=1))
+        _middles(points, faces, rows)
         boxes = np.empty((2 << (leaves - 1).bit_length(), 2, 3))
         split_nodes(rows, _LEAF, boxes, np.empty(len(boxes), np.int64), 1, 0, leaves)
         indices, triangles = rows[:, 3].astype(np.int32), np.empty((len(faces), 9))
@@ -67,6 +64,15 @@ class TriangleTree(NamedTuple):
         faces, weights, distances = np.empty(len(queries), np.int64), np.empty((len(queries), 2)), np.empty(len(queries))
         over_range(_search, len(queries), self, np.ascontiguousarray(queries), faces, weights, distances)
         return faces, weights, distances
+
+
+@compiled(nogil=True)
+def _middles(points: Floats, faces: Ints, rows: Floats) -> None:
+    for f in range(faces.shape[0]):
+        for d in range(3):
+            x, y, z = points[faces[f, 0], d], points[faces[f, 1], d], points[faces[f, 2], d]
+            rows[f, d] = 0.5 * (min(x, y, z) + max(x, y, z))
+        rows[f, 3] = f
 
 
 @compiled(nogil=True)
@@ -178,9 +184,8 @@ class NearestPlaces(NamedTuple):
 class Surface:
     """A mesh, or a cloud, to which distances are measured; exact far from the origin, too, as differences come before squares."""
 
-    mesh: NormalisedMesh  # normalised
+    mesh: NormalisedMesh
     faces: Longs  # (m,) the number of each of its triangles in the original mesh
-    vertex_count: int  # of the original mesh
 
     @classmethod
     def of(cls, vertices: ArrayLike, faces: ArrayLike) -> "Surface":
@@ -193,7 +198,7 @@ class Surface:
         if len(points) == 0:
             raise FilterInputError("the reference has no vertices: there is nothing to measure from")
         proper = np.flatnonzero(proper_faces(triangles))
-        return cls(normalised_mesh(points, triangles[proper]), proper, len(points))
+        return cls(normalised_mesh(points, triangles[proper]), proper)
 
     def nearest(self, queries: Floats, *, vectors: bool = False) -> NearestPlaces:
         """The nearest place to each of (q, 3) points: exact, and of places as near as each other that of the lowest face.
@@ -236,12 +241,8 @@ class Surface:
         """(t,) bounds above the local distances of all places of triangles from the surface.
 
         A place lies at most as much further as it is from a corner: the longest side over the root of 3 (Jung's theorem). And
-        the distance from one triangle of the surface is convex, so that it is largest at a corner.
-
-        Args:
-            corners: (t, 3, 3) local places, those of the triangles.
-            distances: (t, 3) of the corners from the surface.
-            beside: (t, k) triangles of `mesh` near each triangle.
+        the distance from one triangle of the surface is convex, so that it is largest at a corner. The triangles are given by the
+        (t, 3, 3) local places of their corners, with (t, 3) distances, and by (t, k) triangles of `mesh` beside them.
         """
         bounds, rows = np.empty(len(corners)), self._row_of[beside]
         over_range(_bound, len(corners), self._tree.triangles, np.ascontiguousarray(corners), distances, rows, bounds)
@@ -249,7 +250,7 @@ class Surface:
 
     def cells_of(self, faces: Ints) -> Longs:
         """The triangles of `mesh` by their number in the original mesh."""
-        return faces.astype(np.int64) if self.faces[-1] == len(self.faces) - 1 else np.searchsorted(self.faces, faces)
+        return np.searchsorted(self.faces, faces)
 
     def normals_of(self, faces: Ints) -> Floats:
         """(q, 3) the unit normals of triangles by their number in the original mesh; 0 of those without area."""
@@ -257,9 +258,7 @@ class Surface:
 
     def normals_at_vertices(self) -> Floats:
         """(n, 3) the unit normals of all vertices; 0 where there are none."""
-        normals = np.zeros((self.vertex_count, 3))
-        normals[self.mesh.used] = self._vertex_normals
-        return normals
+        return at_vertices(self.mesh, self._vertex_normals)
 
     def _normals_at(self, cells: Longs, weights: Floats) -> Floats:
         """(q, 3) a direction to the outer side at places of triangles."""
