@@ -11,12 +11,12 @@ import atexit
 import importlib
 import os
 import pickle
-import pkgutil
 import subprocess
 import sys
 import threading
 from contextlib import suppress
 from functools import cached_property
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from ..checks import PymeshfairError
@@ -97,7 +97,9 @@ def numba_type(written: ArgumentType) -> Any:
     types: Any = importlib.import_module("numba").types
     if isinstance(written, tuple):
         if len(written) == 2 and isinstance(written[0], str) and ":" in written[0]:
-            return types.BaseTuple.from_types([numba_type(part) for part in written[1]], pkgutil.resolve_name(written[0]))
+            module, _, name = written[0].partition(":")
+            kind = attrgetter(name)(importlib.import_module(module))
+            return types.BaseTuple.from_types([numba_type(part) for part in written[1]], kind)
         return types.BaseTuple.from_types([numba_type(part) for part in written])
     name, *more = written.split()
     plain = {"bool": types.boolean, "none": types.none}.get(name) or getattr(types, name)
