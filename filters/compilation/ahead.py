@@ -33,7 +33,7 @@ def signatures_of(kernels: Iterable[tuple[str, str, Any]]) -> Signatures:
     """The types of arguments for which kernels, such as those of `loaded_kernels`, were loaded or compiled."""
     signatures: Signatures = {}
     for module, name, kernel in kernels:
-        if types := sorted(kernel.signatures, key=repr):
+        if types := sorted(kernel.code, key=repr):
             signatures.setdefault(module, {})[name] = types
     return {module: dict(sorted(signatures[module].items())) for module in sorted(signatures)}
 

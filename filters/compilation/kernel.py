@@ -143,6 +143,7 @@ class Kernel:
     Attributes:
         py_func: the function, which also runs uncompiled.
         options: numba's options, see `compiled`.
+        code: the machine code that this process has, by types of arguments.
     """
 
     def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
@@ -153,7 +154,7 @@ class Kernel:
         self.__qualname__ = function.__qualname__
         self.__module__ = function.__module__
         self.__doc__ = function.__doc__
-        self._code: dict[Signature, Callable[..., Any]] = {}
+        self.code: dict[Signature, Callable[..., Any]] = {}
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the machine code for these argument types, which is loaded or compiled if needed."""
@@ -161,7 +162,7 @@ class Kernel:
             signature = signature_of(arguments)
         except UnknownTypeError:
             return self.dispatcher(*arguments)
-        code = self._code.get(signature)
+        code = self.code.get(signature)
         if code is None:
             code = self._loaded(signature)
         return call_parallel(code, arguments) if self._is_parallel else code(*arguments)
@@ -173,14 +174,14 @@ class Kernel:
         if self._is_parallel:
             start_threads()  # the linker needs the addresses of their functions
         if self.__module__ == "__main__" or getattr(sys.modules.get(self.__module__), self.__qualname__, None) is not self:
-            return self._code.setdefault(signature, self.dispatcher)  # another process cannot import it
+            return self.code.setdefault(signature, self.dispatcher)  # another process cannot import it
         name = self.stored_name(signature)
         code = machine_code.read(name)
         if code is None:
             with compiling():
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
             machine_code.write(name, code)
-        loaded = self._code[signature] = machine_code.load(code, self.__name__)
+        loaded = self.code[signature] = machine_code.load(code, self.__name__)
         return loaded
 
     @cached_property
@@ -211,11 +212,6 @@ class Kernel:
     def fingerprint(self) -> str:
         """A hash of everything that determines the machine code, except the argument types."""
         return fingerprint(self.py_func, self.options)
-
-    @property
-    def signatures(self) -> list[Signature]:
-        """The argument types for which this process has machine code."""
-        return list(self._code)
 
     @property
     def _numba_type_(self) -> Any:

@@ -17,6 +17,15 @@ from .surface import NearestPlaces, Surface
 #: "vertex": vertex i belongs to vertex i. "surface": every vertex belongs to the nearest place of the reference. "auto": the
 #: first if both have as many vertices and the same faces, at least one; else the second.
 Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
+#: Samples of a surface with fewer faces.
+SAMPLES = 100_000
+#: Percentiles of the sizes of distances.
+PERCENTILES = (50, 90, 95, 99)
+#: The search for the largest distance ends when no other can be larger by more than this factor.
+_PROVEN = 1.01
+#: The steps of the sequence whose points fill a square most evenly of all such sequences: 1 / g and 1 / g^2, g^3 = g + 1
+#: [roberts2018].
+_STEPS = (0.7548776662466927, 0.5698402909980532)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +81,6 @@ def displacement(
     return Displacement(vectors, vector_lengths(vectors), heights, by_vertex=True)
 
 
-#: The steps of the sequence whose points fill a square most evenly of all such sequences: 1 / g and 1 / g^2, g^3 = g + 1
-#: [roberts2018].
-_STEPS = (0.7548776662466927, 0.5698402909980532)
-
-
 class FaceSamples(NamedTuple):
     """k samples of a surface; for their coordinates see `sample_places`."""
 
@@ -121,14 +125,6 @@ def _place(vertices: Floats, faces: Ints, samples: Ints, rows: Longs, places: Fl
             a = vertices[faces[f, 0], d]
             to_second, to_third = vertices[faces[f, 1], d] - a, vertices[faces[f, 2], d] - a
             places[r, d] = a + s * to_second + t * to_third
-
-
-#: Samples of a surface with fewer faces.
-SAMPLES = 100_000
-#: Percentiles of the sizes of distances.
-PERCENTILES = (50, 90, 95, 99)
-#: The search for the largest distance ends when no other can be larger by more than this factor.
-_PROVEN = 1.01
 
 
 @dataclass(frozen=True)

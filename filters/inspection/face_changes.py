@@ -15,6 +15,9 @@ from .surface_measures import dihedral_angles, face_measures
 
 #: The least angle between the normals of two faces at a sharp edge, in degrees.
 SHARP = 40.0
+# Steps p <- p + 2/3 L p with the uniform operator average over some two edges to all sides: noise of single vertices becomes an
+# eighth, the loss of an end that is six edges across stays.
+_STEPS, _STEP = 12, 2.0 / 3.0
 
 
 class SharpEdges(NamedTuple):
@@ -66,11 +69,6 @@ def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float
     origin = before.middles[0]
     distances, _ = spatial.cKDTree(after.middles - origin).query(before.middles - origin)
     return math.fsum(before.lengths[distances <= within]) / total
-
-
-# Steps p <- p + 2/3 L p with the uniform operator average over some two edges to all sides: noise of single vertices becomes an
-# eighth, the loss of an end that is six edges across stays.
-_STEPS, _STEP = 12, 2.0 / 3.0
 
 
 def side_changes(before: ArrayLike, after: ArrayLike, faces: ArrayLike) -> Floats:
