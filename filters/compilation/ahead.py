@@ -6,7 +6,6 @@ defaults use. ``tools/generate.py kernels`` writes it from runs of these.
 
 import importlib
 import json
-import sys
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
@@ -74,8 +73,3 @@ def _compile(idle: SimpleQueue[Compiler], module: str, name: str, signature: Sig
     finally:
         idle.put(compiler)
     return []
-
-
-def main() -> None:
-    """Compiles the listed kernels into the store, at installation; ends with 1 if one cannot be compiled."""
-    sys.exit("\n".join(compile_ahead(listed_signatures())) or None)
