@@ -71,20 +71,12 @@ def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
     return bool(at < pairs.keys.shape[0] and pairs.keys[at] == key)
 
 
-class Polygon(NamedTuple):
-    """A closed walk along border edges, and to an island and back along a cut."""
-
-    # (k,) int32 of the mesh, one a corner of the polygon. A vertex is several corners where a cut begins or ends, and where parts
-    # of the surface are attached by it alone.
-    vertices: Ints
-    opposite: Ints  # (k,) int32 the third vertex of the face of the mesh at the edge from each to the next, -1 at cuts
-
-
-def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> Polygon:
+def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> BoundaryLoop:
     """The rim with each island joined by the shortest cut to the polygon so far, the nearest island first.
 
-    It begins after the longest edge of the rim: the triangulation depends slightly on its first corner, which must not depend on
-    the numbers of the vertices.
+    At cuts `opposite` is -1. A vertex is several corners where a cut begins or ends, and where parts of the surface are attached
+    by it alone. The polygon begins after the longest edge of the rim: the triangulation depends slightly on its first corner,
+    which must not depend on the numbers of the vertices.
     """
     first = int(side_lengths(points[rim.vertices]).argmax()) + 1
     vertices, opposite = np.roll(rim.vertices, -first), np.roll(rim.opposite, -first)
@@ -104,7 +96,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> P
         cut = np.array([-1], dtype=np.int32)
         vertices = np.concatenate([vertices[: i + 1], around, around[:1], vertices[i:]])
         opposite = np.concatenate([opposite[:i], cut, beyond, cut, opposite[i:]])
-    return Polygon(vertices, opposite)
+    return BoundaryLoop(vertices, opposite)
 
 
 def joined_corners(corners: Ints, neighbours: list[list[int]]) -> VertexPairs:
@@ -121,7 +113,7 @@ def joined_corners(corners: Ints, neighbours: list[list[int]]) -> VertexPairs:
     return vertex_pairs(k, first[~side], second[~side])
 
 
-def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
+def triangulate_polygon(outline: BoundaryLoop, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
     """(b, 3) the vertices of triangles that close the polygon, without `joined` diagonals; None if no such surface exists."""
     corners = outline.vertices
     opposite = np.where(outline.opposite[:, None] < 0, np.nan, points[outline.opposite])
