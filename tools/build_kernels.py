@@ -18,6 +18,11 @@ from setuptools.command.build_py import build_py
 
 #: seconds; more than the slowest machine takes
 _PATIENCE = 1800
+#: compiles the listed kernels into the store
+_PROGRAM = (
+    "import sys; from pymeshfair.filters.compilation import compile_ahead, listed_signatures;"
+    "sys.exit('\\n'.join(compile_ahead(listed_signatures())) or None)"
+)
 
 
 class BuildWithKernels(build_py):  # type: ignore[misc]
@@ -37,7 +42,7 @@ class BuildWithKernels(build_py):  # type: ignore[misc]
         with tempfile.TemporaryDirectory() as folder:
             path = os.pathsep.join([str(packages), *filter(None, [os.environ.get("PYTHONPATH")])])
             environment = {**os.environ, "PYTHONPATH": path, "NUMBA_CACHE_DIR": folder, "PYTHONDONTWRITEBYTECODE": "1"}
-            command = [sys.executable, "-m", "pymeshfair.filters.compilation"]
+            command = [sys.executable, "-c", _PROGRAM]
             levels = [{"NUMBA_CPU_NAME": level} for level in names.split()] or [{}]
             try:
                 for level in levels:

@@ -2,8 +2,7 @@
 
 from .ahead import compile_ahead, listed_signatures, signatures_of
 from .kernel import Compilation, compiled, loaded_kernels, on_compilation, prange
-from .machine_code import processor
-from .store import Stored, stored
+from .machine_code import Stored, processor, stored
 from .threads import allowed_threads, most_threads, set_threads, single_thread
 
 __all__ = [

@@ -6,16 +6,16 @@ defaults use. ``tools/generate.py kernels`` writes it from runs of these.
 
 import importlib
 import json
-import os
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, TypeAlias
 
-from . import store
+from . import machine_code
 from .compiler import CompilationError, Compiler
 from .kernel import Signature, from_json
+from .threads import most_threads
 
 LIST = Path(__file__).parent / "signatures.json"
 #: by module and kernel, the types of arguments
@@ -32,7 +32,7 @@ def signatures_of(kernels: Iterable[tuple[str, str, Any]]) -> Signatures:
     """The types of arguments for which kernels, such as those of `loaded_kernels`, were loaded or compiled."""
     signatures: Signatures = {}
     for module, name, kernel in kernels:
-        if types := sorted(kernel.signatures, key=repr):
+        if types := sorted(kernel.code, key=repr):
             signatures.setdefault(module, {})[name] = types
     return {module: dict(sorted(signatures[module].items())) for module in sorted(signatures)}
 
@@ -43,39 +43,33 @@ def compile_ahead(
     processes: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> list[str]:
-    """Compiles all kernels that are not stored yet; returns the messages of failures.
-
-    Args:
-        signatures: the kernels to compile.
-        processes: the number of processes; None for one a processor.
-        progress: called with the share that is done.
-    """
+    """Compiles all kernels that are not stored yet, in so many processes, None for one a processor; the messages of failures."""
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
-    count = processes or (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()) or 1
-    compilers: SimpleQueue[Compiler] = SimpleQueue()
-    all_compilers = [Compiler() for _ in range(count)]
-    for compiler in all_compilers:
-        compilers.put(compiler)
+    count = processes or most_threads()
+    compilers = [Compiler() for _ in range(count)]
+    idle: SimpleQueue[Compiler] = SimpleQueue()
+    for compiler in compilers:
+        idle.put(compiler)
     failures = []
     with ThreadPoolExecutor(count) as pool:
-        futures = [pool.submit(_compile, compilers, *task) for task in tasks]
+        futures = [pool.submit(_compile, idle, *task) for task in tasks]
         for done, future in enumerate(as_completed(futures), 1):
             failures += future.result()
             progress(done / len(tasks))
-    for compiler in all_compilers:
+    for compiler in compilers:
         compiler.close()
     return failures
 
 
-def _compile(compilers: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
+def _compile(idle: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
     """Compiles one kernel; returns the message of a failure."""
-    compiler = compilers.get()
+    compiler = idle.get()
     try:
         stored = getattr(importlib.import_module(module), name).stored_name(signature)
-        if store.read(stored) is None:
-            store.write(stored, compiler.compile(module, name, signature))
+        if machine_code.read(stored) is None:
+            machine_code.write(stored, compiler.compile(module, name, signature))
     except (CompilationError, ImportError, AttributeError, TypeError) as error:  # an outdated list costs time later, no more
         return [f"{module}.{name}: {type(error).__name__}: {error}"]
     finally:
-        compilers.put(compiler)
+        idle.put(compiler)
     return []

@@ -14,8 +14,10 @@ import pickle
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 from functools import cached_property
-from typing import IO, TYPE_CHECKING, Any
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
 
 from ..checks import PymeshfairError
 from .machine_code import MachineCode, processor
@@ -95,13 +97,9 @@ def numba_type(written: ArgumentType) -> Any:
     types: Any = importlib.import_module("numba").types
     if isinstance(written, tuple):
         if len(written) == 2 and isinstance(written[0], str) and ":" in written[0]:
-            module, _, qualname = written[0].partition(":")
-            kernel: Any = importlib.import_module(module)
-            for part in qualname.split("."):
-                kernel = getattr(kernel, part)
-            parts = [numba_type(part) for part in written[1]]
-            same = len(set(parts)) == 1
-            return types.NamedUniTuple(parts[0], len(parts), kernel) if same else types.NamedTuple(parts, kernel)
+            module, _, name = written[0].partition(":")
+            kind = attrgetter(name)(importlib.import_module(module))
+            return types.BaseTuple.from_types([numba_type(part) for part in written[1]], kind)
         return types.BaseTuple.from_types([numba_type(part) for part in written])
     name, *more = written.split()
     plain = {"bool": types.boolean, "none": types.none}.get(name) or getattr(types, name)
@@ -124,27 +122,18 @@ def machine_code(kernel: Any, signature: Signature) -> MachineCode:
 def main() -> None:
     """Compiles the kernels that are requested on stdin, until it is closed."""
     orders, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
-    nothing = os.open(os.devnull, os.O_RDWR)
-    os.dup2(nothing, 0)
+    os.dup2(os.open(os.devnull, os.O_RDWR), 0)
     os.dup2(2, 1)  # stdout carries the answers: prints go to stderr
     sys.path[:] = pickle.load(orders)
-    while True:
-        try:
+    with suppress(EOFError):
+        while True:
             module, name, signature = pickle.load(orders)
-        except EOFError:
-            return
-        _answer(answers, module, name, signature)
-
-
-def _answer(answers: IO[bytes], module: str, name: str, signature: Signature) -> None:
-    answer: Any
-    try:
-        answer = tuple(machine_code(getattr(importlib.import_module(module), name), signature))
-        pickle.dumps(answer)
-    except Exception as error:
-        answer = f"{type(error).__name__}: {error}"
-    answers.write(pickle.dumps(answer))
-    answers.flush()
+            try:
+                answer = pickle.dumps(tuple(machine_code(getattr(importlib.import_module(module), name), signature)))
+            except Exception as error:
+                answer = pickle.dumps(f"{type(error).__name__}: {error}")
+            answers.write(answer)
+            answers.flush()
 
 
 #: The compiler of this process.

@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar, overload
 import numpy as np
 
 from ..checks import PymeshfairError
-from . import machine_code, store
+from . import machine_code
 from .compiler import COMPILER, SETTINGS
-from .store import lasts
 from .threads import call_parallel, start_threads
 
 #: the type of an argument: ``"float64"``, ``"int64"``, ``"bool"``, ``"none"``; of an array with its number of axes and its
@@ -98,16 +97,10 @@ def fingerprint(function: FunctionType, options: dict[str, Any]) -> str:
     Raises:
         TypeError: the function uses a value of a type that cannot be hashed.
     """
-    parts = "\n".join(_of_function(function, options))
-    return hashlib.sha256(parts.encode("utf-8", "backslashreplace")).hexdigest()
-
-
-def _of_function(function: FunctionType, options: dict[str, Any]) -> Iterator[str]:
-    yield f"options {sorted(options.items())!r}"
-    yield f"defaults {function.__defaults__!r}"
-    for cell in function.__closure__ or ():
-        yield f"closure {_of_value(cell.cell_contents, function)}"
-    yield from _of_code(function.__code__, function)
+    parts = [f"options {sorted(options.items())!r}", f"defaults {function.__defaults__!r}"]
+    parts += [f"closure {_of_value(cell.cell_contents, function)}" for cell in function.__closure__ or ()]
+    text = "\n".join([*parts, *_of_code(function.__code__, function)])
+    return hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
 
 
 def _of_code(code: CodeType, function: FunctionType) -> Iterator[str]:
@@ -150,6 +143,7 @@ class Kernel:
     Attributes:
         py_func: the function, which also runs uncompiled.
         options: numba's options, see `compiled`.
+        code: the machine code that this process has, by types of arguments.
     """
 
     def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
@@ -160,7 +154,7 @@ class Kernel:
         self.__qualname__ = function.__qualname__
         self.__module__ = function.__module__
         self.__doc__ = function.__doc__
-        self._code: dict[Signature, Callable[..., Any]] = {}
+        self.code: dict[Signature, Callable[..., Any]] = {}
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the machine code for these argument types, which is loaded or compiled if needed."""
@@ -168,7 +162,7 @@ class Kernel:
             signature = signature_of(arguments)
         except UnknownTypeError:
             return self.dispatcher(*arguments)
-        code = self._code.get(signature)
+        code = self.code.get(signature)
         if code is None:
             code = self._loaded(signature)
         return call_parallel(code, arguments) if self._is_parallel else code(*arguments)
@@ -179,16 +173,15 @@ class Kernel:
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
         if self._is_parallel:
             start_threads()  # the linker needs the addresses of their functions
-        if not self._can_be_imported:
-            self._code[signature] = self.dispatcher
-            return self._code[signature]
+        if self.__module__ == "__main__" or getattr(sys.modules.get(self.__module__), self.__qualname__, None) is not self:
+            return self.code.setdefault(signature, self.dispatcher)  # another process cannot import it
         name = self.stored_name(signature)
-        code = store.read(name)
+        code = machine_code.read(name)
         if code is None:
             with compiling():
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
-            store.write(name, code)
-        loaded = self._code[signature] = machine_code.load(code, self.__name__)
+            machine_code.write(name, code)
+        loaded = self.code[signature] = machine_code.load(code, self.__name__)
         return loaded
 
     @cached_property
@@ -197,11 +190,6 @@ class Kernel:
         names = self.py_func.__globals__
         called = (names.get(name) for name in self.py_func.__code__.co_names)
         return bool(self.options.get("parallel")) or any(isinstance(each, Kernel) and each._is_parallel for each in called)
-
-    @property
-    def _can_be_imported(self) -> bool:
-        """Whether another process can import it by its module and name."""
-        return self.__module__ != "__main__" and getattr(sys.modules.get(self.__module__), self.__qualname__, None) is self
 
     def stored_name(self, signature: Signature) -> str:
         """The name of its machine code in the store."""
@@ -224,11 +212,6 @@ class Kernel:
     def fingerprint(self) -> str:
         """A hash of everything that determines the machine code, except the argument types."""
         return fingerprint(self.py_func, self.options)
-
-    @property
-    def signatures(self) -> list[Signature]:
-        """The argument types for which this process has machine code."""
-        return list(self._code)
 
     @property
     def _numba_type_(self) -> Any:
@@ -269,19 +252,12 @@ def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
 
 @dataclass(frozen=True)
 class Compilation:
-    """The compilations of this process so far.
+    """The compilations of this process so far."""
 
-    Attributes:
-        kernels: their number, with the one that is being compiled; kernels that they call are not counted.
-        seconds: the time that they took.
-        is_going_on: whether a kernel is being compiled.
-        lasts: whether the code is stored for later processes.
-    """
-
-    kernels: int = 0
-    seconds: float = 0.0
-    is_going_on: bool = False
-    lasts: bool = True
+    kernels: int = 0  # their number, with the one that is being compiled; kernels that they call are not counted
+    seconds: float = 0.0  # the time that they took
+    is_going_on: bool = False  # whether a kernel is being compiled
+    lasts: bool = True  # whether the code is stored for later processes
 
 
 _listeners: list[Callable[[Compilation], None]] = []
@@ -295,17 +271,16 @@ def on_compilation(listener: Callable[[Compilation], None]) -> None:
 
 @contextmanager
 def compiling() -> Iterator[None]:
-    """A context in which a kernel is compiled."""
-    before = replace(_so_far[0], lasts=lasts())
-    _notify(replace(before, kernels=before.kernels + 1, is_going_on=True))
-    started = time.perf_counter()
+    """A context in which a kernel is compiled, of which the listeners are told."""
+
+    def tell(**news: Any) -> None:
+        _so_far[0] = replace(_so_far[0], **news)
+        for listener in _listeners:
+            listener(_so_far[0])
+
+    before, started = _so_far[0], time.perf_counter()
+    tell(kernels=before.kernels + 1, is_going_on=True, lasts=machine_code.lasts())
     try:
         yield
     finally:
-        _notify(replace(_so_far[0], seconds=before.seconds + time.perf_counter() - started, is_going_on=False))
-
-
-def _notify(so_far: Compilation) -> None:
-    _so_far[0] = so_far
-    for listener in _listeners:
-        listener(so_far)
+        tell(seconds=before.seconds + time.perf_counter() - started, is_going_on=False)

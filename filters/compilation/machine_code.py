@@ -1,7 +1,8 @@
-"""Loads machine code that numba has made, without numba: its import takes longer than most filters.
+"""Stores machine code that numba has made, and loads it without numba, whose import takes longer than most filters.
 
-Numba's code calls small functions in C, of numba's own extension modules; these are loaded by their paths, and the code is linked
-with them by llvmlite. `compiler` makes the code; a test compares both ways of loading it.
+Code of the installation lies beside this module, other code in a folder of the user, under a name with all that it depends on.
+It calls small functions in C, of numba's own extension modules; these are loaded by their paths, and the code is linked with them
+by llvmlite. `compiler` makes the code; a test compares both ways of loading it.
 """
 
 import builtins
@@ -14,7 +15,9 @@ import pickle
 import platform
 import sys
 import threading
+import uuid
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,6 +28,8 @@ _X86_LEVELS = (
     ("x86-64-v2", ("cx16", "popcnt", "sse4.2", "ssse3")),
 )
 _LOCK = threading.RLock()
+#: The kernels that come with the package; only the installation writes there.
+INSTALLED = Path(__file__).parent / "kernels"
 
 
 class MachineCode(NamedTuple):
@@ -60,6 +65,64 @@ def made_here() -> str:
     """A name of the versions of Python, numba and llvmlite, the system and the processor, on which code depends."""
     numba, llvmlite = (importlib.metadata.version(name) for name in ("numba", "llvmlite"))
     return f"{sys.implementation.cache_tag}-numba{numba}-llvmlite{llvmlite}-{sys.platform}-{platform.machine()}-{processor()}"
+
+
+def lasts() -> bool:
+    """Whether later processes find the code that this one compiles: whether the user's folder can be written."""
+    folder = users_folder()
+    with suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        return os.access(folder, os.W_OK | os.X_OK)
+    return False
+
+
+def users_folder() -> Path:
+    """The user's folder for compiled code: in NUMBA_CACHE_DIR, or where the system keeps caches."""
+    if folder := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(folder) / "pymeshfair"
+    home = Path("~").expanduser()
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData/Local") / "pymeshfair" / "kernels"
+    if sys.platform == "darwin":
+        return home / "Library/Caches/pymeshfair/kernels"
+    return Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache") / "pymeshfair" / "kernels"
+
+
+class Stored(NamedTuple):
+    """The compiled functions for this Python, this numba and this processor."""
+
+    installed: int  # the number of kernels that came compiled with the package
+    kept: int  # the number of kernels compiled since
+    folder: Path  # the folder of the latter
+    lasts: bool  # whether that folder can be written; if not, every process compiles missing kernels anew
+
+
+def stored() -> Stored:
+    """The compiled functions that are stored."""
+    folder = users_folder()
+    installed, kept = (sum(1 for _ in (place / made_here()).glob("*")) for place in (INSTALLED, folder))
+    return Stored(installed, kept, folder, lasts())
+
+
+def read(name: str) -> MachineCode | None:
+    """The data stored under that name, or None."""
+    for place in (INSTALLED, users_folder()):
+        with suppress(OSError, EOFError, pickle.UnpicklingError, TypeError, ValueError):  # a disk that was full or has failed
+            return MachineCode(*pickle.loads((place / made_here() / name).read_bytes()))
+    return None
+
+
+def write(name: str, code: MachineCode) -> None:
+    """Store it; a file appears whole or not at all, as several processes may write the same one."""
+    place = users_folder() / made_here()
+    with suppress(OSError):  # where nothing can be written the next process compiles it again
+        place.mkdir(parents=True, exist_ok=True)
+        part = place / f"{uuid.uuid4().hex}.part"
+        try:
+            part.write_bytes(pickle.dumps(tuple(code)))
+            part.replace(place / name)
+        finally:
+            part.unlink(missing_ok=True)
 
 
 def load(code: MachineCode, name: str) -> Callable[..., Any]:
@@ -118,15 +181,13 @@ def extension(name: str) -> Any:
     spec = importlib.util.find_spec("numba")
     if spec is None or spec.origin is None:
         raise ImportError("numba is not installed")
-    *folders, last = name.split(".")
-    folder = Path(spec.origin).parent.joinpath(*folders)
-    for suffix in importlib.machinery.EXTENSION_SUFFIXES:
-        if (path := folder / f"{last}{suffix}").exists():
-            loader = importlib.machinery.ExtensionFileLoader(whole, str(path))
-            module = importlib.util.module_from_spec(importlib.machinery.ModuleSpec(whole, loader, origin=str(path)))
-            loader.exec_module(module)
-            return module
-    raise ImportError(f"numba has no extension module {name} for this Python")
+    folder = Path(spec.origin).parent.joinpath(*name.split(".")[:-1])
+    found = importlib.machinery.PathFinder.find_spec(whole, [str(folder)])
+    if found is None or found.loader is None:
+        raise ImportError(f"numba has no extension module {name} for this Python")
+    module = importlib.util.module_from_spec(found)
+    found.loader.exec_module(module)
+    return module
 
 
 _unpickled: dict[int, Any] = {}

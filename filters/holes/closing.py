@@ -9,7 +9,7 @@ from ..checks import ConvergenceError, FilterInputError, check_choice, check_who
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..fairing.region import ENERGIES, Energy, fair_region
 from ..geometry import angles_between, cross_products
-from ..mesh import Bools, Floats, Ints, check_mesh, check_vertex_mask, mask_of, scaled_to_unit
+from ..mesh import Bools, Floats, Ints, Longs, check_mesh, check_vertex_mask, mask_of, scaled_to_unit
 from ..topology import BoundaryLoop, border_vertices, boundary_loops, connected_components, face_adjacency, one_rings
 from .refinement import MOST_VERTICES, ForbiddenEdges, Patch, refined_patch, uniform_width
 from .rims import ISLAND_IN_IT, MOST_JOINED, OpenRim, broken_left_open, left_open_as, sorted_rims
@@ -40,29 +40,23 @@ class HoleFilling(NamedTuple):
     """Vertices and faces that close the holes of a mesh of n vertices and m faces.
 
     The closed mesh is ``np.concatenate([vertices, new_vertices])`` and ``np.concatenate([faces, new_faces])``.
-
-    Attributes:
-        new_vertices: (a, 3) float64.
-        new_faces: (b, 3) int32, indices from 0 to n + a - 1: from n on they mean `new_vertices`. Oriented as the faces around.
-        hole_of_face: (b,) int32, ascending, the index in `closed` of the hole that each new face closes.
-        hole_of_vertex: (a,) int32, ascending, the same of each new vertex.
-        closed: for every closed hole (k,) int32 the vertices of its rim in order along it, in the direction of the new faces.
-        islands: for every closed hole (k,) int32 the vertices of the rims of the islands that its new faces join; mostly none.
-        left_open: the other rims, and why they were left.
-        energies: for every closed hole the energy that placed its new vertices: `energy`, or if its equations are too
-            ill-conditioned or throw the filling out, the highest lower one that does not, or "none".
-        thrown_out: for every closed hole whether a higher energy would have put new vertices outside of the box of its rim, by
-            more than the diagonal of that box.
     """
 
-    new_vertices: Floats
+    new_vertices: Floats  # (a, 3) float64
+    # (b, 3) int32, indices from 0 to n + a - 1: from n on they mean `new_vertices`. Oriented as the faces around.
     new_faces: Ints
-    hole_of_face: Ints
-    hole_of_vertex: Ints
+    hole_of_face: Ints  # (b,) int32, ascending, the index in `closed` of the hole that each new face closes
+    hole_of_vertex: Ints  # (a,) int32, ascending, the same of each new vertex
+    # for every closed hole (k,) int32 the vertices of its rim in order along it, in the direction of the new faces
     closed: tuple[Ints, ...]
+    # for every closed hole (k,) int32 the vertices of the rims of the islands that its new faces join; mostly none
     islands: tuple[Ints, ...]
-    left_open: tuple[OpenRim, ...]
+    left_open: tuple[OpenRim, ...]  # the other rims, and why they were left
+    # for every closed hole the energy that placed its new vertices: `energy`, or if its equations are too ill-conditioned or
+    # throw the filling out, the highest lower one that does not, or "none"
     energies: tuple[HoleEnergy, ...]
+    # for every closed hole whether a higher energy would have put new vertices outside of the box of its rim, by more than the
+    # diagonal of that box
     thrown_out: tuple[bool, ...]
 
 
@@ -81,20 +75,17 @@ def close_holes(
     """Closes the holes of a mesh with up to `max_edges` border edges [liepa2003].
 
     Each rim is triangulated (`triangulate_rim`), the triangles are split and their edges flipped until they are as small as those
-    at the rim (`refined_patch`), and the new vertices are placed by `fair_region`; refinement and fairing alternate for some
-    rounds, since fairing depends on the triangulation, which each round makes more regular. Where the surface then bends more
-    than 1.2 times as much at the rim as around it, edges become down to a quarter as long: a narrow hole between two sides that
-    do not match needs more of them to be smooth. Where the filling would have more than 60,000 new vertices (`MOST_VERTICES`),
-    its triangles get larger away from the rim, so that time and memory grow with the rim alone. No new vertex lies further
-    outside of the box of its rim than the diagonal of that box: a filling that an energy would throw out further, as beside a
-    spike, is placed by the next lower one.
+    at the rim (`refined_patch`), and the new vertices are placed by `fair_region`; refinement and fairing alternate, since
+    fairing depends on the triangulation, which each round makes more regular. Where the surface then bends more than `SHARP`
+    times as much at the rim as around it, edges get shorter: a narrow hole between sides that do not match needs more of them to
+    be smooth. Fillings of more than `MOST_VERTICES` get larger triangles away from the rim, so that time and memory grow with the
+    rim alone. One that an energy would throw out of its rim by more than `FURTHEST`, as beside a spike, is placed by the next
+    lower energy.
 
     The closed mesh is a manifold where the mesh was one, and oriented like it. Outer borders of open sheets are no holes and stay
-    open, of any size (`outer_borders`): rims with a total geodesic curvature above 1.5 pi, and, unless `selected` contains
-    one of their vertices, those that span more than a third of the area of their sheet, as the border of a cap of a ball up to
-    109 degrees from its pole does. A rim whose squared length is below the area of its sheet is always a hole. A ball of which
-    less is missing has a hole; a tube longer than three quarters of its width has
-    two. A sheet that lies in a hole without touching its rim is an island, which the new faces join.
+    open, of any size (`outer_borders`): the cap of a ball up to 109 degrees from its pole has one, a ball of which less is
+    missing has a hole, a tube longer than three quarters of its width has two. `selected` closes those that are outer borders by
+    their area alone. A sheet that lies in a hole without touching its rim is an island, which the new faces join.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -166,14 +157,12 @@ def close_holes(
 class _PlacedPatch(NamedTuple):
     """A patch with its place in the mesh."""
 
-    own: Ints  # (k,) the vertices of the mesh on its rim, ascending
-    patch: Patch  # the patch; its first k points are these vertices
+    own: Ints  # (k,) the vertices of the mesh on its rim, ascending: the first k points of the patch
+    patch: Patch
     forbidden: ForbiddenEdges  # which of them it must not join
     uniform: float  # the width of the band at the rim with triangles as small as there, in edges
-    # (s, 3) the edges of the rim as for `bend_at_rim`: two numbers of points of the patch, and the index of the third vertex in
-    # `around`
-    sides: Ints
-    around: Floats  # (s, 3) coordinates of the third vertices of the faces of the mesh at the rim
+    sides: Longs  # (s, 2) the edges of the mesh at the rim, in the direction of the patch, by numbers of its points
+    normals: Floats  # (s, 3) of the faces of the mesh there, of any length
     bend: float  # the mean angle between the faces at the edges of the mesh around it, in radians
     share: float  # the target length of its edges as a share of the edges around
 
@@ -223,12 +212,10 @@ class Patches:
             patch = refined_patch(patch, forbidden=forbidden, uniform=uniform, progress=refining)
             # Another hole with the same two vertices may join them later, so no flip of this one may.
             forbidden = forbidden._replace(apart=self._shared[own])
-        at_mesh = outline.opposite >= 0
-        starts, ends = np.searchsorted(own, outline.vertices), np.searchsorted(own, np.roll(outline.vertices, -1))
-        sides = np.column_stack([starts, ends, np.cumsum(at_mesh) - 1])[at_mesh].astype(np.int32)
+        faces = np.column_stack([outline.vertices, np.roll(outline.vertices, -1), outline.opposite])[outline.opposite >= 0]
+        sides, normals = np.searchsorted(own, faces[:, :2]), -cross_products(self._points, faces)
         bend = float(self._bends[0][own].sum() / max(self._bends[1][own].sum(), 1.0))
-        around = self._points[outline.opposite[at_mesh]]
-        self._placed.append(_PlacedPatch(own, patch, forbidden, uniform, sides, around, bend, 1.0))
+        self._placed.append(_PlacedPatch(own, patch, forbidden, uniform, sides, normals, bend, 1.0))
         # Patches of other holes that share vertices must not repeat its edges between them.
         corners = own[np.where(patch.triangles < len(own), patch.triangles, 0)]
         shared = (patch.triangles < len(own)) & self._shared[corners]
@@ -256,11 +243,13 @@ class Patches:
             if done > 0:
                 self.refine_again(energy != "membrane", partial)
             for lower, level in zip(HOLE_ENERGIES[-2::-1], ENERGIES[::-1], strict=True):
-                new = self._new_counts()
+                new, total = self._new_counts(), 0
                 parts: list[list[int]] = []
                 for k in (k for k, each in enumerate(energies) if each == level):
-                    if not parts or sum(new[i] for i in parts[-1]) + new[k] > MOST_AT_ONCE:
+                    total += new[k]
+                    if not parts or total > MOST_AT_ONCE:
                         parts.append([])
+                        total = new[k]
                     parts[-1].append(k)
                 for part in parts:
                     for k, far in self._place(part, level, partial).items():
@@ -282,7 +271,7 @@ class Patches:
                 return {group[0]: False}
             half = len(group) // 2
             return self._place(group[:half], energy, progress) | self._place(group[half:], energy, progress)
-        far = np.flatnonzero(self._reach(moved) > FURTHEST).tolist()
+        far = [k for k, new in enumerate(self._parts(moved)) if _reach(self._points[self._placed[k].own], new) > FURTHEST]
         if not far:
             self.move(moved)
             return {}
@@ -296,7 +285,7 @@ class Patches:
         """
         for k, placed in enumerate(self._placed):
             patch = placed.patch
-            bend = bend_at_rim(patch, placed.sides, placed.around)
+            bend = bend_at_rim(patch, placed.sides, placed.normals)
             finer = np.clip(SHARP * placed.bend / bend, FINEST / placed.share, 1.0) if smooth and bend > 0.0 else 1.0
             finer = max(finer, min(1.0, float(np.sqrt(len(patch.points) / MOST_VERTICES))))
             patch = patch._replace(sizes=patch.sizes * finer)
@@ -305,24 +294,15 @@ class Patches:
             patch = refined_patch(patch, forbidden=placed.forbidden, uniform=uniform, progress=part_of(progress, 0.0, 0.0))
             self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))
 
-    def _reach(self, new_vertices: Floats) -> Floats:
-        """(count,) the distance by which each patch leaves the box of its rim, in diagonals of that box."""
-        distances = np.zeros(len(self._placed))
-        for k, (rim, new) in enumerate(self._rims_and(new_vertices)):
-            low, high = rim.min(axis=0), rim.max(axis=0)
-            outside = np.linalg.norm(np.maximum(np.maximum(low - new, new - high), 0.0), axis=1)
-            distances[k] = outside.max(initial=0.0) / (float(np.linalg.norm(high - low)) or 1.0)
-        return distances
-
     def move(self, new_vertices: Floats) -> None:
         """Set the coordinates of the new vertices, in the order of `gathered`."""
-        for k, points in enumerate(self._rims_and(new_vertices)):
-            self._placed[k] = self._placed[k]._replace(patch=self._placed[k].patch._replace(points=np.concatenate(points)))
+        for k, (own, new) in enumerate(zip(self._placed, self._parts(new_vertices), strict=True)):
+            points = np.concatenate([own.patch.points[: len(own.own)], new])
+            self._placed[k] = own._replace(patch=own.patch._replace(points=points))
 
-    def _rims_and(self, new_vertices: Floats) -> list[tuple[Floats, Floats]]:
-        """The points of each patch: its rim, and its part of the new vertices, which are in the order of `gathered`."""
-        parts = np.split(new_vertices, np.cumsum(self._new_counts())[:-1])
-        return [(placed.patch.points[: len(placed.own)], new) for placed, new in zip(self._placed, parts, strict=True)]
+    def _parts(self, new_vertices: Floats) -> list[Floats]:
+        """The part of each patch of all new vertices."""
+        return np.split(new_vertices, np.cumsum(self._new_counts())[:-1])
 
     def _new_counts(self) -> list[int]:
         return [len(placed.patch.points) - len(placed.own) for placed in self._placed]
@@ -345,6 +325,13 @@ class Patches:
         )
 
 
+def _reach(rim: Floats, new: Floats) -> float:
+    """The distance by which new vertices leave the box of their rim, in diagonals of that box."""
+    low, high = rim.min(axis=0), rim.max(axis=0)
+    outside = np.linalg.norm(np.maximum(np.maximum(low - new, new - high), 0.0), axis=1)
+    return float(outside.max(initial=0.0)) / (float(np.linalg.norm(high - low)) or 1.0)
+
+
 def bends_around(points: Floats, faces: Ints, marked: Bools) -> tuple[Floats, Floats]:
     """(n,) the angles between the normals of the two faces of every edge, summed at its ends in radians, and (n,) their number.
 
@@ -360,14 +347,13 @@ def bends_around(points: Floats, faces: Ints, marked: Bools) -> tuple[Floats, Fl
     return total, np.asarray(np.bincount(shared.ravel(), minlength=n), dtype=np.float64)
 
 
-def bend_at_rim(patch: Patch, sides: Ints, around: Floats) -> float:
+def bend_at_rim(patch: Patch, sides: Longs, normals: Floats) -> float:
     """The mean angle between the normals of the patch and of the mesh along the rim, in radians; see `_PlacedPatch`."""
     n, triangles = len(patch.points), patch.triangles
     keys = (triangles * np.int64(n) + np.roll(triangles, -1, axis=1)).ravel()
     order = np.argsort(keys)
-    inside = triangles[order[np.searchsorted(keys[order], sides[:, 0] * np.int64(n) + sides[:, 1])] // 3]
-    outside = cross_products(np.concatenate([patch.points, around]), sides + np.array([0, 0, n], dtype=np.int32))
-    return float(angles_between(cross_products(patch.points, inside), -outside).mean())
+    inside = triangles[order[np.searchsorted(keys[order], sides[:, 0] * n + sides[:, 1])] // 3]
+    return float(angles_between(cross_products(patch.points, inside), normals).mean())
 
 
 def remesh_region(

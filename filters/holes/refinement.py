@@ -6,7 +6,7 @@ import numpy as np
 
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress
-from ..geometry import angle_at, cross_product, cross_products, squared_length
+from ..geometry import angle_at, cross_product, cross_products, side_lengths, squared_length
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 from ..topology import diamond, faces_across, fan_size, flip
@@ -41,7 +41,7 @@ class ForbiddenEdges(NamedTuple):
 
     pairs: VertexPairs  # pairs that are joined outside the patch
     apart: Bools  # (k,) the vertices of which no two may be joined
-    alone: Bools  # (k,) the vertices that no flip may join with any other
+    alone: Bools  # (k,) the vertices that the rim meets twice: no flip may join them with any other
 
 
 class Patch(NamedTuple):
@@ -69,12 +69,8 @@ def refined_patch(
     vertices of the rim are split at their middles, except in cracks: a triangle between such an edge and the rim would have no
     vertex that fairing could move. Edges of the rim stay. A patch of 300,000 vertices is not split any further.
 
-    Args:
-        patch: a patch with points on the rim alone, or a refined patch whose points have moved.
-        forbidden: which pairs of vertices of the rim must not be joined because they are joined outside the patch. An edge
-            of the patch between such a pair is split. `alone` are the vertices that the rim meets twice.
-        uniform: the distance from the rim, in edges, beyond which triangles may be larger; see `growing`.
-        progress: called with the share that is done after each round; may raise to stop.
+    The patch has points on the rim alone, or is a refined one whose points have moved. An edge of it between vertices that are
+    joined outside, by `forbidden`, is split. Beyond `uniform` edges from the rim triangles may be larger, see `growing`.
     """
     points, sizes, triangles, n_rim = patch
     rim, triangles = points[:n_rim], np.ascontiguousarray(triangles, dtype=np.int32).copy()
@@ -134,7 +130,7 @@ def _split_diagonals(
 def _height(triangle: Floats) -> float:
     """The least height of a triangle; 0 if its vertices coincide."""
     a, b, c = triangle
-    longest = float(np.sqrt(max(((b - a) ** 2).sum(), ((c - b) ** 2).sum(), ((a - c) ** 2).sum())))
+    longest = float(side_lengths(triangle).max())
     return float(np.linalg.norm(np.cross(b - a, c - a))) / longest if longest > 0.0 else 0.0
 
 

@@ -29,11 +29,7 @@ _HEIGHT = 0.5
 #: The largest number of edges of a hole and the islands in it together, or `max_edges` if that is larger: memory grows with its
 #: square.
 MOST_JOINED = 10_000
-#: Why a rim was left open. "size": the hole has more edges than `max_edges`. "selection": none of its vertices is selected.
-#: "outer": it is the outer border of an open sheet. "probably_outer": it seems to be one, by its area. "island": it is the border
-#: of an island that could not be joined to the hole around it, or the rim of that hole. "seam": its two sides coincide.
-#: "orientation": faces at it are not coherently oriented. "non_manifold": an edge with more than two faces ends at it.
-#: "no_triangulation": any triangulation would have degenerate triangles or edges with more than two faces.
+#: Why a rim was left open: the hole has more edges than `max_edges`, or as `_WHY` has it; an "island" may be the rim around, too.
 Reason: TypeAlias = Literal[
     "size", "selection", "outer", "probably_outer", "island", "seam", "orientation", "non_manifold", "no_triangulation"
 ]
@@ -55,18 +51,13 @@ _WHY: dict[Reason, str] = {
 
 
 class OpenRim(NamedTuple):
-    """A rim that was left open.
+    """A rim that was left open."""
 
-    Attributes:
-        vertices: (k,) int32 its vertices, in order along the rim; ascending for the reasons "orientation" and "non_manifold",
-            where there is no such order.
-        reason: why, one word.
-        message: why, one sentence with the numbers.
-    """
-
+    # (k,) int32 its vertices, in order along the rim; ascending for the reasons "orientation" and "non_manifold", where there is
+    # no such order
     vertices: Ints
-    reason: Reason
-    message: str
+    reason: Reason  # why, one word
+    message: str  # why, one sentence with the numbers
 
 
 def left_open_as(rim: BoundaryLoop, reason: Reason, more: str = "") -> OpenRim:
@@ -83,19 +74,12 @@ def broken_left_open(border: BrokenBorder) -> OpenRim:
 
 
 class Rim(NamedTuple):
-    """One boundary loop.
+    """One boundary loop."""
 
-    Attributes:
-        edges: how many it has.
-        length: of them all.
-        middle: (3,) the mean of its vertices.
-        outer: whether it seems to be the outer border of an open sheet and no hole.
-    """
-
-    edges: int
-    length: float
-    middle: Floats
-    outer: bool
+    edges: int  # how many it has
+    length: float  # of them all
+    middle: Floats  # (3,) the mean of its vertices
+    outer: bool  # whether it seems to be the outer border of an open sheet and no hole
 
 
 def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:

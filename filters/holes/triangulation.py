@@ -71,20 +71,12 @@ def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
     return bool(at < pairs.keys.shape[0] and pairs.keys[at] == key)
 
 
-class Polygon(NamedTuple):
-    """A closed walk along border edges, and to an island and back along a cut."""
-
-    # (k,) int32 of the mesh, one a corner of the polygon. A vertex is several corners where a cut begins or ends, and where parts
-    # of the surface are attached by it alone.
-    vertices: Ints
-    opposite: Ints  # (k,) int32 the third vertex of the face of the mesh at the edge from each to the next, -1 at cuts
-
-
-def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> Polygon:
+def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> BoundaryLoop:
     """The rim with each island joined by the shortest cut to the polygon so far, the nearest island first.
 
-    It begins after the longest edge of the rim: the triangulation depends slightly on its first corner, which must not depend on
-    the numbers of the vertices.
+    At cuts `opposite` is -1. A vertex is several corners where a cut begins or ends, and where parts of the surface are attached
+    by it alone. The polygon begins after the longest edge of the rim: the triangulation depends slightly on its first corner,
+    which must not depend on the numbers of the vertices.
     """
     first = int(side_lengths(points[rim.vertices]).argmax()) + 1
     vertices, opposite = np.roll(rim.vertices, -first), np.roll(rim.opposite, -first)
@@ -104,7 +96,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> P
         cut = np.array([-1], dtype=np.int32)
         vertices = np.concatenate([vertices[: i + 1], around, around[:1], vertices[i:]])
         opposite = np.concatenate([opposite[:i], cut, beyond, cut, opposite[i:]])
-    return Polygon(vertices, opposite)
+    return BoundaryLoop(vertices, opposite)
 
 
 def joined_corners(corners: Ints, neighbours: list[list[int]]) -> VertexPairs:
@@ -121,13 +113,15 @@ def joined_corners(corners: Ints, neighbours: list[list[int]]) -> VertexPairs:
     return vertex_pairs(k, first[~side], second[~side])
 
 
-def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
+def triangulate_polygon(outline: BoundaryLoop, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
     """(b, 3) the vertices of triangles that close the polygon, without `joined` diagonals; None if no such surface exists."""
     corners = outline.vertices
     opposite = np.where(outline.opposite[:, None] < 0, np.nan, points[outline.opposite])
-    _, vertex = np.unique(corners, return_inverse=True)
-    at = sparse.csr_array((np.ones(len(corners)), (np.arange(len(corners)), vertex)))
-    forbidden = joined.with_pairs(*(at @ at.T).nonzero())  # two corners at one vertex
+    forbidden = joined
+    own, vertex = np.unique(corners, return_inverse=True)
+    if len(own) < len(corners):
+        at = sparse.csr_array((np.ones(len(corners)), (np.arange(len(corners)), vertex)))
+        forbidden = joined.with_pairs(*(at @ at.T).nonzero())  # two corners at one vertex
     for _ in range(_MOST_TRIES):
         triangles = triangulate_rim(points[corners], opposite, forbidden, progress=progress)
         if triangles is None:
@@ -159,15 +153,9 @@ def triangulate_rim(
     with the triangles of those before it as neighbours. Then what lies around each chord is triangulated again, so that it need
     not stay an edge: the result is at least as good as that of the parts.
 
-    Args:
-        points: (k, 3) the vertices of the rim in order, in the direction of the new faces.
-        opposite: (k, 3) the third vertex of the face of the mesh at the edge from i to i + 1; NaN if there is none.
-        forbidden: which diagonals must not be used: those that are edges of the mesh.
-        progress: called with the share that is done; may raise to stop.
-
-    Returns:
-        (k - 2, 3) indices from 0 to k - 1, in the rim's orientation; None if there is no triangulation without degenerate
-        triangles and forbidden diagonals.
+    (k, 3) `points` are the vertices of the rim in the direction of the new faces, (k, 3) `opposite` the third vertices of the
+    faces of the mesh at the edges from i to i + 1, NaN if there is none. (k - 2, 3) indices of points are returned; None if there
+    is no triangulation without degenerate triangles and `forbidden` diagonals.
     """
     n = len(points)
     centre = points.mean(axis=0)
@@ -175,8 +163,12 @@ def triangulate_rim(
     if n < 3 or not size > 0.0:
         return None
     # Products of four lengths stay in range in any unit.
-    rim = RimTriangles((points - centre) / size, (opposite - centre) / size, forbidden, np.empty((n - 2, 3), dtype=np.int32), {})
+    points, opposite = (points - centre) / size, (opposite - centre) / size
     parts = [np.arange(n, dtype=np.int32)]
+    if n <= LARGEST_WHOLE:
+        progress(1.0)
+        return minimal_triangulation(points, opposite, forbidden.among(parts[0]))
+    rim = RimTriangles(points, opposite, forbidden, np.empty((n - 2, 3), dtype=np.int32), {})
     chords: list[tuple[int, int]] = []
     done = 0
     while parts:
@@ -309,16 +301,8 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools) ->
     By dynamic programming: the best triangulation of the part of the polygon from i to j is, for the best vertex m between, the
     triangle (i, m, j) and the best ones from i to m and from m to j. Dihedral angles are those between the normals of the two
     triangles at the new edges and at the sides, 0 if both lie in one plane. So the angle of a part depends on its last triangle,
-    and the minimum is taken over the best parts, as in the paper. Time O(k^3).
-
-    Args:
-        points: (k, 3) the corners of the polygon, with coordinates of ordinary size.
-        opposite: (k, 3) the third vertex of the face of the mesh at the side from i to i + 1; NaN if there is none.
-        forbidden: (k, k) symmetric, which diagonals must not be used.
-
-    Returns:
-        (k - 2, 3) indices from 0 to k - 1 in the orientation of the polygon; None if all triangulations have degenerate triangles
-        or forbidden diagonals.
+    and the minimum is taken over the best parts, as in the paper. Time O(k^3). The arguments are those of `triangulate_rim`, but
+    for (k, k) `forbidden`, and the coordinates of ordinary size.
     """
     n = len(points)
     third = np.full((n, n), -1, dtype=np.int32)

@@ -8,14 +8,20 @@ from .curvature import (
     gaussian_curvature,
     mean_curvature,
     mesh_normals,
+    reflection_stripes,
 )
-from .displacement import Correspondence, Displacement, displacement
-from .face_samples import sample_places
-from .folded_faces import folded_faces, side_changes, triangle_shapes
-from .reflection_lines import reflection_stripes
-from .sharp_edges import SHARP, SharpEdges, share_kept, sharp_edges
+from .distances import (
+    SAMPLES,
+    Correspondence,
+    Displacement,
+    DistanceStatistics,
+    SurfaceDistance,
+    displacement,
+    sample_places,
+    surface_distance,
+)
+from .face_changes import SHARP, SharpEdges, folded_faces, share_kept, sharp_edges, side_changes, triangle_shapes
 from .surface import NearestPlaces, Surface
-from .surface_distance import SAMPLES, DistanceStatistics, SurfaceDistance, surface_distance
 from .surface_measures import SurfaceMeasures, surface_measures
 from .thickness import Thickness, wall_thickness
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..libraries import spatial
 from ..mesh import Floats, Ints
-from .face_samples import face_samples, sample_places
+from .distances import face_samples, sample_places
 from .surface import Surface
 
 #: Samples of the surface that is moved.
@@ -20,23 +20,14 @@ _ITERATIONS, _SMALLEST = 200, 3e-6
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """The rigid motion of a surface onto another one.
+    """The rigid motion of a surface onto another one."""
 
-    Attributes:
-        vertices: (n, 3) where its vertices are now.
-        degrees: by which it was turned.
-        shift: by which its middle was moved, in mesh units.
-        residual: the root mean square of the distances of the 80 % of its samples that lie nearest.
-        iterations: how many it took.
-        converged: whether the last step was below 3e-6 of the size.
-    """
-
-    vertices: Floats
-    degrees: float
-    shift: float
-    residual: float
-    iterations: int
-    converged: bool
+    vertices: Floats  # (n, 3) where its vertices are now
+    degrees: float  # by which it was turned
+    shift: float  # by which its middle was moved, in mesh units
+    residual: float  # the root mean square of the distances of the 80 % of its samples that lie nearest
+    iterations: int  # how many it took
+    converged: bool  # whether the last step was below 3e-6 of the size
 
 
 def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:

@@ -77,16 +77,11 @@ def _places(values: Floats, limits: Limits) -> NDArray[np.intp]:
 
 
 def _table(stops: Iterable[tuple[float, float, float, float]]) -> Floats:
-    """The colours of a map between its stops, along straight lines of Oklab."""
+    """(k, 4) gamma-coded colours of a map between its stops, along straight lines of Oklab, cut to what a screen shows."""
     at, lightness, chroma, hue = np.array(list(stops)).T
     angle = np.radians(hue)
-    t = np.linspace(0.0, 1.0, _STEPS)
     lab = (lightness, chroma * np.cos(angle), chroma * np.sin(angle))
-    return _srgb(np.column_stack([np.interp(t, at, channel) for channel in lab]))
-
-
-def _srgb(oklab: Floats) -> Floats:
-    """(k, 4) gamma-coded red, green, blue and opacity 1, of (k, 3) colours in Oklab, cut to what a screen shows."""
+    oklab = np.column_stack([np.interp(np.linspace(0.0, 1.0, _STEPS), at, channel) for channel in lab])
     to_cones = np.array(
         [[1.0, 0.3963377774, 0.2158037573], [1.0, -0.1055613458, -0.0638541728], [1.0, -0.0894841775, -1.2914855480]]
     )

@@ -1,4 +1,4 @@
-"""Curvature and normals of triangle meshes at their vertices, from the angles and areas of the faces."""
+"""Curvature and normals of triangle meshes at their vertices, from the angles and areas of the faces; reflections by them."""
 
 import math
 from typing import Literal, TypeAlias
@@ -6,12 +6,15 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import check_choice
+from ..checks import FilterInputError, check_choice, check_positive
 from ..compilation import compiled
 from ..geometry import angle_at, corner_angles, cross_product, unit_vectors
 from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..operators import laplace_beltrami, mixed_voronoi_areas
 from ..topology import border_vertices, edges, proper_faces
+
+#: The share of a stripe's period over which bright turns into dark.
+_SOFTNESS = 0.25
 
 
 def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
@@ -25,7 +28,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
         FilterInputError: not a mesh.
     """
     mesh = _normalised(vertices, faces)
-    return _at_vertices(mesh, vertex_normals(mesh.points, mesh.cells)) if len(mesh.cells) else np.zeros_like(mesh.vertices)
+    return at_vertices(mesh, vertex_normals(mesh.points, mesh.cells))
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
@@ -85,7 +88,7 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
     else:
         local = _uniform(points, mesh.cells)
     local[border_vertices(mesh.cells, len(mesh))] = 0.0
-    return _at_vertices(mesh, local * mesh.scale)
+    return at_vertices(mesh, local * mesh.scale)
 
 
 def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: GaussianMeasure = "per_area") -> Floats:
@@ -113,10 +116,10 @@ def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: Gaussi
     full = np.where(on_border, math.pi, 2.0 * math.pi)
     deficits: Floats = full - np.bincount(mesh.cells.ravel(), angles.ravel(), minlength=len(mesh))
     if measure == "deficit":
-        return _at_vertices(mesh, deficits)
+        return at_vertices(mesh, deficits)
     areas = mixed_voronoi_areas(mesh.points, mesh.cells)
     local = np.divide(deficits, areas, out=np.zeros_like(deficits), where=(areas > 0.0) & ~on_border)
-    return _at_vertices(mesh, local * mesh.scale * mesh.scale)
+    return at_vertices(mesh, local * mesh.scale * mesh.scale)
 
 
 def _normalised(vertices: ArrayLike, faces: ArrayLike) -> NormalisedMesh:
@@ -137,8 +140,46 @@ def _uniform(points: Floats, faces: Ints) -> Floats:
     return np.asarray(np.divide(bulges, lengths, out=np.zeros_like(bulges), where=lengths > 0.0))
 
 
-def _at_vertices(mesh: NormalisedMesh, local: Floats) -> Floats:
+def at_vertices(mesh: NormalisedMesh, local: Floats) -> Floats:
     """(n, ...) the values of the points at their vertices, 0 at the others."""
     values = np.zeros((len(mesh.vertices), *local.shape[1:]))
     values[mesh.used] = local
     return values
+
+
+def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike, stripes: float = 8.0) -> Floats:
+    """(n,) the brightness of each place of a polished surface, from 0 to 1.
+
+    The lamps are infinitely far and parallel to `direction`, evenly spread round it. The eye is infinitely far in the direction
+    `view`. It sees at a normal n the light that comes from r = 2 (n . v) n - v, which lies in a lamp or between two according to
+    the angle of r about `direction`. Lines that bend sharply show a jump of the normals, which shading hardly shows; lines that
+    are smooth but not evenly spread show curvature that changes.
+
+    Args:
+        normals: (n, 3) unit normals; 0 gives 0.5.
+        view: (3,) from the surface to the eye.
+        direction: (3,) along the lamps.
+        stripes: how many lamps there are all round; larger shows smaller defects.
+
+    Raises:
+        FilterInputError: a direction without length, or stripes that are not above 0.
+    """
+    stripes = check_positive("stripes", stripes)
+    eye, axis = _unit("view", view), _unit("direction", direction)
+    reflected = 2.0 * (normals @ eye)[:, None] * normals - eye
+    # Two directions across the lamps; angles are counted from the first.
+    first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    first /= np.linalg.norm(first)
+    second = np.cross(axis, first)
+    angles = np.arctan2(reflected @ second, reflected @ first)
+    brightness = 0.5 + 0.5 * np.clip(np.cos(round(stripes) * angles) / _SOFTNESS, -1.0, 1.0)
+    brightness[~normals.any(axis=1)] = 0.5
+    return np.asarray(brightness)
+
+
+def _unit(name: str, direction: ArrayLike) -> Floats:
+    vector = np.asarray(direction, dtype=np.float64)
+    length = float(np.linalg.norm(vector)) if vector.shape == (3,) else np.nan
+    if not 0.0 < length < np.inf:
+        raise FilterInputError(f"{name} {vector.tolist()} is no direction: it takes three finite numbers, not all of them 0")
+    return vector / length

@@ -19,7 +19,7 @@ from ..libraries import spatial
 from ..mesh import Floats, Ints, Longs, NormalisedMesh, check_mesh, normalised_mesh
 from ..neighbours import gap_to, split_nodes
 from ..topology import faces_across, proper_faces
-from .curvature import vertex_normals
+from .curvature import at_vertices, vertex_normals
 
 #: Triangles in a leaf, compiled into the kernels: 2 and 8 are no faster.
 _LEAF = 4
@@ -151,10 +151,7 @@ def _measure(triangles: Floats, r: int, x: float, y: float, z: float) -> tuple[f
 
 
 @compiled(nogil=True)
-def _bound(
-    points: Floats, faces: Ints, corners: Floats, distances: Floats, beside: Longs, bounds: Floats, first: int, last: int
-) -> None:
-    triangle = np.empty((1, 9))
+def _bound(triangles: Floats, corners: Floats, distances: Floats, beside: Longs, bounds: Floats, first: int, last: int) -> None:
     for c in range(first, last):
         longest = 0.0
         for k in range(3):
@@ -163,30 +160,19 @@ def _bound(
                 square += (corners[c, k, d] - corners[c, k - 1, d]) ** 2
             longest = max(longest, square)
         bounds[c] = max(distances[c, 0], distances[c, 1], distances[c, 2]) + math.sqrt(longest / 3.0)
-        for b in range(beside.shape[1]):
-            f = beside[c, b]
-            for d in range(3):
-                start = points[faces[f, 0], d]
-                triangle[0, d] = start
-                triangle[0, 3 + d], triangle[0, 6 + d] = points[faces[f, 1], d] - start, points[faces[f, 2], d] - start
+        for row in beside[c]:
             furthest = 0.0
             for k in range(3):
-                furthest = max(furthest, _measure(triangle, 0, corners[c, k, 0], corners[c, k, 1], corners[c, k, 2])[2])
+                furthest = max(furthest, _measure(triangles, row, corners[c, k, 0], corners[c, k, 1], corners[c, k, 2])[2])
             bounds[c] = min(bounds[c], math.sqrt(furthest))
 
 
 class NearestPlaces(NamedTuple):
-    """The places of a surface nearest to q points.
+    """The places of a surface nearest to q points."""
 
-    Attributes:
-        signed: (q,) how far the points are from the places, negative on the side from which the faces look away.
-        elements: (q,) the face on which each place lies; in a cloud the point that it is.
-        vectors: (q, 3) from the places to the points, in mesh units; (0, 3) without `vectors`.
-    """
-
-    signed: Floats
-    elements: Ints
-    vectors: Floats
+    signed: Floats  # (q,) how far the points are from the places, negative on the side from which the faces look away
+    elements: Ints  # (q,) the face on which each place lies; in a cloud the point that it is
+    vectors: Floats  # (q, 3) from the places to the points, in mesh units; (0, 3) without `vectors`
 
     @property
     def distances(self) -> Floats:
@@ -196,17 +182,10 @@ class NearestPlaces(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A mesh, or a cloud, to which distances are measured; exact far from the origin, too, as differences come before squares.
-
-    Attributes:
-        mesh: normalised.
-        faces: (m,) the number of each of its triangles in the original mesh.
-        vertex_count: of the original mesh.
-    """
+    """A mesh, or a cloud, to which distances are measured; exact far from the origin, too, as differences come before squares."""
 
     mesh: NormalisedMesh
-    faces: Longs
-    vertex_count: int
+    faces: Longs  # (m,) the number of each of its triangles in the original mesh
 
     @classmethod
     def of(cls, vertices: ArrayLike, faces: ArrayLike) -> "Surface":
@@ -219,7 +198,7 @@ class Surface:
         if len(points) == 0:
             raise FilterInputError("the reference has no vertices: there is nothing to measure from")
         proper = np.flatnonzero(proper_faces(triangles))
-        return cls(normalised_mesh(points, triangles[proper]), proper, len(points))
+        return cls(normalised_mesh(points, triangles[proper]), proper)
 
     def nearest(self, queries: Floats, *, vectors: bool = False) -> NearestPlaces:
         """The nearest place to each of (q, 3) points: exact, and of places as near as each other that of the lowest face.
@@ -262,20 +241,16 @@ class Surface:
         """(t,) bounds above the local distances of all places of triangles from the surface.
 
         A place lies at most as much further as it is from a corner: the longest side over the root of 3 (Jung's theorem). And
-        the distance from one triangle of the surface is convex, so that it is largest at a corner.
-
-        Args:
-            corners: (t, 3, 3) local places, those of the triangles.
-            distances: (t, 3) of the corners from the surface.
-            beside: (t, k) triangles of `mesh` near each triangle.
+        the distance from one triangle of the surface is convex, so that it is largest at a corner. The triangles are given by the
+        (t, 3, 3) local places of their corners, with (t, 3) distances, and by (t, k) triangles of `mesh` beside them.
         """
-        bounds, mesh = np.empty(len(corners)), self.mesh
-        over_range(_bound, len(corners), mesh.points, mesh.cells, np.ascontiguousarray(corners), distances, beside, bounds)
+        bounds, rows = np.empty(len(corners)), self._row_of[beside]
+        over_range(_bound, len(corners), self._tree.triangles, np.ascontiguousarray(corners), distances, rows, bounds)
         return bounds
 
     def cells_of(self, faces: Ints) -> Longs:
         """The triangles of `mesh` by their number in the original mesh."""
-        return faces.astype(np.int64) if self.faces[-1] == len(self.faces) - 1 else np.searchsorted(self.faces, faces)
+        return np.searchsorted(self.faces, faces)
 
     def normals_of(self, faces: Ints) -> Floats:
         """(q, 3) the unit normals of triangles by their number in the original mesh; 0 of those without area."""
@@ -283,9 +258,7 @@ class Surface:
 
     def normals_at_vertices(self) -> Floats:
         """(n, 3) the unit normals of all vertices; 0 where there are none."""
-        normals = np.zeros((self.vertex_count, 3))
-        normals[self.mesh.used] = self._vertex_normals
-        return normals
+        return at_vertices(self.mesh, self._vertex_normals)
 
     def _normals_at(self, cells: Longs, weights: Floats) -> Floats:
         """(q, 3) a direction to the outer side at places of triangles."""
@@ -306,6 +279,11 @@ class Surface:
     @cached_property
     def _tree(self) -> TriangleTree:
         return TriangleTree.of(self.mesh.points, self.mesh.cells)
+
+    @cached_property
+    def _row_of(self) -> Longs:
+        """The place of each triangle in the tree."""
+        return np.argsort(self._tree.indices)
 
     @cached_property
     def _points(self) -> "spatial.cKDTree":

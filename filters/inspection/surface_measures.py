@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..execution import blocks
-from ..geometry import edge_lengths, looking_away
+from ..compilation import compiled
+from ..execution import over_range
+from ..geometry import cross_product, edge_lengths, looking_away, squared_length
+from ..libraries import sparse
 from ..mesh import Floats, Ints, check_edges, check_mesh, normalised_mesh
 from ..neighbours import nearest_neighbours
-from .connectivity import Connectivity, connectivity
-from .face_measures import dihedral_angles, face_measures
+from ..topology import connected_components, corner_at, faces_by_edge, listed_edges, proper_faces, referenced_vertices, root_of
 
 
 @dataclass(frozen=True)
@@ -25,60 +26,127 @@ class SurfaceMeasures:
     A measure is None where it is not defined: the volume of a mesh with a border, the edges of a point cloud. A face that names
     a vertex twice counts in `faces` and `degenerate_faces` and nowhere else. Edges of polylines are measured in meshes without
     faces; in others they only count as references to their vertices.
-
-    Attributes:
-        vertices: all of them.
-        faces: all of them.
-        edges: edges of the faces, or in a mesh without faces of the polylines, each once.
-        unreferenced_vertices: vertices that no face and no edge uses.
-        degenerate_faces: faces of no area: a vertex named twice, coincident vertices, three vertices on a line. They are left
-            out of `roughness` and count as 0 in `triangle_quality`.
-        folded_faces: faces whose normals point away from the normals at their vertices, see
-            `pymeshfair.filters.inspection.folded_faces`.
-        border_edges: edges with exactly one face.
-        non_manifold_edges: edges with more than two faces.
-        non_manifold_vertices: vertices of a non-manifold edge, and those whose faces form more than one fan, such as the tip
-            where two cones touch.
-        components: connected components of the faces, or in a mesh without faces of the edges; isolated vertices are not counted.
-        closed: there are faces and every edge has two.
-        oriented: the two faces of an inner edge traverse it in opposite directions, so that they agree on the outside.
-        euler_characteristic: vertices with an edge - edges + faces.
-        genus: the number of handles, all components together: components - euler_characteristic / 2. Only for closed, oriented
-            meshes without non-manifold vertices.
-        diagonal: of the bounding box of all vertices.
-        area: of all faces.
-        volume: sum of det(a, b, c) / 6 over the faces, positive if they are counter-clockwise seen from outside. Only for closed,
-            oriented meshes.
-        mean_edge: the mean length of the edges.
-        roughness: the mean angle between the normals of two faces that share an edge: 0 for a plane, larger is rougher. The
-            orientation of the faces does not matter.
-        triangle_quality: the mean of l / (sqrt(3) R) over the faces, l the shortest edge and R the circumradius: 1 if all are
-            equilateral, towards 0 for slivers.
-        mean_spacing: the mean distance from a point to its nearest neighbour; only for meshes of two points or more
-            without faces and edges.
     """
 
-    vertices: int
-    faces: int
-    edges: int
-    unreferenced_vertices: int
+    vertices: int  # all of them
+    faces: int  # all of them
+    edges: int  # edges of the faces, or in a mesh without faces of the polylines, each once
+    unreferenced_vertices: int  # vertices that no face and no edge uses
+    # faces of no area: a vertex named twice, coincident vertices, three vertices on a line. They are left out of `roughness` and
+    # count as 0 in `triangle_quality`.
     degenerate_faces: int
+    # faces whose normals point away from the normals at their vertices, see `pymeshfair.filters.inspection.folded_faces`
     folded_faces: int
-    border_edges: int
-    non_manifold_edges: int
+    border_edges: int  # edges with exactly one face
+    non_manifold_edges: int  # edges with more than two faces
+    # vertices of a non-manifold edge, and those whose faces form more than one fan, such as the tip where two cones touch
     non_manifold_vertices: int
+    # connected components of the faces, or in a mesh without faces of the edges; isolated vertices are not counted
     components: int
-    closed: bool
-    oriented: bool
-    euler_characteristic: int
+    closed: bool  # there are faces and every edge has two
+    oriented: bool  # the two faces of an inner edge traverse it in opposite directions, so that they agree on the outside
+    euler_characteristic: int  # vertices with an edge - edges + faces
+    # the number of handles, all components together: components - euler_characteristic / 2. Only for closed, oriented meshes
+    # without non-manifold vertices.
     genus: int | None
-    diagonal: float
-    area: float
+    diagonal: float  # of the bounding box of all vertices
+    area: float  # of all faces
+    # sum of det(a, b, c) / 6 over the faces, positive if they are counter-clockwise seen from outside. Only for closed, oriented
+    # meshes.
     volume: float | None
-    mean_edge: float | None
+    mean_edge: float | None  # the mean length of the edges
+    # the mean angle between the normals of two faces that share an edge: 0 for a plane, larger is rougher. The orientation of the
+    # faces does not matter.
     roughness: float | None
+    # the mean of l / (sqrt(3) R) over the faces, l the shortest edge and R the circumradius: 1 if all are equilateral, towards 0
+    # for slivers
     triangle_quality: float | None
+    # the mean distance from a point to its nearest neighbour; only for meshes of two points or more without faces and edges
     mean_spacing: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Connectivity:
+    """The connectivity of a mesh."""
+
+    n_vertices: int  # how many there are
+    faces: Ints  # (m, 3) all faces
+    segments: Ints  # (e, 2) edges of polylines
+    proper: Ints  # (p, 3) the faces that name three different vertices
+    pairs: Ints  # (k, 2) pairs of vertices that a face joins, or in a mesh without faces an edge, each once
+    neighbours: Ints  # (q, 2) the faces of `proper` that share an edge with exactly two
+    oriented: bool  # whether all of these agree on the outside
+    used: int  # how many vertices a proper face, or in a mesh without faces an edge, uses
+    unreferenced: int  # how many no face and no edge uses
+    border: int  # how many edges have exactly one face
+    crowded: int  # how many have more than two
+    pinched: int  # how many vertices have such an edge, or faces that form more than one fan
+    components: int  # parts that faces connect, or in a mesh without faces edges
+
+    def is_of(self, n_vertices: int, faces: Ints, segments: Ints) -> bool:
+        """Whether another mesh is connected in the same way."""
+        return n_vertices == self.n_vertices and np.array_equal(faces, self.faces) and np.array_equal(segments, self.segments)
+
+
+def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
+    """The connectivity of vertices by (m, 3) faces and (e, 2) edges, both int32."""
+    all_proper = proper_faces(faces)
+    proper = faces if all_proper.all() else faces[all_proper]
+    by_edge = faces_by_edge(proper)
+    pairs, face_counts = listed_edges(*by_edge)
+    shared, neighbours = listed_edges(*by_edge, 2, 2, columns=2)
+    if len(shared) == len(pairs):
+        pairs = shared  # kept once
+    face_counts = face_counts.ravel()
+    used = referenced_vertices(proper, n_vertices)
+    components = connected_components(proper, n_vertices)[1]
+    fans, oriented = _fans(proper, neighbours, shared, n_vertices)
+    pinched = fans > 1
+    pinched[pairs[face_counts > 2]] = True
+    if len(faces) == 0 and len(segments):
+        pairs = np.unique(np.sort(segments[segments[:, 0] != segments[:, 1]], axis=1), axis=0)
+        used[pairs] = True
+        graph = sparse.csr_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n_vertices, n_vertices))
+        components = int(sparse.csgraph.connected_components(graph, directed=False)[0]) - int((~used).sum())
+    count = int(used.sum())
+    used[segments] = True
+    return Connectivity(
+        n_vertices,
+        faces,
+        segments,
+        proper,
+        pairs,
+        neighbours,
+        bool(oriented),
+        used=count,
+        unreferenced=n_vertices - int(used.sum()),
+        border=int((face_counts == 1).sum()),
+        crowded=int((face_counts > 2).sum()),
+        pinched=int(pinched.sum()),
+        components=components,
+    )
+
+
+@compiled(nogil=True)
+def _fans(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> tuple[Ints, bool]:
+    """(n,) how many fans the faces of a vertex form, linked through edges with two faces; and whether all of these agree.
+
+    By union-find over the corners 3 f + k of the faces.
+    """
+    parent, fans = np.arange(3 * faces.shape[0]).astype(np.int32), np.zeros(n_vertices, dtype=np.int32)
+    oriented = True
+    for p in range(neighbours.shape[0]):
+        f, g = neighbours[p]
+        u, v = shared[p]
+        at_f, at_g = (corner_at(faces, f, u), corner_at(faces, f, v)), (corner_at(faces, g, u), corner_at(faces, g, v))
+        oriented &= ((at_f[0] + 1) % 3 == at_f[1]) != ((at_g[0] + 1) % 3 == at_g[1])
+        for k in range(2):
+            i, j = root_of(parent, 3 * f + at_f[k]), root_of(parent, 3 * g + at_g[k])
+            parent[max(i, j)] = min(i, j)
+    for i in range(parent.shape[0]):
+        if parent[i] == i:
+            fans[faces[i // 3, i % 3]] += 1
+    return fans, oriented
 
 
 def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = ()) -> SurfaceMeasures:
@@ -115,39 +183,44 @@ def measures_and_connectivity(
     topology = former
     if topology is None or not topology.is_of(n_vertices, triangles, segments):
         topology = connectivity(n_vertices, triangles, segments)
-
-    lengths = edge_lengths(points, topology.pairs)
+    proper, pairs = topology.proper, topology.pairs
+    lengths = edge_lengths(points, pairs)
     mean_edge = float(lengths.mean()) * unit if len(lengths) else None
-    normals, doubled, quality = face_measures(points, topology.proper)
+    normals, doubled, quality = face_measures(points, proper)
     area, degenerate, shape = float(doubled.sum()) / 2, n_faces - int((doubled > 0).sum()), float(quality.sum())
     del doubled, quality, lengths  # lowers the peak memory for scans of millions of vertices
-    closed, oriented = topology.closed, topology.oriented
-    angles = dihedral_angles(normals, topology.neighbours, topology.agree)
+    closed = len(proper) > 0 and topology.border == topology.crowded == 0
+    volume = genus = None
+    euler = topology.used - len(pairs) + len(proper)
+    if closed and topology.oriented:
+        # a . ((b - a) x (c - a)) is det(a, b, c)
+        volume = float(np.einsum("ij,ij->i", points[proper[:, 0]], normals).sum()) / 6 * unit * unit * unit
+        genus = None if topology.pinched else topology.components - euler // 2
+    angles = dihedral_angles(normals, proper, topology.neighbours)
     angles = angles[np.isfinite(angles)]
+    is_cloud = n_faces == len(segments) == 0 and n_vertices > 1
     measures = SurfaceMeasures(
         vertices=n_vertices,
         faces=n_faces,
-        edges=len(topology.pairs),
+        edges=len(pairs),
         unreferenced_vertices=topology.unreferenced,
         degenerate_faces=degenerate,
-        folded_faces=int(looking_away(normals, topology.proper, n_vertices).sum()),
+        folded_faces=int(looking_away(normals, proper, n_vertices).sum()),
         border_edges=topology.border,
         non_manifold_edges=topology.crowded,
         non_manifold_vertices=topology.pinched,
         components=topology.components,
         closed=closed,
-        oriented=oriented,
-        euler_characteristic=topology.euler,
-        genus=topology.components - topology.euler // 2 if closed and oriented and not topology.pinched else None,
+        oriented=topology.oriented,
+        euler_characteristic=euler,
+        genus=genus,
         diagonal=diagonal,
         area=area * unit * unit,
-        volume=_volume(points, topology.proper, normals) * unit * unit * unit if closed and oriented else None,
+        volume=volume,
         mean_edge=mean_edge,
         roughness=math.degrees(float(angles.mean())) if len(angles) else None,
         triangle_quality=shape / n_faces if n_faces else None,
-        mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * unit
-        if n_faces == len(segments) == 0 and n_vertices > 1
-        else None,
+        mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * unit if is_cloud else None,
     )
     return measures, topology
 
@@ -158,9 +231,49 @@ def box_diagonal(points: Floats) -> float:
     return cloud.diagonal / cloud.scale
 
 
-def _volume(points: Floats, faces: Ints, normals: Floats) -> float:
-    """Sum of det(a, b, c) / 6 = a . ((b - a) x (c - a)) / 6."""
-    products = np.empty(len(faces))
-    for part in blocks(len(faces)):
-        np.einsum("ij,ij->i", points[faces[part, 0]], normals[part], out=products[part])
-    return float(products.sum()) / 6
+def face_measures(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
+    """The normals of the faces, twice their area long; twice their areas; and their quality, 0 where the area is 0."""
+    normals, doubled, quality = np.empty((len(faces), 3)), np.empty(len(faces)), np.zeros(len(faces))
+    over_range(_measure, len(faces), points, faces, normals, doubled, quality)
+    return normals, doubled, quality
+
+
+def dihedral_angles(normals: Floats, faces: Ints, neighbours: Ints) -> Floats:
+    """The angle between the normals of (q, 2) faces that share an edge, one turned over if they do not agree; NaN if one is 0."""
+    angles = np.empty(len(neighbours))
+    over_range(_measure_pairs, len(neighbours), normals, faces, neighbours, angles)
+    return angles
+
+
+@compiled(nogil=True)
+def _measure(points: Floats, faces: Ints, normals: Floats, doubled: Floats, quality: Floats, first: int, last: int) -> None:
+    for f in range(first, last):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        nx, ny, nz = cross_product(points, a, b, c)
+        normals[f, 0], normals[f, 1], normals[f, 2] = nx, ny, nz
+        doubled[f] = math.sqrt(nx * nx + ny * ny + nz * nz)
+        p = math.sqrt(squared_length(points, a, b))
+        q = math.sqrt(squared_length(points, a, c))
+        r = math.sqrt(squared_length(points, b, c))
+        if doubled[f] > 0:
+            # R = p q r / (4 A) and doubled = 2 A.
+            quality[f] = min(1.0, 2 / math.sqrt(3) * doubled[f] / (p * q * r / min(p, q, r)))
+
+
+@compiled(nogil=True)
+def _measure_pairs(normals: Floats, faces: Ints, neighbours: Ints, angles: Floats, first: int, last: int) -> None:
+    for p in range(first, last):
+        f, g = neighbours[p]
+        sign = -1.0
+        for k in range(3):
+            for j in range(3):
+                if faces[f, k] == faces[g, (j + 1) % 3] and faces[f, (k + 1) % 3] == faces[g, j]:
+                    sign = 1.0  # they run along their edge in opposite directions
+        ax, ay, az = normals[f]
+        bx, by, bz = normals[g]
+        cosine = sign * (ax * bx + ay * by + az * bz)
+        cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        # The arc tangent keeps the digits of small angles that the arc cosine loses.
+        angles[p] = math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), cosine)
+        if (ax == 0 and ay == 0 and az == 0) or (bx == 0 and by == 0 and bz == 0):
+            angles[p] = np.nan

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..geometry import face_normals
 from ..mesh import Floats, check_mesh
-from .face_samples import face_samples, sample_places
+from .distances import face_samples, sample_places
 from .surface import Surface
 
 #: A wall is opposite if its normal is turned by this angle at least, in radians: two faces at an edge are not.
@@ -16,17 +16,11 @@ _STEPS, _SAME = 30, 1e-9
 
 
 class Thickness(NamedTuple):
-    """The thickness at k places of a surface, in mesh units.
+    """The thickness at k places of a surface, in mesh units."""
 
-    Attributes:
-        values: (k,) the diameters of the balls; infinite where no other wall is opposite.
-        places: (k, 3) where they touch.
-        areas: (k,) the area for which each stands.
-    """
-
-    values: Floats
-    places: Floats
-    areas: Floats
+    values: Floats  # (k,) the diameters of the balls; infinite where no other wall is opposite
+    places: Floats  # (k, 3) where they touch
+    areas: Floats  # (k,) the area for which each stands
 
     def below(self, share: float) -> float:
         """The thickness that this share of the area stays below, of the area where there is one; infinite without any."""

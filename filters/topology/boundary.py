@@ -21,43 +21,29 @@ BreakReason: TypeAlias = Literal["non_manifold", "orientation"]
 
 
 class BoundaryLoop(NamedTuple):
-    """A closed loop of border edges.
+    """A closed loop of border edges."""
 
-    Attributes:
-        vertices: (k,) int32, from the lowest on. A face that closes the loop has the edge ``vertices[i]``, ``vertices[i + 1]`` in
-            this direction, the face of the mesh at this edge has it in the other.
-        opposite: (k,) int32 the third vertex of the face of the mesh at that edge.
-    """
-
+    # (k,) int32, from the lowest on. A face that closes the loop has the edge ``vertices[i]``, ``vertices[i + 1]`` in this
+    # direction, the face of the mesh at this edge has it in the other.
     vertices: Ints
-    opposite: Ints
+    opposite: Ints  # (k,) int32 the third vertex of the face of the mesh at that edge
 
 
 class BrokenBorder(NamedTuple):
-    """Connected border edges that lie on no loop.
+    """Connected border edges that lie on no loop."""
 
-    Attributes:
-        vertices: (k,) int32 their vertices, ascending.
-        reason: "non_manifold": an edge with more than two faces ends at `vertex`. "orientation": the faces at `vertex` are not
-            coherently oriented.
-        vertex: the lowest vertex at which the border cannot be followed for this reason.
-    """
-
-    vertices: Ints
+    vertices: Ints  # (k,) int32 their vertices, ascending
+    # "non_manifold": an edge with more than two faces ends at `vertex`. "orientation": the faces at `vertex` are not coherently
+    # oriented.
     reason: BreakReason
-    vertex: int
+    vertex: int  # the lowest vertex at which the border cannot be followed for this reason
 
 
 class Boundary(NamedTuple):
-    """The border edges of a mesh, each on a loop or in a broken part of the border.
+    """The border edges of a mesh, each on a loop or in a broken part of the border."""
 
-    Attributes:
-        loops: in ascending order of their first two vertices.
-        broken: in ascending order of their lowest vertices.
-    """
-
-    loops: list[BoundaryLoop]
-    broken: list[BrokenBorder]
+    loops: list[BoundaryLoop]  # in ascending order of their first two vertices
+    broken: list[BrokenBorder]  # in ascending order of their lowest vertices
 
 
 def boundary_loops(vertices: Floats, faces: Ints) -> Boundary:

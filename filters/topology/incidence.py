@@ -150,11 +150,13 @@ class OneRings(NamedTuple):
 def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
     """The one-ring of every vertex, and the number of faces at each of its edges; (e, 2) edges count as faces."""
     if faces_or_edges.shape[1] == 2:
-        a, b = faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]].astype(np.int64).T
-        keys, counts = np.unique(np.concatenate([a << 32 | b, b << 32 | a]), return_counts=True)
-        starts = np.searchsorted(keys, np.arange(n_vertices + 1, dtype=np.int64) << 32)
-        return OneRings(starts, (keys & 0xFFFFFFFF).astype(np.int32), counts.astype(np.int32))
-    offsets, ends = ring_ends(faces_or_edges, n_vertices)
+        pairs = np.ascontiguousarray(faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]], dtype=np.int32)
+        offsets, ends = np.zeros(n_vertices + 2, dtype=np.int64), np.empty(2 * len(pairs), dtype=np.int32)
+        np.cumsum(np.bincount(pairs.ravel(), minlength=n_vertices), out=offsets[2:])
+        _fill_edges(pairs, offsets, ends)
+        offsets = offsets[:-1]
+    else:
+        offsets, ends = ring_ends(faces_or_edges, n_vertices)
     ring_offsets = np.zeros(n_vertices + 1, dtype=np.int64)
     with threads_for(n_vertices):
         _sort_and_count(offsets, ends, ring_offsets)
@@ -163,6 +165,15 @@ def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
         face_counts = np.empty(ring_offsets[-1], dtype=np.int32)
         _compress(offsets, ends, ring_offsets, neighbours, face_counts)
     return OneRings(ring_offsets, neighbours, face_counts)
+
+
+@compiled
+def _fill_edges(pairs: Ints, offsets: Longs, ends: Ints) -> None:
+    for e in range(pairs.shape[0]):
+        for k in range(2):
+            i = pairs[e, k]
+            ends[offsets[i + 1]] = pairs[e, 1 - k]
+            offsets[i + 1] += 1
 
 
 @compiled(parallel=True)

@@ -36,24 +36,18 @@ class Stars(NamedTuple):
     """The neighbours of every vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once.
 
     A star depends neither on the order of the faces nor on their orientation.
-
-    Attributes:
-        kinds: (n,) uint8, one of `NO_STAR`, `CLOSED`, `OPEN`, `IRREGULAR`.
-        offsets: (n + 1,) int64.
-        neighbours: (2 e,) int32. Closed: round the vertex from its lowest neighbour, towards the lower of the two beside that.
-            Open: from border to border, the lower end first. Irregular (non-manifold edges, several fans, more than 64
-            triangles): ascending. Low and high by the names of the vertices.
-        irregular: int32 the vertices with an irregular star.
-        end_offsets: int64, one more than irregular vertices.
-        ends: int64, for each face of vertex ``irregular[k]`` the indices in `neighbours` of its other two vertices, from
-            ``end_offsets[k]`` to ``end_offsets[k + 1]``.
     """
 
-    kinds: Kinds
-    offsets: Longs
+    kinds: Kinds  # (n,) uint8, one of `NO_STAR`, `CLOSED`, `OPEN`, `IRREGULAR`
+    offsets: Longs  # (n + 1,) int64
+    # (2 e,) int32. Closed: round the vertex from its lowest neighbour, towards the lower of the two beside that. Open: from
+    # border to border, the lower end first. Irregular (non-manifold edges, several fans, more than 64 triangles): ascending. Low
+    # and high by the names of the vertices.
     neighbours: Ints
-    irregular: Ints
-    end_offsets: Longs
+    irregular: Ints  # int32 the vertices with an irregular star
+    end_offsets: Longs  # int64, one more than irregular vertices
+    # int64, for each face of vertex ``irregular[k]`` the indices in `neighbours` of its other two vertices, from
+    # ``end_offsets[k]`` to ``end_offsets[k + 1]``
     ends: Longs
 
     def face_counts(self) -> Ints:
@@ -94,29 +88,42 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
             ring_offsets >>= 1  # halves: where the walks stand
             nothing = np.empty(0, dtype=np.int32)
             return Stars(kinds, ring_offsets, walks, nothing, np.zeros(1, dtype=np.int64), nothing.astype(np.int64))
+        take_walks(ring_offsets, ring, kinds, walks)
+        del walks  # before memory for the neighbours is taken
         irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
-        sizes = np.diff(ring_offsets) // 2
+        offsets = np.zeros(n_vertices + 1, dtype=np.int64)
+        sizes = offsets[1:]
+        np.subtract(ring_offsets[1:], ring_offsets[:-1], out=sizes)
+        sizes //= 2
         sizes[kinds == OPEN] += 1
         measure_irregular(ring_offsets, ring, irregular, sizes)
-        offsets = np.concatenate([[0], np.cumsum(sizes)])
+        np.cumsum(sizes, out=sizes)
         neighbours = np.empty(offsets[-1], dtype=np.int32)
-        write_stars(ring_offsets, ring, walks, kinds, names, offsets, neighbours)
-    end_offsets = np.concatenate([[0], np.cumsum(np.diff(ring_offsets)[irregular])])
+        write_stars(ring_offsets, ring, kinds, names, offsets, neighbours)
+    end_offsets = np.concatenate([[0], np.cumsum(ring_offsets[irregular + 1] - ring_offsets[irregular])])
     ends = np.empty(end_offsets[-1], dtype=np.int64)
     find_ends(irregular, ring_offsets, ring, offsets[irregular], neighbours, end_offsets, ends)
     return Stars(kinds, offsets, neighbours, irregular, end_offsets, ends)
 
 
 @compiled(parallel=True)
-def write_stars(
-    end_offsets: Longs, ends: Ints, walks: Ints, kinds: Kinds, names: Ints | None, offsets: Longs, neighbours: Ints
-) -> None:
+def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> None:
+    """Write the closed stars that `order_ends` wrote to `walks` among the ends, from where their pairs begin."""
+    for i in prange(kinds.shape[0]):
+        if kinds[i] == CLOSED:
+            start, size = _U(end_offsets[i]), _U((end_offsets[i + 1] - end_offsets[i]) // 2)
+            for m in range(size):
+                ends[start + m] = walks[start // _U(2) + m]
+
+
+@compiled(parallel=True)
+def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, names: Ints | None, offsets: Longs, neighbours: Ints) -> None:
     """The stars of all vertices; low and high vertices are those of low and high names, or numbers if there are no names."""
     for i in prange(kinds.shape[0]):
         start, stop, at, end = _U(end_offsets[i]), _U(end_offsets[i + 1]), _U(offsets[i]), _U(offsets[i + 1])
         if kinds[i] == CLOSED:
             for m in range(end - at):
-                neighbours[at + m] = walks[start // _U(2) + m]
+                neighbours[at + m] = ends[start + m]
         elif kinds[i] == OPEN:
             forward = _name(names, ends[start]) < _name(names, ends[stop - _U(1)])
             for m in range(end - at - _U(1)):

@@ -23,7 +23,6 @@ from pymeshfair.filters.compilation import (
     loaded_kernels,
     machine_code,
     processor,
-    store,
 )
 from pymeshfair.filters.compilation.compiler import numba_type
 from pymeshfair.filters.compilation.kernel import fingerprint, from_json
@@ -153,8 +152,7 @@ def test_what_no_hash_can_be_made_of_is_refused(monkeypatch: pytest.MonkeyPatch)
 def test_every_kernel_has_a_fingerprint_of_its_own() -> None:
     """None uses anything that no hash can be made of; two of the same fingerprint are the same function."""
     for module in PROJECT.glob("filters/*/*.py"):
-        if module.stem != "__main__":
-            importlib.import_module(f"pymeshfair.filters.{module.parent.name}.{module.stem}".removesuffix(".__init__"))
+        importlib.import_module(f"pymeshfair.filters.{module.parent.name}.{module.stem}".removesuffix(".__init__"))
     found: dict[str, Any] = {}
     for _, _, kernel in loaded_kernels("pymeshfair"):
         other = found.setdefault(kernel.fingerprint, kernel)
@@ -239,8 +237,8 @@ def test_the_installation_goes_on_after_what_cannot_be_compiled(tmp_path: Path, 
     failures = compile_ahead(listed, processes=1)
     assert sorted(text.split(":")[0] for text in failures) == ["pymeshfair.filters.topology.no_such_kernel", f"{__name__}.inner"]
     kernel: Any = inner
-    assert store.read(kernel.stored_name(("float64",))) is not None
-    assert store.read(kernel.stored_name(("none",))) is None
+    assert machine_code.read(kernel.stored_name(("float64",))) is not None
+    assert machine_code.read(kernel.stored_name(("none",))) is None
 
 
 @pytest.mark.slow

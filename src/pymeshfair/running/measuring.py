@@ -14,8 +14,7 @@ import numpy as np
 from ..declaration import Bools
 from ..errors import RunError
 from ..filters.geometry import vector_lengths
-from ..filters.inspection.connectivity import Connectivity
-from ..filters.inspection.surface_measures import SurfaceMeasures, box_diagonal, measures_and_connectivity
+from ..filters.inspection.surface_measures import Connectivity, SurfaceMeasures, box_diagonal, measures_and_connectivity
 from ..filters.mesh import check_points
 from ..filters.topology import proper_faces
 from ..mesh_data import MeshData

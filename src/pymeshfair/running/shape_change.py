@@ -10,8 +10,7 @@ import numpy as np
 
 from ..declaration import Bools, FilterClass, Floats, Ints
 from ..filters.geometry import cross_products, turned_faces, vector_lengths
-from ..filters.inspection import share_kept, sharp_edges
-from ..filters.inspection.folded_faces import folded_faces, side_changes
+from ..filters.inspection import folded_faces, share_kept, sharp_edges, side_changes
 from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..filters.mesh import bounding_box, scaled_to_unit
 from ..filters.topology import border_vertices, connected_components

@@ -1,16 +1,74 @@
-"""Effects of a filter on triangles: folded faces, shapes, and the sides of the bounding box without noise."""
+"""Faces that a filter has changed: folded ones, their shapes, sharp edges, and the sides of the bounding box without noise."""
+
+import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..geometry import cross_products, looking_away
-from ..mesh import Bools, Floats, check_mesh, normalised_mesh
+from ..libraries import spatial
+from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..operators import uniform_laplacian
-from .face_measures import face_measures
+from ..topology import face_adjacency
+from .surface_measures import dihedral_angles, face_measures
 
+#: The least angle between the normals of two faces at a sharp edge, in degrees.
+SHARP = 40.0
 # Steps p <- p + 2/3 L p with the uniform operator average over some two edges to all sides: noise of single vertices becomes an
 # eighth, the loss of an end that is six edges across stays.
 _STEPS, _STEP = 12, 2.0 / 3.0
+
+
+class SharpEdges(NamedTuple):
+    """The edges at which two faces meet sharply."""
+
+    pairs: Ints  # (k, 2) their vertices
+    faces: Ints  # (k, 2) their faces
+    middles: Floats  # (k, 3) their middles
+    lengths: Floats  # (k,) their lengths
+
+
+def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
+    """The edges with exactly two faces whose normals differ by at least `SHARP` degrees.
+
+    Noise of half an edge makes every edge sharp: on a noisy scan this measures the noise.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+
+    Raises:
+        FilterInputError: not a mesh.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    mesh = normalised_mesh(points, triangles)
+    local = (points - mesh.middle) * mesh.scale
+    neighbours, shared = face_adjacency(triangles)
+    normals = face_measures(local, triangles)[0]
+    sharp = np.degrees(dihedral_angles(normals, triangles, neighbours)) >= SHARP  # false for faces without area
+    pairs = shared[sharp]
+    ends = points[pairs]
+    lengths = np.linalg.norm((ends[:, 1] - ends[:, 0]) * mesh.scale, axis=1) / mesh.scale
+    return SharpEdges(pairs, neighbours[sharp], ends[:, 0] * 0.5 + ends[:, 1] * 0.5, lengths)
+
+
+def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float | None:
+    """The share of the length of the sharp edges of `before` near which `after` has one; None if there were none.
+
+    Args:
+        before: the sharp edges of one surface.
+        after: those of the other.
+        within: how far the middle of an edge may be from the nearest one, in mesh units; larger finds more of them kept.
+    """
+    total = math.fsum(before.lengths)
+    if total == 0.0:
+        return None
+    if not len(after.pairs):
+        return 0.0
+    origin = before.middles[0]
+    distances, _ = spatial.cKDTree(after.middles - origin).query(before.middles - origin)
+    return math.fsum(before.lengths[distances <= within]) / total
 
 
 def side_changes(before: ArrayLike, after: ArrayLike, faces: ArrayLike) -> Floats:
