@@ -18,7 +18,7 @@ from .diffusion.taubin import checked_mu
 from .execution import Progress, ignore_progress, part_of, threads_for
 from .linear_solvers import CompressedRows
 from .mesh import Bools, Floats, Ints, Longs, check_edges, check_points, mask_of, normalised_mesh, worth_reordering
-from .operators import Laplacian, OperatorName, curve_laplacian
+from .operators import OperatorName, curve_laplacian
 from .topology import OneRings, one_rings
 
 __all__ = [
@@ -175,17 +175,28 @@ def implicit_curve_steps(
     moves: Bools,
     progress: Progress,
 ) -> Floats:
-    """(n, 3) the vertices after `count` steps of length `time`, in the unit of one over the operator."""
+    """(n, 3) the vertices after `count` steps (M - t C) d = t C p for the displacement d, t in the unit of one over the operator.
+
+    On chains without branches by elimination. M - t C is a network of conductances: t w_ij between neighbours, M_i from each
+    vertex to the ground. Eliminating a vertex of a chain leaves such a network again. Its conductances are sums, products and
+    quotients of positive numbers, so each is exact to rounding, however large t is and however long the chain. In a chain without
+    fixed neighbour the currents sum up to 0: the current at its last vertex is minus the sum of those before.
+    """
     laplacian = curve_laplacian(start, pairs, operator)
     labels = laplacian.components()
     branched = _in_branched_component(rings, moves, labels)
-    chains = ChainStep(laplacian, trace_chains(rings, moves & ~branched), time)
+    chains, t, stiffness = trace_chains(rings, moves & ~branched), min(time, LONGEST_STEP), laplacian.stiffness
+    # Divided by 1 + t all conductances stay finite. A stiffness is negative on its diagonal alone.
+    conductances = CompressedRows(stiffness.indptr, stiffness.indices, stiffness.data * (t / (1.0 + t)))
+    shares = _Shares(*(np.zeros(len(chains.order)) for _ in _Shares._fields))
+    _eliminate(conductances, laplacian.mass / (1.0 + t), chains, shares)
     free = moves & branched
     network = BackwardEulerStep(laplacian, time, fixed=~free, components=labels, solves=count) if free.any() else None
     diagonal = float(np.linalg.norm(np.ptp(start, axis=0))) if len(start) else 0.0
     now = start
     for done in range(count):
-        moved = chains.displacement(now)
+        moved = np.zeros_like(now)
+        _substitute(now, conductances, chains, shares, moved)
         if network is not None:
             part = part_of(progress, done / count, (done + 1) / count)
             moved = moved + network.displacement(now, None, diagonal=diagonal, progress=part)
@@ -199,32 +210,6 @@ def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools
     running = np.concatenate([[0], np.cumsum(moves[rings.neighbours])])
     branching = moves & (running[rings.offsets[1:]] - running[rings.offsets[:-1]] > 2)
     return np.asarray(mask_of(labels[branching], int(labels.max(initial=-1)) + 1)[labels])
-
-
-class ChainStep:
-    """The backward Euler step (M - t C) d = t C p on unbranched curves, for the displacement d of the free vertices; others stay.
-
-    M - t C is a network of conductances: t w_ij between neighbours, M_i from each vertex to the ground. Eliminating a vertex of a
-    chain leaves such a network again. Its conductances are sums, products and quotients of positive numbers, so each is exact to
-    rounding, however large t is and however long the chain. In a chain without fixed neighbour the currents sum up to 0: the
-    current at its last vertex is minus the sum of those before.
-    """
-
-    def __init__(self, laplacian: Laplacian, chains: Chains, time_step: float) -> None:
-        """Eliminates, for any number of right-hand sides; in time and memory proportional to the vertices."""
-        t = min(time_step, LONGEST_STEP)
-        stiffness = laplacian.stiffness
-        # Divided by 1 + t all conductances stay finite. A stiffness is negative on its diagonal alone.
-        self._network = CompressedRows(stiffness.indptr, stiffness.indices, stiffness.data * (t / (1.0 + t)))
-        size = len(chains.order)
-        self._chains, self._shares = chains, _Shares(np.empty(size), np.zeros(size), np.empty(size), np.empty(size))
-        _eliminate(self._network, laplacian.mass / (1.0 + t), chains, self._shares)
-
-    def displacement(self, points: Floats) -> Floats:
-        """(n, 3) the displacement of the vertices by the step; 0 for those that are not free."""
-        moved = np.zeros_like(points)
-        _substitute(points, self._network, self._chains, self._shares, moved)
-        return moved
 
 
 @compiled

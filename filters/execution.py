@@ -8,7 +8,7 @@ import os
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import cache
 from typing import Any, TypeVar
@@ -137,25 +137,20 @@ def abandonable(work: Callable[[], T], progress: Progress, done: float) -> T:
     calls that release the GIL, as kernels and numpy's eigensolver do. `progress` is called about ten times a second with the
     share of the whole work that was `done` before.
     """
-    results: list[T] = []
-    errors: list[BaseException] = []
+    future: Future[T] = Future()
     threads = allowed_threads()
 
     def run() -> None:
         set_threads(threads)
         try:
-            results.append(work())
+            future.set_result(work())
         except BaseException as error:  # raised again in the waiting thread
-            errors.append(error)
+            future.set_exception(error)
 
-    worker = threading.Thread(target=run, daemon=True)
-    worker.start()
-    while worker.is_alive():
-        worker.join(_POLL)
+    threading.Thread(target=run, daemon=True).start()
+    while not wait([future], timeout=_POLL).done:
         progress(done)
-    if errors:
-        raise errors[0]
-    return results[0]
+    return future.result()
 
 
 __all__ = [

@@ -124,86 +124,36 @@ def _evaluated(name: KernelName, x: ArrayLike, sigma: float, *, cost: bool) -> F
     return result
 
 
-@compiled
+# Written for loops that are vectorised: where the kernel is a constant one branch is left, in which both sides of a condition are
+# computed and one is taken; a division by 0 is infinite and no error, and `max`, which tests for NaN, is avoided.
+@compiled(error_model="numpy")
 def kernel_weight(code: int, x: float, sigma: float) -> float:
     """The weight of one deviation, for compiled code: the kernel by its `KERNEL_CODES`, sigma above 0."""
     size = abs(x)
-    result = _l2(size, sigma)
-    if code == L1:
-        result = _l1(size, sigma)
-    elif code == TRUNCATED_L2:
-        result = _truncated_l2(size, sigma)
-    elif code == TRUNCATED_L1:
-        result = _truncated_l1(size, sigma)
+    u = size / sigma
+    result = 2.0
+    if code in (L1, TRUNCATED_L1):
+        result = 1.0 / (size if size > SMALLEST_DEVIATION * sigma else SMALLEST_DEVIATION * sigma)
     elif code == HUBER:
-        result = _huber(size, sigma)
+        result = 1.0 / (size if size > sigma else sigma)
     elif code == LORENTZIAN:
-        result = _lorentzian(size, sigma)
+        result = 2.0 / (size * size + 2.0 * sigma * sigma)
     elif code == GAUSSIAN:
-        result = _gaussian(size, sigma)
+        result = exponential(-u * u)
     elif code == TUKEY:
-        result = _tukey(size, sigma)
+        result = 0.5 * (1.0 - u * u) * (1.0 - u * u)
     elif code == HAMPEL:
-        result = _hampel(size, sigma)
+        level, falling = A1 / u, A1 * (A3 - u) / ((A3 - A2) * u)
+        beyond = falling if u < A3 else 0.0
+        farther = level if u <= A2 else beyond
+        result = 1.0 if u <= A1 else farther
+    if code in (TRUNCATED_L1, TRUNCATED_L2, TUKEY):
+        result = result if size < sigma else 0.0
     return result
 
 
-# Weights of a size |x|, written for loops that are vectorised: both sides of a condition are computed and one is taken, a
-# division by 0 is infinite and no error, and `max`, which tests for NaN, is avoided.
-@compiled(error_model="numpy")
-def _l2(_size: float, _sigma: float) -> float:
-    return 2.0
-
-
-@compiled(error_model="numpy")
-def _l1(size: float, sigma: float) -> float:
-    return 1.0 / (size if size > SMALLEST_DEVIATION * sigma else SMALLEST_DEVIATION * sigma)
-
-
-@compiled(error_model="numpy")
-def _truncated_l2(size: float, sigma: float) -> float:
-    return 2.0 if size < sigma else 0.0
-
-
-@compiled(error_model="numpy")
-def _truncated_l1(size: float, sigma: float) -> float:
-    inside = _l1(size, sigma)
-    return inside if size < sigma else 0.0
-
-
-@compiled(error_model="numpy")
-def _huber(size: float, sigma: float) -> float:
-    return 1.0 / (size if size > sigma else sigma)
-
-
-@compiled(error_model="numpy")
-def _lorentzian(size: float, sigma: float) -> float:
-    return 2.0 / (size * size + 2.0 * sigma * sigma)
-
-
-@compiled(error_model="numpy")
-def _gaussian(size: float, sigma: float) -> float:
-    return exponential(-(size / sigma) * (size / sigma))
-
-
-@compiled(error_model="numpy")
-def _tukey(size: float, sigma: float) -> float:
-    rest = 1.0 - (size / sigma) * (size / sigma)
-    inside = 0.5 * rest * rest
-    return inside if size < sigma else 0.0
-
-
-@compiled(error_model="numpy")
-def _hampel(size: float, sigma: float) -> float:
-    u = size / sigma
-    level, falling = A1 / u, A1 * (A3 - u) / ((A3 - A2) * u)
-    beyond = falling if u < A3 else 0.0
-    farther = level if u <= A2 else beyond
-    return 1.0 if u <= A1 else farther
-
-
 # One loop for each kernel: several loops in one function would not be vectorised.
-def _loop(kernel: Callable[[float, float], float]) -> Callable[[Floats, float, Floats, float, Floats, float, int], None]:
+def _loop(code: int) -> Callable[[Floats, float, Floats, float, Floats, float, int], None]:
     @compiled(nogil=True, error_model="numpy")
     def loop(
         weights: Floats, sigma: float, squares: Floats, floor: float, distances: Floats, per_distance: float, count: int
@@ -211,20 +161,13 @@ def _loop(kernel: Callable[[float, float], float]) -> Callable[[Floats, float, F
         for k in range(count):
             size = math.sqrt(squares[k])
             size = size if size > floor else floor
-            weights[k] *= kernel(size, sigma) * exponential(-distances[k] * per_distance)
+            weights[k] *= kernel_weight(code, size, sigma) * exponential(-distances[k] * per_distance)
 
     return loop
 
 
-_by_l2 = _loop(_l2)
-_by_l1 = _loop(_l1)
-_by_truncated_l2 = _loop(_truncated_l2)
-_by_truncated_l1 = _loop(_truncated_l1)
-_by_huber = _loop(_huber)
-_by_lorentzian = _loop(_lorentzian)
-_by_gaussian = _loop(_gaussian)
-_by_tukey = _loop(_tukey)
-_by_hampel = _loop(_hampel)
+_by_l2, _by_l1, _by_truncated_l2, _by_truncated_l1 = _loop(L2), _loop(L1), _loop(TRUNCATED_L2), _loop(TRUNCATED_L1)
+_by_huber, _by_lorentzian, _by_gaussian, _by_tukey, _by_hampel = map(_loop, (HUBER, LORENTZIAN, GAUSSIAN, TUKEY, HAMPEL))
 
 
 @compiled(nogil=True)

@@ -89,7 +89,7 @@ def bilateral_fleishman(
         counted = np.repeat(mask_of(around.moving, len(mesh)), np.diff(around.offsets))
         height = range_term(range_kernel, range_sigma, mesh.scale, heights[counted], _SHARE_OF_RINGS)
         now, following = mesh.points.copy(), mesh.points.copy()
-        for iteration in range(steps if _acts(space, height) else 0):
+        for iteration in range(steps if min(space.sigma, height.sigma) > 0.0 else 0):
             _step(now, following, around, space, height)
             now, following = following, now
             progress((iteration + 1) / steps)
@@ -152,7 +152,7 @@ def bilateral_jones(
         heights = np.einsum("fkc,fc->fk", corners - corners.mean(axis=1, keepdims=True), normals[whole]).ravel()
         height = range_term(range_kernel, range_sigma, mesh.scale, heights, _SHARE_OF_CORNERS)
         now = start
-        if _acts(space, height):
+        if min(space.sigma, height.sigma) > 0.0:
             near = _Triangles.of(start, triangles, REACH * space.sigma, shape)
             now = _estimated(start, _moving(mesh, border), near, space, height)
     progress(1.0)
@@ -205,10 +205,6 @@ def _moving(mesh: NormalisedMesh, border: BorderPolicy) -> Ints:
     if border == "fixed":
         moves &= ~border_vertices(mesh.cells, len(mesh))
     return np.flatnonzero(moves).astype(np.int32)
-
-
-def _acts(space: Term, height: Term) -> bool:
-    return space.sigma > 0.0 and height.sigma > 0.0
 
 
 class _HeightNeighbours(NamedTuple):

@@ -340,34 +340,25 @@ def _follow_trend(
     for at in range(first, last):
         i = which[at]
         count = _neighbour_weights(i, i + 1, rows, neighbourhoods, weighting, room)
-        cx, cy, cz = rows[i, 4], rows[i, 5], rows[i, 6]
         total = squares = 0.0
-        # Numbers of their own stay in registers.
-        ax = ay = az = px = py = pz = xx = xy = xz = yy = yz = zz = 0.0
-        bxx = bxy = bxz = byx = byy = byz = bzx = bzy = bzz = 0.0
+        mean[:], mean_x[:], second[:], mixed[:] = 0.0, 0.0, 0.0, 0.0
         for k in range(count):
             j, weight = room.near[k], room.weights[k]
-            if weight == 0.0:
-                continue
-            dx, dy, dz = rows[j, 4] - cx, rows[j, 5] - cy, rows[j, 6] - cz
             total += weight
             squares += weight * weight
-            nx, ny, nz = normals[j, 0], normals[j, 1], normals[j, 2]
-            wx, wy, wz = weight * dx, weight * dy, weight * dz
-            ax, ay, az = ax + weight * nx, ay + weight * ny, az + weight * nz
-            px, py, pz = px + wx, py + wy, pz + wz
-            xx, xy, xz, yy, yz, zz = xx + wx * dx, xy + wx * dy, xz + wx * dz, yy + wy * dy, yz + wy * dz, zz + wz * dz
-            bxx, bxy, bxz = bxx + wx * nx, bxy + wx * ny, bxz + wx * nz
-            byx, byy, byz = byx + wy * nx, byy + wy * ny, byz + wy * nz
-            bzx, bzy, bzz = bzx + wz * nx, bzy + wz * ny, bzz + wz * nz
-        ridge = _RIDGE * (xx + yy + zz)
-        mean[0], mean[1], mean[2] = ax, ay, az
-        mean_x[0], mean_x[1], mean_x[2] = px, py, pz
-        second[0, 0], second[1, 0], second[2, 0] = xx + ridge, xy, xz
-        second[1, 1], second[2, 1], second[2, 2] = yy + ridge, yz, zz + ridge
-        mixed[0, 0], mixed[0, 1], mixed[0, 2] = bxx, bxy, bxz
-        mixed[1, 0], mixed[1, 1], mixed[1, 2] = byx, byy, byz
-        mixed[2, 0], mixed[2, 1], mixed[2, 2] = bzx, bzy, bzz
+            for u in range(3):
+                x[u] = rows[j, 4 + u] - rows[i, 4 + u]
+                weighted = weight * x[u]
+                mean[u] += weight * normals[j, u]
+                mean_x[u] += weighted
+                for v in range(3):
+                    mixed[u, v] += weighted * normals[j, v]
+            for u in range(3):
+                for v in range(u + 1):
+                    second[u, v] += weight * x[v] * x[u]
+        ridge = _RIDGE * (second[0, 0] + second[1, 1] + second[2, 2])
+        for u in range(3):
+            second[u, u] += ridge
         # As many neighbours of equal weight would have a mean of the same variance.
         number = total * total / squares if squares > 0.0 else 0.0
         if not (number > _NUMBERS and ridge > 0.0):

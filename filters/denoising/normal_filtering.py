@@ -327,9 +327,7 @@ def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeigh
     around = step
     for _ in range(rings - 1):
         around = around + around @ step
-    pairs = around.tocoo()
-    others = pairs.row != pairs.col
-    around = sparse.csr_matrix((np.ones(int(others.sum()), dtype=np.bool_), (pairs.row[others], pairs.col[others])), around.shape)
+    around = sparse.tril(around, -1, "csr") + sparse.triu(around, 1, "csr")
     around.sort_indices()
     return FaceNeighbourhoods(around.indptr.astype(np.int64), around.indices.astype(np.int32))
 
