@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.errors import StepFailedError
-from pymeshfair.files.staging import STAGE_PREFIX, staging_folder
+from pymeshfair.files.writing import STAGE_PREFIX, staging_folder
 from pymeshfair.operating_system import FORCE_PORTABLE, System, this_system
 from pymeshfair.running.errors import RunTimeout, WorkerDied
 from pymeshfair.running.job import Job

@@ -4,15 +4,14 @@ from collections.abc import Iterator
 from typing import BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..filters.geometry import unit_vectors, vertex_normals_by_angle
+from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData
-from .equal_rows import are_equal, numbered
 from .obj import MOST_MATERIALS, ObjDocument, lines_of
-from .polygons import outlines
-from .saving import Writing
-from .texts import patched, rows, runs, words
+from .outputs import Writing
+from .polygons import are_equal, numbered, outlines
+from .tokens import patched, rows, runs, words
 
 #: for each colour level a share of six digits: 255 times it gives the level, whether rounded or truncated
 _SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
@@ -32,7 +31,7 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     return _write_anew(mesh, document, normals, of_corners, target, writing)
 
 
-def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[NDArray[np.float64], NDArray[np.int64] | None]:
+def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[Floats, Longs | None]:
     """(k, 3) the normals to write, and (m, 3) the index of the normal at each corner; None for a cloud or a mesh without normals.
 
     If vertices have moved, corners that shared a normal at a vertex get the angle-weighted mean of the normals of their faces, so
@@ -66,11 +65,7 @@ def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[NDArray[np.f
 
 
 def _patched_text(
-    mesh: MeshData,
-    document: ObjDocument,
-    normals: NDArray[np.float64],
-    of_corners: NDArray[np.int64] | None,
-    writing: Writing,
+    mesh: MeshData, document: ObjDocument, normals: Floats, of_corners: Longs | None, writing: Writing
 ) -> bytes | None:
     """The original text with new numbers and the material file of the output; None if elements or attributes differ."""
     read = document.mesh
@@ -115,9 +110,7 @@ def _patched_text(
     return patched(document.data, spans[order], [texts[k] for k in order.tolist()])
 
 
-def _line_normals(
-    document: ObjDocument, normals: NDArray[np.float64], of_corners: NDArray[np.int64] | None
-) -> NDArray[np.float64] | None:
+def _line_normals(document: ObjDocument, normals: Floats, of_corners: Longs | None) -> Floats | None:
     """The normals of the ``vn`` lines; None if a line would need several normals."""
     if of_corners is None or document.corner_normals is None:  # of a cloud
         return normals if len(normals) == len(document.normals) else document.normals
@@ -136,12 +129,7 @@ def _line_normals(
 
 
 def _write_anew(
-    mesh: MeshData,
-    document: ObjDocument | None,
-    normals: NDArray[np.float64],
-    of_corners: NDArray[np.int64] | None,
-    target: BinaryIO,
-    writing: Writing,
+    mesh: MeshData, document: ObjDocument | None, normals: Floats, of_corners: Longs | None, target: BinaryIO, writing: Writing
 ) -> tuple[str, ...]:
     notes = [f"what cannot be written anew is left out: {'; '.join(document.lost)}"] if document and document.lost else []
     uses, names = _materials(mesh, document, writing, notes)
@@ -161,7 +149,7 @@ def _write_anew(
     return tuple(notes)
 
 
-def _texture_coordinates(mesh: MeshData) -> tuple[NDArray[np.float64], NDArray[np.int64] | None]:
+def _texture_coordinates(mesh: MeshData) -> tuple[Floats, Longs | None]:
     """(k, 2) texture coordinates, and (m, 3) their index at each corner, -1 for none."""
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None:
@@ -177,9 +165,7 @@ def _texture_coordinates(mesh: MeshData) -> tuple[NDArray[np.float64], NDArray[n
     return pairs[firsts], of_corners
 
 
-def _materials(
-    mesh: MeshData, document: ObjDocument | None, writing: Writing, notes: list[str]
-) -> tuple[NDArray[np.int64], list[bytes]]:
+def _materials(mesh: MeshData, document: ObjDocument | None, writing: Writing, notes: list[str]) -> tuple[Longs, list[bytes]]:
     """(m,) the material of each face, -1 for none, and the ``usemtl`` lines; new materials are added to the material file."""
     m = len(mesh.faces)
     colors, numbers = mesh.face_attributes.get("colors"), mesh.face_attributes.get("texture")
@@ -229,9 +215,9 @@ def _materials(
 def _faces(
     mesh: MeshData,
     document: ObjDocument | None,
-    of_wedges: NDArray[np.int64] | None,
-    of_normals: NDArray[np.int64] | None,
-    uses: NDArray[np.int64],
+    of_wedges: Longs | None,
+    of_normals: Longs | None,
+    uses: Longs,
     names: list[bytes],
     notes: list[str],
 ) -> Iterator[bytes]:

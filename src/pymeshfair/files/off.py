@@ -1,19 +1,19 @@
 """Reads and writes OFF files: the colours, normals and texture coordinates of their vertices, the colours of their polygons."""
 
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filters.mesh import Floats, Ints, Longs
 from ..mesh_data import MeshData, Source
+from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .inputs import Reading, unended
+from .inputs import Reading, References, shown, unended
+from .outputs import Writing
 from .polygons import outlines, triangulated
-from .references import References, shown
-from .saving import Writing
-from .texts import rows, runs
-from .tokens import INTEGER, REAL, Tokens, at_line, joined, numbers_of, refuse, tokenise
+from .tokens import INTEGER, REAL, Tokens, at_line, joined, numbers_of, refuse, rows, runs, tokenise
 
 #: the prefixes of ``OFF``: texture coordinates, colours and normals
 _PREFIXES = ("", "C", "N", "CN", "NC", "ST", "STC", "STN", "STCN", "STNC")
@@ -60,7 +60,7 @@ def _declared(tokens: Tokens) -> tuple[int, int, int]:
     return line, n, m
 
 
-def _vertices(tokens: Tokens, lines: NDArray[np.int64], prefix: str) -> tuple[NDArray[np.float64], dict[str, NDArray[Any]]]:
+def _vertices(tokens: Tokens, lines: Longs, prefix: str) -> tuple[Floats, dict[str, Array]]:
     if not len(lines):
         return np.empty((0, 3)), {}
     lengths = tokens.lengths[lines]
@@ -69,7 +69,7 @@ def _vertices(tokens: Tokens, lines: NDArray[np.int64], prefix: str) -> tuple[ND
     width = int(lengths[0]) if lengths[0] in allowed else allowed[0]
     refuse(tokens, lines, lengths != width, f"has {{}} values and not {width}", lengths)
     values = numbers_of(tokens, lines, 0, width)
-    attributes: dict[str, NDArray[Any]] = {}
+    attributes: dict[str, Array] = {}
     normal, color = 3, 3 + 3 * ("N" in prefix)
     if "C" in prefix:
         size = width - least
@@ -83,13 +83,13 @@ def _vertices(tokens: Tokens, lines: NDArray[np.int64], prefix: str) -> tuple[ND
     return values[:, :3], attributes
 
 
-def _are_colors_first(tokens: Tokens, lines: NDArray[np.int64], size: int) -> bool:
+def _are_colors_first(tokens: Tokens, lines: Longs, size: int) -> bool:
     """Whether colours stand before normals, as MeshLab writes and does not read them."""
     kinds = tokens.kinds[tokens.first[lines][:, None] + np.arange(3, 6 + size)]
     return bool((kinds[:, :size] == INTEGER).all() and (kinds[:, size:] == REAL).any())
 
 
-def _colors(tokens: Tokens, lines: NDArray[np.int64], skipped: NDArray[np.int64], size: int) -> NDArray[np.uint8]:
+def _colors(tokens: Tokens, lines: Longs, skipped: Longs, size: int) -> NDArray[np.uint8]:
     """(l, 4) the colours on lines behind some words: whole numbers up to 255, or others up to 1."""
     places = (tokens.first[lines] + skipped)[:, None] + np.arange(size)
     kinds, values = tokens.kinds[places], tokens.values[places]
@@ -104,9 +104,7 @@ def _colors(tokens: Tokens, lines: NDArray[np.int64], skipped: NDArray[np.int64]
     return colors
 
 
-def _faces(
-    tokens: Tokens, lines: NDArray[np.int64], vertices: NDArray[np.float64]
-) -> tuple[NDArray[np.int32], NDArray[np.int32], dict[str, NDArray[Any]]]:
+def _faces(tokens: Tokens, lines: Longs, vertices: Floats) -> tuple[Ints, Ints, dict[str, Array]]:
     """The triangles, the edges, which are faces of two vertices, and the attributes of the triangles."""
     lengths, first = tokens.lengths[lines], tokens.first[lines]
     declared = tokens.values[first]
@@ -133,9 +131,9 @@ def _faces(
     polygons = counts[counts > 2]
     corners_of_faces = corners[~of_edge]
     triangles, of_polygon, of_polygons = triangulated(vertices, corners_of_faces, polygons)
-    attributes: dict[str, NDArray[Any]] = {}
+    attributes: dict[str, Array] = {}
     if sizes[counts > 2].any():
-        attributes["colors"] = colors[counts > 2][slice(None) if of_polygon is None else of_polygon]
+        attributes["colors"] = colors[counts > 2][of_polygon]
     attributes |= of_polygons
     return corners_of_faces[triangles], corners[of_edge].reshape(-1, 2), attributes
 

@@ -4,16 +4,17 @@ What has not changed is written as it was, byte for byte. Rows of deleted elemen
 one if it can, perhaps from another corner on; in a row of an added element properties without a value are 0.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filters.mesh import Ints, Longs
 from ..mesh_data import MeshData
-from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, numbered
-from .equal_rows import are_equal
+from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, Array, numbered
+from .outputs import Writing
 from .ply import (
     ALPHA,
     COLOR,
@@ -30,12 +31,22 @@ from .ply import (
     colors_of,
     meant,
     texture_names,
+    top_level,
 )
-from .ply_header import KINDS, PlyElement, PlyProperty, header_bytes, parse_header
-from .ply_tables import Array, Column, Lists, Table, indices_of_runs, row_type
-from .polygons import outlines
-from .saving import Writing
-from .texts import patched, runs, words
+from .ply_tables import (
+    KINDS,
+    Column,
+    Lists,
+    PlyElement,
+    PlyProperty,
+    Table,
+    header_bytes,
+    indices_of_runs,
+    parse_header,
+    row_type,
+)
+from .polygons import are_equal, outlines
+from .tokens import patched, runs, words
 
 _EMPTY = b"ply\nformat binary_little_endian 1.0\nend_header\n"
 #: a share of the mean edge by which rounding to the type of the file may move a vertex
@@ -57,31 +68,26 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
 
     Without `writing` coordinates have the type that they have in that file.
     """
-    resolution, textures = (None, None) if writing is None else (writing.resolution, writing.textures)
     document = mesh.document(PlyDocument) or _plain_document(mesh)
     notes: list[str] = []
-    rows = [_vertex_rows(mesh, document, resolution, notes)]
-    rows += _face_rows(mesh, document, notes)
-    rows += _edge_rows(mesh, document)
-    written = {row.element.name: row for row in rows}
-    elements: list[PlyElement] = []
+    rows = (_vertex_rows(mesh, document, writing, notes), _face_rows(mesh, document, notes), _edge_rows(mesh, document))
+    written = {row.element.name: row for row in rows if row is not None}
+    elements: dict[str, PlyElement] = {}
     for element in document.header.elements:
-        if element.name in ("vertex", "face", "edge"):
-            if element.name in written:
-                elements.append(written[element.name].element)
-        elif element.name in ("tristrips", "range_grid") and document.has_other_faces:
-            if "face" not in written or written["face"].element.count == 0:
-                elements.append(element)
+        name = element.name
+        if name in written or name in ("face", "edge"):
+            elements |= {name: written[name].element} if name in written else {}
+        elif name in ("tristrips", "range_grid") and document.has_other_faces:
+            elements |= {} if "face" in written and written["face"].element.count else {name: element}
         elif mesh.vertex_ids is None or not any(p.name.startswith("vert") for p in element.properties):
-            elements.append(element)
+            elements[name] = element
         else:
-            notes.append(f"element {element.name!r} ({element.count:,}), which names vertices by their numbers, is left out")
-    named = {e.name for e in document.header.elements}
-    elements += [row.element for row in rows if row.element.name not in named]
-    target.write(header_bytes(document.header, elements, textures))
+            notes.append(f"element {name!r} ({element.count:,}), which names vertices by their numbers, is left out")
+    elements |= {name: row.element for name, row in written.items()}
+    target.write(header_bytes(document.header, list(elements.values()), None if writing is None else writing.textures))
     as_it_was = False
-    for element in elements:
-        row = written.get(element.name, _Rows(element, {}, document.tables.get(element.name)))
+    for name, element in elements.items():
+        row = written.get(name) or _Rows(element, {}, document.tables.get(name))
         if document.header.format == "ascii":
             as_it_was = _write_text(target, row, document)
         else:
@@ -101,7 +107,7 @@ def _plain_document(mesh: MeshData) -> PlyDocument:
 # ----------------------------------------------------------------------------------------------------------------- elements
 
 
-def _vertex_rows(mesh: MeshData, document: PlyDocument, resolution: Callable[[], float] | None, notes: list[str]) -> _Rows:
+def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None, notes: list[str]) -> _Rows:
     attributes = mesh.vertex_attributes
     table = document.tables.get("vertex")
     values: dict[str, Column] = dict(zip(PLACE, mesh.vertices.T, strict=True))
@@ -117,7 +123,7 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, resolution: Callable[[],
     narrow = [p for p in table.element.properties if p.name in PLACE and p.type != "double"]
     moves = [np.abs(mesh.vertices[:, PLACE.index(p.name)] - rows.columns[p.name]).max(initial=0.0) for p in narrow]
     apart = max([0.0, *moves])  # by the types of the file
-    if apart > 0.0 and resolution is not None and apart > _ROUNDING * resolution():
+    if apart > 0.0 and writing is not None and apart > _ROUNDING * writing.resolution():
         notes.append(f"coordinates are written as double, as {narrow[0].type} would round them")
         properties = tuple(replace(p, type="double") if p.name in PLACE else p for p in rows.element.properties)
         columns = {**rows.columns, **dict(zip(PLACE, mesh.vertices.T, strict=True))}
@@ -125,23 +131,21 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, resolution: Callable[[],
     return rows
 
 
-def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[_Rows]:
+def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> _Rows | None:
     """The rows of the faces, a polygon whole where all its triangles are there."""
     table = document.tables.get("face")
     corners = next((name for name in CORNERS if table is not None and table.lists(name) is not None), CORNERS[0])
     unchanged = mesh.face_ids is None and mesh.vertex_ids is None
     if document.has_other_faces:
         if unchanged and not mesh.face_attributes.keys() - {"selection", "normals"}:
-            return [] if table is None else [_Rows(table.element, table.columns, table)]
+            return None if table is None else _Rows(table.element, table.columns, table)
         table = None
     if not len(mesh.faces):
-        if table is None:
-            return []
-        as_it_was = not table.element.count or table.lists(corners) is None  # rows that name no vertices
-        return [_Rows(table.element, table.columns, table) if as_it_was else _without_rows(table)]
+        names_none = table is not None and (not table.element.count or table.lists(corners) is None)
+        return _Rows(table.element, table.columns, table) if table is not None and names_none else _without_rows(table)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     values: dict[str, Column] = {}
-    row: NDArray[np.int64] | None = None
+    row: Longs | None = None
     if table is not None and unchanged and are_equal(wedges, document.wedges):
         values |= {name: table.columns[name] for name in (corners, WEDGES) if name in table.columns}
         # A polygon takes single numbers from its first triangle.
@@ -163,12 +167,10 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
         values[SCALAR] = of_rows["scalars"]
     if "texture" in of_rows and len(mesh.textures) > 1:
         values[TEXTURE_NUMBER] = of_rows["texture"]
-    return [_rows("face", table, row, values | _custom(of_rows, FACE_ATTRIBUTES), of_rows.get("colors"))]
+    return _rows("face", table, row, values | _custom(of_rows, FACE_ATTRIBUTES), of_rows.get("colors"))
 
 
-def _polygons(
-    mesh: MeshData, wedges: Array | None, document: PlyDocument, ids: NDArray[np.int64], notes: list[str]
-) -> NDArray[np.int32] | None:
+def _polygons(mesh: MeshData, wedges: Array | None, document: PlyDocument, ids: Longs, notes: list[str]) -> Ints | None:
     """(m,) the polygon of each triangle; None if all are written as triangles."""
     polygon = mesh.face_attributes.get("polygon")
     if polygon is None or wedges is None or not (polygon >= 0).any():
@@ -179,27 +181,25 @@ def _polygons(
     return None
 
 
-def _edge_rows(mesh: MeshData, document: PlyDocument) -> list[_Rows]:
+def _edge_rows(mesh: MeshData, document: PlyDocument) -> _Rows | None:
     table = document.tables.get("edge")
     if table is not None and mesh.edge_ids is None and mesh.vertex_ids is None:
-        return [_Rows(table.element, table.columns, table)]
+        return _Rows(table.element, table.columns, table)
     if not len(mesh.edges):
-        return [] if table is None else [_without_rows(table)]
+        return _without_rows(table)
     ids = None if table is None else numbered(mesh.edge_ids, len(mesh.edges))
-    return [_rows("edge", table, ids, dict(zip(EDGE, mesh.edges.T, strict=True)))]
+    return _rows("edge", table, ids, dict(zip(EDGE, mesh.edges.T, strict=True)))
 
 
-def _without_rows(table: Table) -> _Rows:
+def _without_rows(table: Table | None) -> _Rows | None:
+    if table is None:
+        return None
     none = np.empty(0, np.int64)
     return _Rows(replace(table.element, count=0), {name: _chosen(column, none) for name, column in table.columns.items()})
 
 
 def _rows(
-    element: str,
-    table: Table | None,
-    ids: NDArray[np.int64] | None,
-    values: Mapping[str, Column],
-    colors: NDArray[np.uint8] | None = None,
+    element: str, table: Table | None, ids: Longs | None, values: Mapping[str, Column], colors: NDArray[np.uint8] | None = None
 ) -> _Rows:
     """The rows of an element: those of the file by their ids, with these values and (n, 4) colours."""
     if colors is not None:
@@ -231,7 +231,7 @@ def _rows(
     return _Rows(new, columns, table if same else None, frozenset(changed))
 
 
-def _chosen(column: Column, ids: NDArray[np.int64] | None) -> Column:
+def _chosen(column: Column, ids: Longs | None) -> Column:
     """The rows of a column by their ids; 0, or an empty list, for -1."""
     if ids is None:
         return column
@@ -265,14 +265,12 @@ def _custom(attributes: Mapping[str, Array], own: frozenset[str]) -> dict[str, A
     for name, values in attributes.items():
         if name in own:
             continue
-        if values.ndim == 1:
-            columns[name] = values
-        else:
-            columns |= {f"{name}_{axis}": values[:, k] for k, axis in enumerate("xyzw"[: values.shape[1]])}
+        one = {name: values} if values.ndim == 1 else {f"{name}_{axis}": c for axis, c in zip("xyzw", values.T, strict=False)}
+        columns |= one
     return columns
 
 
-def _channels(colors: NDArray[np.uint8], table: Table | None, ids: NDArray[np.int64] | None) -> dict[str, Array]:
+def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None) -> dict[str, Array]:
     """The columns of colours: those of the file if they are these, else levels of its types, or bytes."""
     if table is None:
         return dict(zip((*COLOR, ALPHA), colors.T, strict=True))
@@ -281,16 +279,8 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: NDArray[np.in
     before = colors_of(table)
     if before is not None and np.array_equal(np.asarray(_chosen(before, ids)), colors):
         return own
-    return {name: _levels(colors[:, k], own.get(name)) for k, name in enumerate(names)}
-
-
-def _levels(levels: NDArray[np.uint8], like: Array | None) -> Array:
-    """Levels from 0 to 255 in the range of a column, see `colors_of`."""
-    if like is None:
-        return levels
-    if like.dtype.kind == "f":
-        return levels / 255.0 * (1.0 if not len(like) or np.nanmax(like) <= 1.0 else 255.0)
-    return levels / 255.0 * (255 if like.dtype.itemsize == 1 or like.max(initial=0) <= 255 else np.iinfo(like.dtype).max)
+    columns = dict(zip(names, colors.T, strict=False))
+    return {name: c / 255.0 * top_level(own[name]) if name in own else c for name, c in columns.items()}
 
 
 def _new_property(name: str, column: Column) -> PlyProperty:
@@ -321,33 +311,26 @@ def _write_binary(target: BinaryIO, row: _Rows, document: PlyDocument) -> None:
         start, end = row.source.bytes
         target.write(document.data[start:end].data)
         return
-    order = document.header.byte_order
-    element = row.element
-    widths: dict[str, int] = {}
-    for p in element.properties:
-        column = row.columns[p.name]
+    order, element = document.header.byte_order, row.element
+    widths = {name: column.width for name, column in row.columns.items() if isinstance(column, Lists)}
+    if element.count and None in widths.values():
+        target.write(_packed(row, order))
+        return
+    rows = np.zeros(element.count, row_type(element, order, {name: width or 0 for name, width in widths.items()}))
+    for name, column in row.columns.items():
         if isinstance(column, Lists):
-            width = column.width
-            if width is None and element.count:
-                target.write(_packed(row, order))
-                return
-            widths[p.name] = width or 0
-    rows = np.zeros(element.count, row_type(element, order, widths))
-    for p in element.properties:
-        column = row.columns[p.name]
-        if isinstance(column, Lists):
-            rows[f"{p.name} count"] = column.lengths
+            rows[f"{name} count"] = column.lengths
             with np.errstate(over="ignore"):
-                rows[p.name] = column.values.reshape(element.count, widths[p.name])
+                rows[name] = column.values.reshape(rows[name].shape)
         else:
-            rows[p.name] = column
+            rows[name] = column
     target.write(rows.tobytes())
 
 
 def _packed(row: _Rows, order: str) -> bytes:
     """The rows of an element whose lists differ in length."""
     n = row.element.count
-    fields: list[tuple[NDArray[np.uint8], NDArray[np.int64]]] = []  # the bytes of a field of all rows, and how many each row has
+    fields: list[tuple[NDArray[np.uint8], Longs]] = []  # the bytes of a field of all rows, and how many each row has
     for p in row.element.properties:
         column, kind = row.columns[p.name], np.dtype(order + KINDS[p.type])
         if isinstance(column, Lists):
@@ -394,26 +377,20 @@ def _patched(row: _Rows, document: PlyDocument, changed: list[int]) -> bytes:
         return text
     spans = tokens.spans(table.lines, changed).reshape(-1, 2) - begin
     properties = [row.element.properties[k] for k in changed]
-    columns = [_words(np.asarray(row.columns[p.name]), p.type) for p in properties]
-    differs = np.stack([np.asarray(row.columns[p.name]) != np.asarray(table.columns[p.name]) for p in properties], axis=1)
-    other = differs.reshape(-1)
-    each = [word for line in zip(*columns, strict=True) for word in line]
+    new = [np.asarray(row.columns[p.name]).astype(KINDS[p.type]) for p in properties]
+    differs = [np.asarray(row.columns[p.name]) != np.asarray(table.columns[p.name]) for p in properties]
+    other = np.stack(differs, axis=1).reshape(-1)
+    each = [word for line in zip(*map(words, new), strict=True) for word in line]
     return patched(text, spans[other], [each[k] for k in np.flatnonzero(other).tolist()])
-
-
-def _words(values: Array, type_: str) -> list[bytes]:
-    """Numbers as words that are read as the same numbers."""
-    return words(values.astype(KINDS[type_]))
 
 
 def _lines(row: _Rows) -> Iterator[bytes]:
     columns: list[list[bytes]] = []
     for p in row.element.properties:
         column = row.columns[p.name]
-        if not isinstance(column, Lists):
-            columns.append(_words(column, p.type))
-            continue
-        each = runs(_words(column.values, p.type), column.lengths)
-        columns.append([b" ".join((b"%d" % len(run), *run)) for run in each])
+        each = words((column.values if isinstance(column, Lists) else column).astype(KINDS[p.type]))
+        if isinstance(column, Lists):
+            each = [b" ".join((b"%d" % len(run), *run)) for run in runs(each, column.lengths)]
+        columns.append(each)
     for line in zip(*columns, strict=True):
         yield b" ".join(line) + b"\n"

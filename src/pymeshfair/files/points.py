@@ -6,19 +6,17 @@ PTX files are grids of points from scanners, each after a head with its size, th
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..filters.mesh import Bools, Floats
 from ..mesh_data import MeshData, Source
-from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES
+from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES, Array
 from .errors import ContentsError
-from .inputs import Reading, unended
-from .references import References
-from .saving import Writing
-from .texts import rows
-from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, refuse, tokenise
+from .inputs import Reading, References, unended
+from .outputs import Writing
+from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, refuse, rows, tokenise
 
 _EXPE = b"[Expe/PointSet/Binary/0.1]\n"
 #: the types of properties of Expe
@@ -108,13 +106,13 @@ def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
     return b"", (), 0
 
 
-def _are_levels(values: NDArray[np.float64], whole: NDArray[np.bool_], first: int) -> bool:
+def _are_levels(values: Floats, whole: Bools, first: int) -> bool:
     """Whether three columns are colours from 0 to 255."""
     three = values[:, first : first + 3]
     return bool(whole[first : first + 3].all() and three.min() >= 0 and three.max() <= 255)
 
 
-def _guessed(values: NDArray[np.float64], whole: NDArray[np.bool_]) -> tuple[str, ...]:
+def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
     """The names of columns without titles: as in a scanner's text, or by the ranges of their numbers."""
     width = values.shape[1]
     if width == 6:
@@ -128,13 +126,11 @@ def _guessed(values: NDArray[np.float64], whole: NDArray[np.bool_]) -> tuple[str
     return (*_PLACE, *(f"column_{k}" for k in range(4, width + 1)))
 
 
-def _attributes(
-    columns: tuple[str, ...], values: NDArray[np.float64], whole: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64], dict[str, NDArray[Any]], float]:
+def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple[Floats, dict[str, Array], float]:
     """The coordinates, the attributes, and the highest value of a colour."""
     place = {name: k for k, name in enumerate(columns)}
     three = {names: values[:, [place[n] for n in names]] for names in (_PLACE, _COLOR, _NORMAL) if set(names) <= set(columns)}
-    attributes: dict[str, NDArray[Any]] = {}
+    attributes: dict[str, Array] = {}
     if _NORMAL in three:
         attributes["normals"] = three[_NORMAL]
     top = 0.0
@@ -198,7 +194,7 @@ def read_ptx(path: Path, references: References) -> Reading:
     if not len(rows):
         raise ContentsError("it holds no points")
     measured = rows[~np.isnan(rows[:, 0])]
-    attributes: dict[str, NDArray[Any]] = {"intensity": measured[:, 3]}
+    attributes: dict[str, Array] = {"intensity": measured[:, 3]}
     if measured.shape[1] == _COLOURED:
         colors = np.append(measured[:, 4:], np.full((len(measured), 1), 255.0), axis=1)
         if not ((colors >= 0) & (colors <= 255) & (colors == np.rint(colors))).all():
@@ -212,7 +208,7 @@ def read_ptx(path: Path, references: References) -> Reading:
     return Reading(mesh, (*unended(data), *doubts))
 
 
-def _placed(rows: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def _placed(rows: Floats, matrix: Floats) -> Floats:
     """The rows transformed by the matrix of their head, whose last row is the translation; NaN where nothing was measured."""
     if not np.allclose(matrix[:, 3], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=_ROUNDED):
         raise ContentsError("the last column of a grid's matrix is not 0 0 0 1")
@@ -257,7 +253,7 @@ def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[st
     counted = writing.extension == "pts"
     plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     document = mesh.document(PointsDocument) or plain
-    values: dict[str, NDArray[Any]] = dict(zip(_PLACE, mesh.vertices.T, strict=True))
+    values: dict[str, Array] = dict(zip(_PLACE, mesh.vertices.T, strict=True))
     left = []
     for name, attribute in mesh.vertex_attributes.items():
         if name == "colors":

@@ -8,12 +8,12 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filters.mesh import Floats
 from ..mesh_data import MeshData, Source
-from .equal_rows import numbered
 from .errors import ContentsError
-from .inputs import Reading, unended
-from .references import References
-from .saving import Writing
+from .inputs import Reading, References, unended
+from .outputs import Writing
+from .polygons import numbered
 from .tokens import INTEGER, REAL, Tokens, at_line, joined, refuse, tokenise, word
 
 #: the first word of each line of a facet, and how many words it has
@@ -99,7 +99,7 @@ def _colors(head: bytes, bits: NDArray[np.uint16]) -> tuple[NDArray[np.uint8] | 
     return colors, 0 if magics else int((~own & (bits != 0)).sum())
 
 
-def _text_corners(tokens: Tokens) -> NDArray[np.float64]:
+def _text_corners(tokens: Tokens) -> Floats:
     """(m, 3, 3) the corners of the facets of a text."""
     words = tokens.keywords | _SMALL
     begins, ends = words == word(b"solid") | _SMALL, words == word(b"endsolid") | _SMALL
