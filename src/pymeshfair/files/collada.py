@@ -15,7 +15,8 @@ from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .inputs import Reading, References, shown
-from .scenes import METRES, Assembly, check_range, edges_of, indices, levels, numbers, placing, read_tree, triangles_of, turn
+from .polygons import edges_of
+from .scenes import METRES, Assembly, check_range, indices, levels, numbers, placing, read_tree, triangles_of, turn
 
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
 #: the count of numbers of each transformation of a node
@@ -48,7 +49,7 @@ def read_collada(path: Path, references: References) -> Reading:
 class _Look:
     """The look of faces by a material: their colour, the number of their texture, and the set of its coordinates."""
 
-    colour: tuple[float, ...] | None = None
+    colour: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     texture: int = -1
     coordinates: str = ""
 
@@ -66,7 +67,6 @@ class _Reader:
         self._geometries: dict[Any, MeshData] = {}
 
     def read_scene(self) -> None:
-        """Place everything that the scene shows."""
         used = self._root.find("./scene/instance_visual_scene")
         if used is None:
             raise ContentsError("it has no scene, so nothing in it is placed")
@@ -122,13 +122,12 @@ class _Reader:
         self.assembly.place(self._geometries[key], matrix)
 
     def _part(self, mesh: Element, looks: Mapping[str, _Look], name: str) -> MeshData:
-        """A mesh, its materials bound."""
         if (place := mesh.find("vertices/input[@semantic='POSITION']")) is None:
             raise ContentsError(f"its mesh {shown(name)} has no positions")
         points = self._values(place, "VERTEX")
         corners, lengths, edges = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 2), np.int64)]
         values: dict[str, list[Floats]] = {"normals": [], "colors": [], "wedge_texture_coordinates": []}
-        colours, textures = [np.empty((0, 4))], [np.empty(0, np.int64)]
+        used = [_Look()]  # as `lengths`
         for p in (p for p in mesh if p.tag in _PRIMITIVES and p.get("count") != "0"):
             inputs = [(i, _offset(i)) for i in p.iterfind("input")]
             own = next((offset for i, offset in inputs if i.get("semantic") == "VERTEX"), None)
@@ -156,11 +155,11 @@ class _Reader:
                     one[:, : source.shape[1]] = source[table[:, offset]]
                     one[:, source.shape[1] :] = 1.0
                 values[attribute].append(one)
-            textures.append(np.full(len(counts), look.texture))
-            colours.append(np.tile(look.colour or (1.0,) * 4, (len(counts), 1)))
+            used.append(look)
         of_corners = {name: np.concatenate(each) for name, each in values.items() if each}
-        of_polygons: dict[str, Array] = {"texture": np.concatenate(textures).astype(np.int32)}
-        shades = np.concatenate(colours)
+        counts = np.array([len(each) for each in lengths])
+        of_polygons: dict[str, Array] = {"texture": np.repeat(np.array([look.texture for look in used], np.int32), counts)}
+        shades = np.repeat([look.colour for look in used], counts, axis=0)
         if np.isnan(of_corners.get("colors", np.nan)).all() and (shades != 1.0).any():
             of_polygons["colors"] = levels(shades)
         what = f"the corners of its mesh {shown(name)}"
@@ -197,7 +196,6 @@ class _Reader:
         return self._sources[key]
 
     def _look(self, instance: Element) -> _Look:
-        """The look by a bound material."""
         if instance.get("target", "")[1:] not in self._ids:
             self.assembly.lost[f"the material {shown(instance.get('target', ''))}, which is not there"] = None
             return _Look()
@@ -231,7 +229,6 @@ class _Reader:
 
 
 def _transform(part: Element) -> Floats:
-    """(4, 4) one transform of a node."""
     v = numbers(part.text or "", f"a {part.tag} of a node of it", _TRANSFORMS[part.tag])
     match part.tag:
         case "translate":

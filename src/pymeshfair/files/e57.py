@@ -134,7 +134,6 @@ def _kinds(header: Any) -> dict[str, bool]:
 
 
 def _chunks(file: Any, header: Any, names: Iterable[str], size: int | None) -> Iterator[dict[str, Array]]:
-    """Fields of the points of a scan, `size` rows at a time."""
     from pye57 import libe57
 
     count = int(header.point_count)
@@ -155,7 +154,6 @@ def _chunks(file: Any, header: Any, names: Iterable[str], size: int | None) -> I
 
 
 def _placed(header: Any, fields: dict[str, Array]) -> Floats:
-    """(n, 3) coordinates, transformed by the pose of the scan."""
     if set(_PLACE) <= fields.keys():
         places = np.stack([fields[name] for name in _PLACE], axis=1)
     elif set(_SPHERE) <= fields.keys():
@@ -172,27 +170,22 @@ def _placed(header: Any, fields: dict[str, Array]) -> Floats:
 
 def _colors(header: Any, fields: dict[str, Array]) -> NDArray[np.uint8] | None:
     """(n, 4) 8-bit colours, scaled from the colour limits of the scan; None if it has no colours."""
+    from pye57 import libe57
+
     if not set(_COLOR) <= fields.keys():
         return None
     levels = np.full((len(fields[_COLOR[0]]), 4), 255, np.uint8)
     for k, name in enumerate(_COLOR):
-        least, most = 0.0, 255.0 if _declared_most(header, name) <= 255 else 65535.0
+        field = libe57.StructureNode(header.points.prototype()).get(name)
+        is_deep = field.type() == libe57.NodeType.E57_INTEGER and libe57.IntegerNode(field).maximum() > 255
+        least, most = 0.0, 65535.0 if is_deep else 255.0
         if all(header.node.isDefined(f"colorLimits/{name}{end}") for end in ("Minimum", "Maximum")):
             least, most = (float(header.node["colorLimits"][f"{name}{end}"].value()) for end in ("Minimum", "Maximum"))
         levels[:, k] = np.clip(np.rint((fields[name] - least) * (255.0 / (most - least or 1.0))), 0, 255)
     return levels
 
 
-def _declared_most(header: Any, name: str) -> float:
-    """The largest value of an integer field; 255 for others."""
-    from pye57 import libe57
-
-    node = libe57.StructureNode(header.points.prototype()).get(name)
-    return float(libe57.IntegerNode(node).maximum()) if node.type() == libe57.NodeType.E57_INTEGER else 255.0
-
-
 def _extras(file: Any, headers: list[Any]) -> list[str]:
-    """Contents of the file that a mesh cannot hold."""
     root = file.image_file.root()
     poses = sum(bool(header.has_pose()) for header in headers)
     extras = [f"the scanner's places ({poses:,})"] if poses else []

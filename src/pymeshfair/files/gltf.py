@@ -21,7 +21,8 @@ from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .inputs import Reading, References, check_image
 from .outputs import Writing
-from .scenes import METRES, Assembly, edges_of, levels, placing, triangles_of
+from .polygons import edges_of
+from .scenes import METRES, Assembly, levels, placing, triangles_of
 
 #: of how many parts a document may be: a million take a second to read
 _PARTS = 1_000_000
@@ -71,14 +72,13 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
     if length != len(data):
         raise ContentsError(f"it declares {length:,} bytes, but has {len(data):,}")
     parts: list[tuple[int, bytes]] = []
-    position = 12
-    while position + 8 <= length:
-        size, kind = struct.unpack_from("<II", data, position)
-        position += 8
+    position = 20
+    while position <= length:
+        size, kind = struct.unpack_from("<II", data, position - 8)
         if size > length - position:
             raise ContentsError(f"a part of it declares {size:,} bytes, but only {length - position:,} follow")
         parts.append((kind, data[position : position + size]))
-        position += size
+        position += size + 8
     if parts[0][0] != _JSON or version != 2:
         raise ContentsError("it does not begin with a document of glTF 2")
     if [kind for kind, _ in parts].count(_JSON) > 1:
@@ -110,7 +110,6 @@ class _Reader:
         self._seen: set[int] = set()
 
     def read_scene(self) -> None:
-        """Place everything that the scene shows."""
         scenes = self._document.get("scenes", [])
         if not scenes:
             raise ContentsError("it has no scene, so nothing in it is placed")
@@ -155,30 +154,27 @@ class _Reader:
         return self._meshes[k]
 
     def _part(self, k: int, primitives: list[_Part]) -> MeshData:
-        """The primitives of a mesh that share their vertices."""
         attributes = primitives[0]["attributes"]
         if "POSITION" not in attributes:
             raise ContentsError(f"its mesh {k} has no positions")
         points = self._attribute(k, attributes, "POSITION")
         if {self._at("accessors", index)["count"] for index in attributes.values()} != {len(points)}:
             raise ContentsError(f"the attributes of its mesh {k} are not equally many")
-        faces, uvs, colours, textures, edges = [], [], [], [], []
-        for p in primitives:
-            corners, ends = self._corners(k, p, len(points))
-            texture, uv, colour = self._material(k, p, attributes)
-            faces.append(corners)
-            edges.append(ends)
-            uvs.append(np.full((corners.size, 2), np.nan) if uv is None else uv[corners.ravel()])
-            colours.append(np.tile(colour, (len(corners), 1)))
-            textures.append(np.full(len(corners), texture, np.int32))
-        corners, shades = np.concatenate(faces), np.concatenate(colours)
+        parts = ((*self._corners(k, p, len(points)), *self._material(k, p, attributes)) for p in primitives)
+        faces, edges, textures, uvs, colours = zip(*parts, strict=True)
+        counts, corners = [len(each) for each in faces], np.concatenate(faces)
+        wedges = [np.full((f.size, 2), np.nan) if uv is None else uv[f.ravel()] for f, uv in zip(faces, uvs, strict=True)]
+        shades = np.repeat(colours, counts, axis=0)
         part = self.assembly.polygons(
             points,
             corners.ravel(),
             np.full(len(corners), 3),
             f"the corners of its mesh {k}",
-            {"wedge_texture_coordinates": np.concatenate(uvs)},
-            {"texture": np.concatenate(textures), "colors": levels(shades) if (shades != 1.0).any() else None},
+            {"wedge_texture_coordinates": np.concatenate(wedges)},
+            {
+                "texture": np.repeat(np.array(textures, np.int32), counts),
+                "colors": levels(shades) if (shades != 1.0).any() else None,
+            },
         )
         normals = self._attribute(k, attributes, "NORMAL") if "NORMAL" in attributes else None
         colors = levels(self._attribute(k, attributes, "COLOR_0")) if "COLOR_0" in attributes else None
@@ -198,7 +194,6 @@ class _Reader:
         return values.astype(np.float64)
 
     def _corners(self, k: int, p: _Part, count: int) -> tuple[Longs, Longs]:
-        """The triangles and the edges of a primitive."""
         mode, corners = p.get("mode", 4), np.arange(count)
         if "indices" in p:
             accessor = self._at("accessors", p["indices"])
@@ -240,10 +235,9 @@ class _Reader:
             self.assembly.lost[f"the texture of mesh {k}, which has no texture coordinates"] = None
             return -1, None, colour
         uv = self._attribute(k, attributes, name)
-        return self._image(texture["source"]), np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1), colour
+        return self._image(texture["source"]), _upright(uv), colour
 
     def _image(self, k: int) -> int:
-        """The number of the texture that an image is."""
         image, mesh = self._at("images", k), self._references.mesh
         uri = image.get("uri")
         if uri is not None and not uri.startswith("data:"):
@@ -292,8 +286,6 @@ class _Reader:
         """(n, w) the values of an accessor."""
         accessor = self._at("accessors", k)
         count = _whole(accessor["count"], f"the count of accessor {k}", 1)
-        if accessor["componentType"] not in _COMPONENTS or accessor["type"] not in _WIDTHS:
-            raise ContentsError(f"its accessor {k} has an unknown type")
         dtype, width = _COMPONENTS[accessor["componentType"]], _WIDTHS[accessor["type"]]
         sparse = accessor.get("sparse")
         if "bufferView" in accessor:
@@ -326,7 +318,6 @@ class _Reader:
 
 
 def _matrix(node: _Part, k: int) -> Floats:
-    """(4, 4) the transform of a node."""
     if "matrix" in node:
         matrix = np.array(_numbers(node["matrix"], 16, f"the matrix of node {k}")).reshape(4, 4).T
         if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=_ROUNDED):
@@ -364,6 +355,11 @@ def _losses(document: _Part) -> Iterator[str]:
     used -= {"name", "extras", "extensions", "pbrMetallicRoughness", "baseColorFactor", "baseColorTexture"}
     if used:
         yield f"of its materials {', '.join(sorted(used))}"
+
+
+def _upright(uv: Floats) -> Floats:
+    """Texture coordinates whose second one is counted from the other end of the image."""
+    return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
 
 
 def _whole(value: Any, what: str, least: int = 0) -> int:
@@ -405,26 +401,22 @@ class _Document:
         self._length = 0
 
     def add(self, name: str, **part: Any) -> int:
-        """The number of a new part of a kind."""
         self.parts.setdefault(name, []).append(part)
         return len(self.parts[name]) - 1
 
     def view(self, data: bytes) -> int:
-        """The number of a new buffer view."""
         self._pieces += [data, bytes(-len(data) % 4)]
         view = self.add("bufferViews", buffer=0, byteOffset=self._length, byteLength=len(data))
         self._length += len(data) + -len(data) % 4
         return view
 
     def accessor(self, values: Array, **more: Any) -> int:
-        """The number of a new accessor of (n, w) values."""
         kind = next(code for code, dtype in _COMPONENTS.items() if values.dtype.newbyteorder("=") == dtype)
         shape = next(name for name, width in _WIDTHS.items() if values.shape[1] == width)
         view = self.view(values.tobytes())
         return self.add("accessors", bufferView=view, componentType=kind, count=len(values), type=shape, **more)
 
     def write(self, target: BinaryIO) -> None:
-        """Write all of it."""
         self.parts["buffers"] = [{"byteLength": self._length}]
         text = json.dumps(self.parts, separators=(",", ":")).encode("ascii")
         text += b" " * (-len(text) % 4)
@@ -453,7 +445,7 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     if (colors := mesh.vertex_attributes.get("colors")) is not None:
         attributes["COLOR_0"] = document.accessor(colors[vertex], normalized=True)
     if uv is not None:
-        attributes["TEXCOORD_0"] = document.accessor(np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1).astype("<f4"))
+        attributes["TEXCOORD_0"] = document.accessor(_upright(uv).astype("<f4"))
     textures = [_texture(document, texture, notes) for texture in mesh.textures]
     numbers = mesh.face_attributes.get("texture", 0 if len(textures) == 1 and uv is not None else -1)
     colors = np.ascontiguousarray(mesh.face_attributes.get("colors", np.full((len(faces), 4), 255, np.uint8)))
@@ -505,20 +497,16 @@ def _vertices(mesh: MeshData) -> tuple[Longs, Floats | None, Longs]:
 
 def _texture(document: _Document, texture: Texture, notes: list[str]) -> int | None:
     """The number of a texture in the document; None if it has no image."""
+    from PIL import Image
+
     data = texture.image.read_bytes() if isinstance(texture.image, Path) else texture.image
     if data is None:
         notes.append(f"the texture {texture.name!r} does not exist and is left out")
         return None
-    kind = next((kind for begin, kind in _IMAGES.items() if data.startswith(begin)), None)
-    if kind is None:
-        data, kind = _as_png(data), "image/png"
+    kind = next((kind for begin, kind in _IMAGES.items() if data.startswith(begin)), "")
+    if not kind:
+        stream, kind = io.BytesIO(), "image/png"
+        with Image.open(io.BytesIO(data)) as image:
+            image.save(stream, "PNG")
+        data = stream.getvalue()
     return document.add("textures", source=document.add("images", bufferView=document.view(data), mimeType=kind))
-
-
-def _as_png(data: bytes) -> bytes:
-    from PIL import Image
-
-    stream = io.BytesIO()
-    with Image.open(io.BytesIO(data)) as image:
-        image.save(stream, "PNG")
-    return stream.getvalue()

@@ -231,7 +231,6 @@ def _points(header: Any, vertices: Floats, columns: dict[str, Array], stored: _S
 
 
 def _widen(ranges: _Ranges, mesh: MeshData, columns: dict[str, Array]) -> None:
-    """Widen the ranges by those of a piece."""
     each: list[tuple[str | int, Array]] = [*columns.items(), *enumerate(mesh.vertices.T)]
     for name, values in each:
         if values.ndim == 1 and len(values) and values.dtype.kind in "biuf":
@@ -242,7 +241,6 @@ def _widen(ranges: _Ranges, mesh: MeshData, columns: dict[str, Array]) -> None:
 
 
 def _header(mesh: MeshData, document: LasDocument | None, notes: list[str]) -> tuple[Any, Any]:
-    """The header to write, and the extended records."""
     import laspy
 
     colored = "colors" in mesh.vertex_attributes
@@ -324,7 +322,6 @@ def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: 
 
 
 def _suffices(header: Any, vertices: Floats, least: Floats, most: Floats, fine: float) -> bool:
-    """Whether the scales and offsets of a header hold the coordinates."""
     reach = np.maximum(np.abs(least - header.offsets), np.abs(most - header.offsets))
     if (reach / header.scales >= 2**31 - 1).any():
         return False

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filters.mesh import Floats, Ints, Longs
+from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError, InputError
 from .inputs import Reading, References, shown, unended
-from .polygons import triangulated
+from .polygons import edges_of, triangulated
 from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, at_line, is_number, joined, numbers_of, refuse, tokenise, word
 
 #: the keywords of the format by what their lines are
@@ -69,7 +69,6 @@ class Materials:
 
     @property
     def textures(self) -> list[str]:
-        """The textures that they name, each once."""
         return list(dict.fromkeys(m.texture for m in self.named.values() if m.texture))
 
     def text(self, names: Mapping[str, str]) -> bytes:
@@ -81,7 +80,6 @@ class Materials:
         return "".join(f"{line}\n" for line in lines).encode("utf-8", "surrogateescape")
 
     def read(self, path: Path, mesh: Path) -> None:
-        """Add the contents of a material file."""
         with path.open("rb") as file:
             data = file.read(MATERIAL_LIMIT + 1)
         if len(data) > MATERIAL_LIMIT or b"\0" in data:
@@ -139,8 +137,6 @@ class ObjDocument:
 
 @dataclass(frozen=True, eq=False)
 class _Corners:
-    """The corners of faces or polylines."""
-
     lines: Longs  # (p,) where they are
     lengths: Longs  # (p,) how many corners each has
     indices: Longs  # (c, 3) the indices of vertices, texture coordinates and normals, -1 for none
@@ -156,44 +152,43 @@ def read_obj(path: Path, references: References) -> Reading:
     notes: dict[str, None] = {}
     width, vertices, colors, levels = _vertices(tokens, data, notes)
     normals = _rows(tokens, "vn", (3,))[2]
-    textured = _texture_coordinates(tokens, notes)
+    third, counted, textured = _rows(tokens, "vt", (2, 3))
+    if numbers_of(tokens, third[counted == 3], 3, 1).any():
+        notes["third texture coordinates"] = None
     corners = _corners(tokens, "f", 3, "face", counts, notes)
     lines = _corners(tokens, "l", 2, "polyline", counts, notes)
     places, row, attributes = triangulated(vertices, corners.indices[:, 0], corners.lengths)
     indices = corners.indices[places]
-    faces = indices[:, :, 0]
     bare = (indices[:, :, 1] < 0).all(axis=1)
     if not bare.all():
         attributes["wedge_texture_coordinates"] = np.append(textured, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]
         _note_bare(corners, notes)
     elif len(textured):
         notes[f"texture coordinates that no face names ({len(textured):,})"] = None
-    lost = [f"{what} ({n:,})" for what in _STATES if (n := counts[what])]
     materials, used, files = _materials(path, tokens, counts, references, notes)
     numbers = {name: k for k, name in enumerate(materials.textures)}
     use = (np.searchsorted(used.lines, corners.lines) - 1)[row]
     material = np.append(used.material, -1)[use]
-    if len(faces) and any(name in materials.named for name in used.names):
+    if len(indices) and any(name in materials.named for name in used.names):
         attributes["colors"] = used.colors(materials)[use]
     if numbers and not bare.all():
         of_material = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in used.names]
         # A file with one texture and no uses of materials means it for all faces.
         of_material.append(0 if not used.names and len(numbers) == 1 else -1)
         attributes["texture"] = np.where(bare, -1, np.array(of_material)[material]).astype(np.int32)
-
     own, corner_normals = _normals(len(vertices), normals, indices, notes)
     vertex_attributes = {name: values for name, values in (("colors", colors), ("normals", own)) if values is not None}
     images, doubts = _images(materials, references)
     mesh = MeshData(
         vertices=vertices,
-        faces=faces.astype(np.int32),
-        edges=_edges(lines),
+        faces=indices[:, :, 0].astype(np.int32),
+        edges=edges_of(lines.indices[:, 0], lines.lengths),
         vertex_attributes=vertex_attributes,
         face_attributes=attributes,
-        keeps_normals=own is not None and len(faces) > 0,
+        keeps_normals=own is not None and len(indices) > 0,
         textures=tuple(Texture(name, references.find_image(name)) for name in materials.textures),
     )
-    others = tuple(f"{what} ({n:,})" for what in _OTHERS if (n := counts[what]))
+    states, others = (tuple(f"{what} ({n:,})" for what in kind if (n := counts[what])) for kind in (_STATES, _OTHERS))
     document = ObjDocument(
         data,
         replace(tokens, kinds=tokens.kinds[:0].copy(), values=np.empty(0), first=np.empty(0, np.int64)),
@@ -207,7 +202,7 @@ def read_obj(path: Path, references: References) -> Reading:
         material,
         others,
     )
-    source = Source(path, "obj", document, (*lost, *others, *notes), images=images)
+    source = Source(path, "obj", document, (*states, *others, *notes), images=images)
     doubts = (*unended(data), *((_LEVELS,) if levels else ()), *doubts)
     return Reading(replace(mesh, source=source), doubts, tuple(files))
 
@@ -267,13 +262,6 @@ def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int,
     return width, vertices, colors, top > 1.0
 
 
-def _texture_coordinates(tokens: Tokens, notes: dict[str, None]) -> Floats:
-    lines, counts, pairs = _rows(tokens, "vt", (2, 3))
-    if numbers_of(tokens, lines[counts == 3], 3, 1).any():
-        notes["third texture coordinates"] = None
-    return pairs
-
-
 def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mapping[str, int], notes: dict[str, None]) -> _Corners:
     """Take the lines of a keyword apart: ``vertex/texture coordinate/normal``, counted from 1, or backwards from -1."""
     chosen = tokens.keywords == word(keyword.encode())
@@ -308,13 +296,6 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
         refuse(tokens, at, (number < 0) | (number >= so_far), f"names a {name} that is none of those before it")
         indices[corner[there], slot] = number
     return _Corners(lines, per_line, indices)
-
-
-def _edges(lines: _Corners) -> Ints:
-    """(e, 2) each vertex of a polyline and the next one."""
-    vertex, of_line = lines.indices[:, 0], np.repeat(lines.lines, lines.lengths)
-    pairs = np.stack([vertex[:-1], vertex[1:]], axis=1)
-    return np.asarray(pairs[of_line[1:] == of_line[:-1]], np.int32)
 
 
 def _note_bare(corners: _Corners, notes: dict[str, None]) -> None:

@@ -20,7 +20,7 @@ from ..operating_system import this_system
 from .errors import ContentsError, OutputError
 from .formats import MISSING_LASPY, WRITABLE, Format, attributes_of, extension, load_function
 from .provenance import provenance_path, read_provenance, recorded_digest, sha256_of
-from .writing import OVERWRITE, StagedFile, check_kind, check_place, to_disk
+from .writing import OVERWRITE, StagedFile, check_kind, check_place, stage_file, to_disk
 
 
 @dataclass(frozen=True)
@@ -120,10 +120,8 @@ def stage_textures(
         wished = f"{output.name}-{name}" if own else name
         target, in_place = _free_target(output, wished, staged, record, {f.target for f in files})
         names[texture.name] = target.name
-        if in_place:
-            reused.append(target)
-        else:
-            files.append(StagedFile(staged, target))
+        reused += [target] if in_place else []
+        files += [] if in_place else [StagedFile(staged, target)]
     return files, tuple(reused), names
 
 
@@ -200,15 +198,11 @@ def save_mesh(
     source = mesh.source
     if source is not None and source.extras and (source.format != kind.extension or source.document is None):
         warnings.append(f"{output.name} does not hold of {source.path.name}: {'; '.join(source.extras)}")
-    side_files: list[StagedFile] = []
-    reused: tuple[Path, ...] = ()
-    names: Mapping[str, str] = {}
     images = source.images if source is not None and source.format == kind.extension else ()
-    if (mesh.textures or images) and "textures" in kind.holds and kind.extension != "glb":
-        every = (*mesh.textures, *images)
-        side_files, reused, names = stage_textures(every, output, stage, record=record, own=own_texture_names)
-        missing = [texture.name for texture in every if texture.image is None]
-        warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in missing]
+    every = (*mesh.textures, *images) if "textures" in kind.holds and kind.extension != "glb" else ()
+    side_files, reused, names = stage_textures(every, output, stage, record=record, own=own_texture_names)
+    missing = [texture.name for texture in every if texture.image is None]
+    warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in missing]
     writing = Writing(resolution, names, material_path(output).name, [], extension(output))
     staged = stage / output.name
     write: Writer = load_function(kind.writer)
@@ -219,11 +213,7 @@ def save_mesh(
             raise OutputError(output, str(error)) from error
         to_disk(file)
     if writing.materials:
-        beside = StagedFile(material_path(staged), material_path(output))
-        with beside.staged.open("xb") as file:
-            file.writelines(writing.materials)
-            to_disk(file)
-        side_files.append(beside)
+        side_files.append(stage_file(material_path(staged), material_path(output), b"".join(writing.materials)))
     return Saved(StagedFile(staged, output), tuple(side_files), reused, tuple(warnings))
 
 

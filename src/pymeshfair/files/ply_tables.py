@@ -250,9 +250,6 @@ def row_type(element: PlyElement, order: str, widths: Mapping[str, int]) -> np.d
     return np.dtype(fields)
 
 
-# ------------------------------------------------------------------------------------------------------------------- binary
-
-
 def row_type_at(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> np.dtype[Any]:
     """The type of all rows of an element, if their lists are as long as those of the first, which begins at that byte."""
     if not any(p.count_type for p in element.properties):
@@ -353,9 +350,6 @@ def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any,
                 return -1
             position += length * sizes[k]
     return position
-
-
-# --------------------------------------------------------------------------------------------------------------------- text
 
 
 def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:

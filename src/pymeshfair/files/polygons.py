@@ -1,4 +1,4 @@
-"""Polygons as triangles: fans of convex ones, ears cut off of others [meisters1975]; rows that are equal."""
+"""Polygons as triangles and back, fans of convex ones, ears cut off of others [meisters1975]; lines as edges; equal rows."""
 
 from typing import Any, NamedTuple
 
@@ -24,6 +24,12 @@ def triangulated(vertices: Floats, corners: Longs, lengths: Longs) -> tuple[Ints
     of_polygon = np.repeat(np.arange(len(lengths), dtype=np.int32), lengths - 2)
     _cut(vertices, corners.astype(np.int64), lengths, np.empty(int(lengths.max()), np.int64), places)
     return places, of_polygon, {"polygon": np.where(lengths[of_polygon] > 3, of_polygon, -1).astype(np.int32)}
+
+
+def edges_of(corners: Longs, lengths: Longs) -> Array:
+    """(e, 2) each corner of lines, one after another, and the next one."""
+    starts = np.delete(np.arange(len(corners)), np.cumsum(lengths)[lengths > 0] - 1)
+    return np.stack([corners[starts], corners[starts + 1]], axis=1)
 
 
 class Outlines(NamedTuple):
@@ -62,7 +68,6 @@ def outlines(faces: Ints, polygon: Array | None) -> Outlines:
 
 @compiled
 def _end(corners: Any, e: int) -> int:
-    """The vertex at which a half-edge ends."""
     return int(corners[e + 1 if e % 3 < 2 else e - 2])
 
 

@@ -268,12 +268,6 @@ def triangles_of(corners: Longs, lengths: Longs, *, fans: bool) -> Longs:
     return np.asarray(places[proper_faces(corners[places])])
 
 
-def edges_of(corners: Longs, lengths: Longs) -> Array:
-    """(e, 2) each corner of lines, one after another, and the next one."""
-    starts = np.delete(np.arange(len(corners)), np.cumsum(lengths)[lengths > 0] - 1)
-    return np.stack([corners[starts], corners[starts + 1]], axis=1)
-
-
 def placing(linear: Floats, move: Any = 0.0) -> Floats:
     """(4, 4) the matrix of a (3, 3) linear map and a translation after it."""
     matrix = np.eye(4)

@@ -78,7 +78,6 @@ class _Model:
     _beyond: int = 0
 
     def start(self, tag: str, named: dict[str, str]) -> None:
-        """An element begins."""
         if self._beyond or tag not in _KNOWN:
             if not self._beyond and named.get("name") != "Application":  # the program, which is no part of the mesh
                 self.unread[f"elements {shown(tag, 30)}"] += 1
@@ -131,7 +130,6 @@ class _Model:
                 self._group.append(f"{attributes['u']} {attributes['v']}")
 
     def end(self, tag: str) -> None:
-        """An element ends."""
         self._beyond = max(self._beyond - 1, 0)
 
 
@@ -228,7 +226,6 @@ class _Reader:
                 self._place(component, where, matrix)
 
     def _mesh(self, item: _Object, model: _Model, what: str) -> MeshData:
-        """The mesh of an object, with the attributes of its triangles."""
         points = rows("\n".join(item.coordinates), 3, f"the coordinates of {what}")
         corners = indices("\n".join(item.corners), f"the corners of {what}")
         if len(points) * 3 != len(item.coordinates) or len(corners) != len(item.corners):

@@ -191,7 +191,6 @@ def word(text: bytes) -> np.uint64:
 
 
 def _inside_words(text: bytes) -> Bools:
-    """Which characters are none between words."""
     return np.frombuffer(text.translate(bytes(c not in b"\t\n\r " for c in range(256))), np.bool_)
 
 
@@ -274,10 +273,17 @@ def runs(words: Sequence[_Word], lengths: Longs) -> Iterator[Sequence[_Word]]:
         yield words[start:end]
 
 
+def changed_words(
+    tokens: Tokens, lines: Longs, columns: list[int], new: Sequence[Array], differs: Sequence[Bools]
+) -> tuple[Longs, list[bytes]]:
+    """The (k, 2) spans of words of lines, and what stands there where the new number of a column differs."""
+    other = np.stack(differs, axis=1)
+    each = np.stack([np.array(words(column), object) for column in new], axis=1)
+    return tokens.spans(lines, columns)[other], each[other].tolist()
+
+
 def patched(text: bytes, spans: Longs, new: Sequence[bytes]) -> bytes:
     """The text with new words in place of the (k, 2) ascending spans, each from its first byte to before its end."""
-    parts = [b""] * (2 * len(new) + 1)
     begins, ends = [0, *spans[:, 1].tolist()], [*spans[:, 0].tolist(), len(text)]
-    parts[::2] = [text[begin:end] for begin, end in zip(begins, ends, strict=True)]
-    parts[1::2] = new
-    return b"".join(parts)
+    kept = [text[begin:end] for begin, end in zip(begins, ends, strict=True)]
+    return b"".join(chain.from_iterable(zip(kept, (*new, b""), strict=True)))

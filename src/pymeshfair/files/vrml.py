@@ -15,25 +15,12 @@ import numpy as np
 
 from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData
+from . import scenes
 from .errors import ContentsError
 from .inputs import Reading, References, shown
 from .outputs import Writing
-from .scenes import (
-    DEEPEST,
-    MOST_PLACED,
-    Assembly,
-    check_range,
-    edges_of,
-    indices,
-    levels,
-    numbers,
-    placing,
-    read_tree,
-    rows,
-    triangles_of,
-    turn,
-    turned_over,
-)
+from .polygons import edges_of
+from .scenes import Assembly
 
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|#[^\n\r]*|[\[\]{}"]|[^\s,\[\]{}"#]+', re.DOTALL)
 _REMARK = re.compile(r"#[^\n\r]*")
@@ -82,13 +69,12 @@ class _Node:
         return next((part for _, part in self.parts if part.type in types), None)
 
     def numbers(self, name: str, default: str, count: int | None = None) -> Floats:
-        """The numbers of a field."""
-        return numbers(self.fields.get(name, default), f"the {name} of a {self.type}", count)
+        return scenes.numbers(self.fields.get(name, default), f"the {name} of a {self.type}", count)
 
     def values(self) -> Floats:
         """(n, w) those of a node of values."""
         name, width = _VALUES[self.type]
-        return rows(self.fields.get(name, ""), width, f"the values of a {self.type}")
+        return scenes.rows(self.fields.get(name, ""), width, f"the values of a {self.type}")
 
     def is_true(self, name: str) -> bool:
         """The truth of a field, which is true if it is not there."""
@@ -124,7 +110,6 @@ class _Parser:
         self._depth = self._count = 0
 
     def nodes(self) -> list[_Node]:
-        """The nodes of the document."""
         nodes = []
         while token := self._next():
             if token == "UNIT":
@@ -147,7 +132,6 @@ class _Parser:
         return ""
 
     def _node(self, token: str) -> _Node:
-        """The node that begins with a token."""
         if token == "USE":
             return _used(self._names, self._next())
         name = self._next() if token == "DEF" else ""
@@ -156,8 +140,8 @@ class _Parser:
         if not re.match(r"[^\W\d]", node.type) or self._next() != "{":
             raise ContentsError(f"{shown(node.type, 30)} stands in it where a node is due")
         self._depth, self._count = self._depth + 1, self._count + 1
-        if self._depth > DEEPEST or self._count > MOST_PLACED:
-            raise ContentsError(f"its nodes are more than {DEEPEST} levels deep, or more than {MOST_PLACED:,}")
+        if self._depth > scenes.DEEPEST or self._count > scenes.MOST_PLACED:
+            raise ContentsError(f"its nodes are more than {scenes.DEEPEST} levels deep, or more than {scenes.MOST_PLACED:,}")
         token = self._next()
         while token != "}":
             if not token:
@@ -198,7 +182,7 @@ class _Parser:
 
 def read_x3d(path: Path, references: References) -> Reading:
     """Read a scene in XML."""
-    root = read_tree(path.read_bytes())
+    root = scenes.read_tree(path.read_bytes())
     scene = root.find("Scene")
     if root.tag != "X3D" or scene is None:
         raise ContentsError("it holds no X3D document with a scene")
@@ -209,7 +193,6 @@ def read_x3d(path: Path, references: References) -> Reading:
 
 
 def _of_element(part: Element, names: dict[str, _Node]) -> _Node:
-    """The node that an element is."""
     _check_type(part.tag)
     if (name := part.get("USE")) is not None:
         return _used(names, name)
@@ -244,7 +227,6 @@ class _Reader:
         self._harmless: set[int] = set()
 
     def visit(self, node: _Node, above: Floats) -> None:
-        """Place what a node shows."""
         with self.assembly.within(id(node)):
             if not node.is_true("visible"):
                 self.assembly.lost["parts that are not visible"] = None
@@ -260,7 +242,6 @@ class _Reader:
                 self.unread[node.type] += 1
 
     def _visit_parts(self, node: _Node, above: Floats) -> None:
-        """Place what the parts of a group show."""
         matrix = above @ _matrix(node) if node.type in _TRANSFORMS else above
         parts = [part for name, part in node.parts if name not in _HIDDEN and not part.type.startswith("Metadata")]
         if node.type in _CHOSEN:
@@ -298,11 +279,10 @@ class _Reader:
         coloured = "colors" in part.vertex_attributes or "colors" in part.face_attributes
         if material is not None and "diffuseColor" in material.fields and not coloured:
             shade = [*material.numbers("diffuseColor", "", 3), 1.0 - material.numbers("transparency", "0", 1)[0]]
-            part = part.with_attributes(face={"colors": levels(np.tile(shade, (len(part.faces), 1)))})
-        return part if geometry.is_true("ccw") else turned_over(part)
+            part = part.with_attributes(face={"colors": scenes.levels(np.tile(shade, (len(part.faces), 1)))})
+        return part if geometry.is_true("ccw") else scenes.turned_over(part)
 
     def _texture(self, look: _Node, geometry: _Node) -> int:
-        """The number of the texture of a shape, or -1."""
         if look.part("TextureTransform", "MultiTexture", "PixelTexture", "MovieTexture") is not None:
             self.assembly.lost["textures that are no single image as it is"] = None
             return -1
@@ -318,14 +298,13 @@ class _Reader:
 
 def _matrix(node: _Node) -> Floats:
     """(4, 4) T C R S C^-1, the scale S along axes that are turned."""
-    first, second = (turn(v[:3], v[3]) for v in (node.numbers(n, "0 0 1 0", 4) for n in ("rotation", "scaleOrientation")))
+    first, second = (scenes.turn(v[:3], v[3]) for v in (node.numbers(n, "0 0 1 0", 4) for n in ("rotation", "scaleOrientation")))
     linear = first @ second @ np.diag(node.numbers("scale", "1 1 1", 3)) @ second.T
     center = node.numbers("center", "0 0 0", 3)
-    return placing(linear, node.numbers("translation", "0 0 0", 3) + center - linear @ center)
+    return scenes.placing(linear, node.numbers("translation", "0 0 0", 3) + center - linear @ center)
 
 
 def _points(geometry: _Node) -> Floats:
-    """(n, 3) the coordinates of a geometry."""
     coord = geometry.part("Coordinate", "CoordinateDouble")
     if coord is None and any("Coordinate" in part.type and "Texture" not in part.type for _, part in geometry.parts):
         raise ContentsError(f"a {geometry.type} of it has coordinates of a kind that is not known here")
@@ -335,8 +314,8 @@ def _points(geometry: _Node) -> Floats:
 def _runs(geometry: _Node, name: str, count: int) -> tuple[Longs, Longs]:
     """The indices of a field, which name one of so many values, and how many stand before each -1."""
     what = f"the {name} of a {shown(geometry.type, 30)}"
-    numbers = indices(geometry.fields.get(name, ""), what)
-    check_range(numbers, -1, count, what)
+    numbers = scenes.indices(geometry.fields.get(name, ""), what)
+    scenes.check_range(numbers, -1, count, what)
     ended = numbers if not len(numbers) or numbers[-1] < 0 else np.append(numbers, -1)
     return numbers[numbers >= 0], np.diff(np.flatnonzero(ended < 0), prepend=-1) - 1
 
@@ -367,7 +346,7 @@ def _made(
         if not of_faces:
             of_corners[attribute] = values[own if chosen is None else own[chosen.ravel()]]
         elif attribute == "colors":
-            of_polygons[attribute] = levels(values[own[: len(lengths)]])
+            of_polygons[attribute] = scenes.levels(values[own[: len(lengths)]])
         else:
             assembly.lost["normals of faces"] = None
     if chosen is not None:
@@ -375,21 +354,19 @@ def _made(
     return assembly.polygons(points, corners, lengths, what, of_corners, of_polygons)
 
 
-def _face_set(geometry: _Node, assembly: Assembly) -> MeshData:
-    points = _points(geometry)
-    return _made(geometry, assembly, points, *_runs(geometry, "coordIndex", len(points)), "the coordIndex of a 'IndexedFaceSet'")
-
-
 def _set(geometry: _Node, assembly: Assembly) -> MeshData:
-    """A set of triangles, quads, strips or fans: indexed, or strips and fans with counts."""
+    """A set of faces, triangles, quads, strips or fans: indexed, or strips and fans with counts."""
     kind = geometry.type.removeprefix("Indexed").removesuffix("Set")
     points, what, name = _points(geometry), f"the corners of a {geometry.type!r}", _COUNTS.get(kind, "")
+    if kind == "Face":
+        runs = _runs(geometry, "coordIndex", len(points))
+        return _made(geometry, assembly, points, *runs, f"the coordIndex of a {geometry.type!r}")
     if geometry.type.startswith("Indexed"):
         name = "index"
         corners, lengths = _runs(geometry, name, len(points))
     else:
         corners = np.arange(len(points))
-        lengths = indices(geometry.fields.get(name, ""), f"the {name} of a {geometry.type}")
+        lengths = scenes.indices(geometry.fields.get(name, ""), f"the {name} of a {geometry.type}")
     if kind in _SIZES:
         size = _SIZES[kind]
         if len(corners) % size:
@@ -397,25 +374,25 @@ def _set(geometry: _Node, assembly: Assembly) -> MeshData:
         return _made(geometry, assembly, points, corners, np.full(len(corners) // size, size), what)
     if (lengths < 3).any() or lengths.sum() != len(corners):
         raise ContentsError(f"{what} are {len(corners):,}, but {name} says otherwise")
-    chosen = triangles_of(corners, lengths, fans=kind == "TriangleFan")
+    chosen = scenes.triangles_of(corners, lengths, fans=kind == "TriangleFan")
     return _made(geometry, assembly, points, corners, lengths, what, chosen)
 
 
 def _lines(geometry: _Node, assembly: Assembly) -> MeshData:
-    """The edges of lines, or points alone."""
     points = _points(geometry)
     vertex: dict[str, Any] = {}
     if (color := geometry.part("Color", "ColorRGBA")) is not None:
         colors = color.values()
         if len(colors) == len(points) and "colorIndex" not in geometry.fields and geometry.is_true("colorPerVertex"):
-            vertex["colors"] = levels(colors)
+            vertex["colors"] = scenes.levels(colors)
         else:
             assembly.lost[f"the colours of a {geometry.type}"] = None
     corners, lengths = np.empty(0, np.int64), np.empty(0, np.int64)
     if geometry.type == "IndexedLineSet":
         corners, lengths = _runs(geometry, "coordIndex", len(points))
     elif geometry.type == "LineSet":
-        corners, lengths = np.arange(len(points)), indices(geometry.fields.get("vertexCount", ""), "the vertexCount of a LineSet")
+        corners = np.arange(len(points))
+        lengths = scenes.indices(geometry.fields.get("vertexCount", ""), "the vertexCount of a LineSet")
         if lengths.sum() != len(corners) or (lengths < 0).any():
             raise ContentsError("the vertexCount of a LineSet of it says otherwise than its points")
     return MeshData(vertices=points, edges=edges_of(corners, lengths), vertex_attributes=vertex)
@@ -435,7 +412,7 @@ def _elevation(geometry: _Node, assembly: Assembly) -> MeshData:
 
 
 _GEOMETRIES: Mapping[str, Callable[[_Node, Assembly], MeshData]] = {
-    "IndexedFaceSet": _face_set,
+    "IndexedFaceSet": _set,
     **{f"{prefix}{kind}Set": _set for prefix in ("", "Indexed") for kind in (*_SIZES, *_COUNTS)},
     **dict.fromkeys(("PointSet", "IndexedLineSet", "LineSet"), _lines),
     "ElevationGrid": _elevation,

@@ -115,7 +115,6 @@ def _mark(output: Path) -> str:
 
 
 def _locked(path: Path, output: Path) -> BinaryIO:
-    """The open and locked file."""
     while True:
         try:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
