@@ -14,7 +14,7 @@ from pymeshfair.commands.reports import compared_files
 from pymeshfair.declaration import Filter
 from pymeshfair.errors import PymeshfairError
 from pymeshfair.files.inputs import read_file
-from pymeshfair.files.saving import save_mesh
+from pymeshfair.files.outputs import save_mesh
 from pymeshfair.filters.compilation import ahead, loaded_kernels, signatures_of
 from pymeshfair.filters.diffusion import implicit_fairing
 from pymeshfair.filters.spectral import lowest_eigenpairs, spectral_problem

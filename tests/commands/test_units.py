@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.authoring import Recipe
-from pymeshfair.files.saving import Writing
+from pymeshfair.files.outputs import Writing
 from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.looking.coloring import COLORINGS, in_unit
 from pymeshfair.mesh_data import MeshData

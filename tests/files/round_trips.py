@@ -10,7 +10,7 @@ import numpy as np
 import pymeshlab
 
 from pymeshfair.files.inputs import read_file
-from pymeshfair.files.saving import save_mesh
+from pymeshfair.files.outputs import save_mesh
 from pymeshfair.mesh_data import MeshData
 
 

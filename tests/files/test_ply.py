@@ -152,7 +152,7 @@ def test_rows_follow_their_elements(tmp_path: Path, encoding: str) -> None:
 
 def test_coordinates_become_double_where_float_is_too_coarse(tmp_path: Path) -> None:
     """Near 4,500,000 a float has steps of half a metre: a vertex that moved by a centimetre is written in double precision."""
-    from pymeshfair.files.saving import Writing
+    from pymeshfair.files.outputs import Writing
 
     data = ply_file([Element("vertex", PLACE, [[4_500_000.0 + x, y, z] for x, y, z in SQUARE])])
     mesh = read(tmp_path, data)

@@ -14,7 +14,7 @@ import trimesh
 
 from pymeshfair.files.formats import attributes_of
 from pymeshfair.files.inputs import read_file
-from pymeshfair.files.saving import Saved, save_mesh
+from pymeshfair.files.outputs import Saved, save_mesh
 from pymeshfair.mesh_data import MeshData, Texture
 
 from ..conformance.made_gltf import png

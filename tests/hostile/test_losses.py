@@ -15,7 +15,7 @@ import pymeshlab
 import pytest
 
 from pymeshfair.files.errors import InputError, OutputError
-from pymeshfair.files.ply_header import read_header
+from pymeshfair.files.ply_tables import read_header
 
 from ..running.runs import SAMPLES, SMOOTH, TETRAHEDRON, columns, ply_bytes, session_report, staged_files, xyz
 

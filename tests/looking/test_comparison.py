@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from pymeshfair.files.saving import Writing
+from pymeshfair.files.outputs import Writing
 from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.filters.denoising import estimate_noise
 from pymeshfair.looking.coloring import COLORINGS

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.formats import READABLE, WRITABLE
 from pymeshfair.files.inputs import read_file
-from pymeshfair.files.ply_header import read_header
+from pymeshfair.files.ply_tables import read_header
 
 from ..files.plys import Element, ply_file
 from .runs import SAMPLES, Given, session_report, staged_files

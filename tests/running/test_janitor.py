@@ -22,7 +22,7 @@ import os, signal, sys
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from tests.running.runs import BONE, SMOOTH, recipe_of
-from pymeshfair.files import staging, writing
+from pymeshfair.files import writing
 from pymeshfair.running import supervise
 from pymeshfair.running.job import Job
 
@@ -41,7 +41,7 @@ supervise.run_job(Job(recipe_of(SMOOTH), BONE, Path({output!r}), overwrite=True)
         ("supervise.record_of", set()),
         ("supervise.place", set()),
         ("writing.os.link", {"clean.ply"}),
-        ("staging.shutil.rmtree", {"clean.ply", "clean.ply.provenance.json"}),
+        ("writing.shutil.rmtree", {"clean.ply", "clean.ply.provenance.json"}),
     ],
 )
 def test_nothing_is_left_behind(tmp_path: Path, where: str, left: set[str]) -> None:

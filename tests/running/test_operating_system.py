@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.errors import RunTimeout, StepFailedError, WorkerDied
-from pymeshfair.files.staging import STAGE_PREFIX, staging_folder
+from pymeshfair.files.writing import STAGE_PREFIX, staging_folder
 from pymeshfair.operating_system import FORCE_PORTABLE, System, this_system
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job

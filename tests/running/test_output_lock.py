@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.files.errors import OutputError
-from pymeshfair.files.staging import output_lock
+from pymeshfair.files.writing import output_lock
 from pymeshfair.running.job import Job, StepStarted
 from pymeshfair.running.supervise import run_job
 
@@ -41,7 +41,7 @@ def test_the_second_of_two_runs_to_one_output_is_refused(tmp_path: Path) -> None
 def test_a_dead_process_holds_no_lock(tmp_path: Path) -> None:
     """A process that was killed while it had the lock leaves a file, which stops nobody and goes with the next."""
     program = (
-        "import os, signal, sys; from pathlib import Path; from pymeshfair.files.staging import output_lock\n"
+        "import os, signal, sys; from pathlib import Path; from pymeshfair.files.writing import output_lock\n"
         f"with output_lock(Path({str(tmp_path / 'out.ply')!r})): os.kill(os.getpid(), signal.SIGKILL)"
     )
     assert subprocess.run([sys.executable, "-c", program]).returncode == -9

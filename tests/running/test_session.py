@@ -20,7 +20,7 @@ from pymeshfair.errors import StepFailedError
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.formats import ATTRIBUTES, READABLE, UNCHECKED, WRITABLE, attributes_of
 from pymeshfair.files.inputs import read_file
-from pymeshfair.files.ply_header import read_header
+from pymeshfair.files.ply_tables import read_header
 from pymeshfair.files.provenance import sha256_of
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.document import Document
@@ -417,7 +417,7 @@ def test_a_disk_that_is_full_at_any_moment_of_writing(tmp_path: Path, monkeypatc
     def full(*_: Any, **__: Any) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(f"pymeshfair.files.saving.{moment}", full)
+    monkeypatch.setattr(f"pymeshfair.files.outputs.{moment}", full)
     shutil.copy(SAMPLES / "TextureDouble_A.png", tmp_path / "t.png")
     path = tmp_path / "mesh.ply"
     path.write_bytes(ply_bytes(xyz(), head="comment TextureFile t.png"))

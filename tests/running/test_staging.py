@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.files.errors import OutputError
-from pymeshfair.files.staging import STAGE_PREFIX, output_lock, remove_folder, staging_folder
+from pymeshfair.files.writing import STAGE_PREFIX, output_lock, remove_folder, staging_folder
 
 from .runs import names_in
 
@@ -39,7 +39,7 @@ def test_it_needs_a_folder(tmp_path: Path) -> None:
 ABANDON = """
 import os, sys
 from pathlib import Path
-from pymeshfair.files.staging import staging_folder
+from pymeshfair.files.writing import staging_folder
 with staging_folder(Path(sys.argv[1])) as stage:
     (stage / "new" / "half").write_bytes(b"half")
     os._exit(1)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.files.provenance import provenance_path
-from pymeshfair.files.staging import WORK_PREFIX
+from pymeshfair.files.writing import WORK_PREFIX
 from tests.batch.batches import with_module
 from tests.commands.command_line import COMMAND, invoke
 from tests.meshes import icosphere

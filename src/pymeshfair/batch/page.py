@@ -12,8 +12,7 @@ from urllib.parse import quote
 
 from ..files.errors import InputError
 from ..files.provenance import read_provenance
-from ..files.staging import clear_up, staging_folder
-from ..files.writing import StagedFile, check_target, place, stage_file
+from ..files.writing import StagedFile, check_target, clear_up, place, stage_file, staging_folder
 from ..processes.process import Pool
 from ..processes.worker import Order
 from ..report.comparison_page import Verdict

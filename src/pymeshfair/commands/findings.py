@@ -15,7 +15,7 @@ from typing import Any
 
 import typer
 
-from ..files.staging import WORK_PREFIX, abandoned_folders, remove_folder
+from ..files.writing import WORK_PREFIX, abandoned_folders, remove_folder
 from ..processes.environment import program_of, worker_environment
 
 #: below this a temporary folder cannot hold the two copies of a large scan that a run needs

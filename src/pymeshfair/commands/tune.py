@@ -33,7 +33,7 @@ def tune(
     from ..errors import PymeshfairError, require_extra
 
     require_extra("tune", "starlette", "uvicorn", "websockets")
-    from ..files.staging import staging_folder
+    from ..files.writing import staging_folder
     from ..recipe import load_recipe
     from ..tuning.conversation import Subject
     from ..tuning.scan import prepared_scan

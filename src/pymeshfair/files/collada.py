@@ -9,15 +9,14 @@ from urllib.parse import unquote
 from xml.etree.ElementTree import Element
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData
-from .assembly import Assembly, levels, triangles_of, turn, unit_of
+from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .indices import check_range, indices, numbers
-from .inputs import Reading
-from .references import References, shown
-from .xml_document import read_tree
+from .inputs import Reading, References, shown
+from .polygons import edges_of
+from .scenes import METRES, Assembly, check_range, indices, levels, numbers, placing, read_tree, triangles_of, turn
 
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
 #: the count of numbers of each transformation of a node
@@ -39,17 +38,18 @@ def read_collada(path: Path, references: References) -> Reading:
     kinds = {part.tag for part in root.iter()}
     unit, axis = root.find("./asset/unit"), (root.findtext("./asset/up_axis") or "Y_UP").strip()
     metres = numbers(unit.get("meter", "1"), "the unit", 1)[0] if unit is not None else 1.0
+    short = next((name for name, length in METRES.items() if abs(metres - length) <= 1e-6 * length), None)
     extras = [f"{kind}s" for kind in _LOST if kind in kinds]
-    extras += [f"its unit of {metres:g} m"] if unit_of(metres) is None else []
+    extras += [f"its unit of {metres:g} m"] if short is None else []
     extras += [f"its upright axis {shown(axis, 30)}"] if axis != "Y_UP" else []
-    return reader.assembly.reading(path, "dae", extras, None if unit is None else unit_of(metres))
+    return reader.assembly.reading(path, "dae", extras, None if unit is None else short)
 
 
 @dataclass(frozen=True)
 class _Look:
     """The look of faces by a material: their colour, the number of their texture, and the set of its coordinates."""
 
-    colour: tuple[float, ...] | None = None
+    colour: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     texture: int = -1
     coordinates: str = ""
 
@@ -58,17 +58,15 @@ class _Reader:
     """Follows the references of a document from its scene on."""
 
     def __init__(self, root: Element, references: References) -> None:
-        self.assembly = Assembly()
-        self._root, self._references = root, references
+        self.assembly, self._root = Assembly(references), root
         self._ids: dict[str, Element | None] = {}
         for part in root.iter():
             if (name := part.get("id")) is not None:
                 self._ids[name] = None if name in self._ids else part  # None where two have the same id
-        self._sources: dict[tuple[int, str], NDArray[np.float64]] = {}
+        self._sources: dict[tuple[int, str], Floats] = {}
         self._geometries: dict[Any, MeshData] = {}
 
     def read_scene(self) -> None:
-        """Place everything that the scene shows."""
         used = self._root.find("./scene/instance_visual_scene")
         if used is None:
             raise ContentsError("it has no scene, so nothing in it is placed")
@@ -89,7 +87,7 @@ class _Reader:
             raise ContentsError(f"the {attribute} of a {part.tag} of it is {shown(name)}, which is no {kind} of the document")
         return target
 
-    def _visit(self, node: Element, above: NDArray[np.float64]) -> None:
+    def _visit(self, node: Element, above: Floats) -> None:
         matrix = above
         for part in node:
             if part.tag in ("skew", "lookat"):
@@ -111,7 +109,7 @@ class _Reader:
                     bound = numbers(skin.findtext("bind_shape_matrix") or _IDENTITY, "a bind_shape_matrix", 16).reshape(4, 4)
                     self._place(self._target(skin, "source", "geometry"), part, matrix @ bound)
 
-    def _place(self, geometry: Element, instance: Element, matrix: NDArray[np.float64]) -> None:
+    def _place(self, geometry: Element, instance: Element, matrix: Floats) -> None:
         mesh = geometry.find("mesh")
         if mesh is None:
             return  # a spline, or another kind of _LOST
@@ -124,28 +122,22 @@ class _Reader:
         self.assembly.place(self._geometries[key], matrix)
 
     def _part(self, mesh: Element, looks: Mapping[str, _Look], name: str) -> MeshData:
-        """A mesh, its materials bound."""
-        vertices = mesh.find("vertices")
-        place = None if vertices is None else vertices.find("input[@semantic='POSITION']")
-        if place is None or vertices is None:
+        if (place := mesh.find("vertices/input[@semantic='POSITION']")) is None:
             raise ContentsError(f"its mesh {shown(name)} has no positions")
         points = self._values(place, "VERTEX")
-        corners, lengths = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
-        edges = [np.empty((0, 2), np.int64)]
-        values: dict[str, list[NDArray[np.float64]]] = {"normals": [], "colors": [], "wedge_texture_coordinates": []}
-        colours, textures = [np.empty((0, 4))], [np.empty(0, np.int64)]
+        corners, lengths, edges = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 2), np.int64)]
+        values: dict[str, list[Floats]] = {"normals": [], "colors": [], "wedge_texture_coordinates": []}
+        used = [_Look()]  # as `lengths`
         for p in (p for p in mesh if p.tag in _PRIMITIVES and p.get("count") != "0"):
             inputs = [(i, _offset(i)) for i in p.iterfind("input")]
             own = next((offset for i, offset in inputs if i.get("semantic") == "VERTEX"), None)
             if own is None:
                 raise ContentsError(f"the {p.tag} of its mesh {shown(name)} have no input of vertices")
-            inputs += [(i, own) for i in vertices.iterfind("input")]
+            inputs += [(i, own) for i in mesh.iterfind("vertices/input")]
             table, counts = _corners(p, 1 + max(offset for _, offset in inputs), own)
             if p.tag.startswith("line"):
                 check_range(table[:, own], 0, len(points), f"the corners of its {p.tag}")
-                last = np.cumsum(counts) - 1
-                starts = np.delete(np.arange(len(table)), last)
-                edges.append(np.stack([table[starts, own], table[starts + 1, own]], axis=1))
+                edges.append(edges_of(table[:, own], counts))
                 continue
             look = looks.get(p.get("material", ""), _Look())
             corners.append(table[:, own])
@@ -156,26 +148,25 @@ class _Reader:
                     matching = [(i, offset) for i, offset in matching if i.get("set", "0") == look.coordinates] or matching
                 if len(matching) > 1:
                     self.assembly.lost[f"further inputs {semantic}"] = None
-                width = 4 if semantic == "COLOR" else len(_PARAMETERS[semantic])
-                one = np.full((len(table), width), np.nan)
+                one = np.full((len(table), len(_PARAMETERS[semantic])), np.nan)
                 for i, offset in matching[:1]:
                     source = self._values(i, semantic)
                     check_range(table[:, offset], 0, len(source), f"the corners of its {p.tag}")
                     one[:, : source.shape[1]] = source[table[:, offset]]
                     one[:, source.shape[1] :] = 1.0
                 values[attribute].append(one)
-            textures.append(np.full(len(counts), look.texture))
-            colours.append(np.tile(look.colour or (1.0,) * 4, (len(counts), 1)))
+            used.append(look)
         of_corners = {name: np.concatenate(each) for name, each in values.items() if each}
-        of_polygons: dict[str, NDArray[Any]] = {"texture": np.concatenate(textures).astype(np.int32)}
-        shades = np.concatenate(colours)
+        counts = np.array([len(each) for each in lengths])
+        of_polygons: dict[str, Array] = {"texture": np.repeat(np.array([look.texture for look in used], np.int32), counts)}
+        shades = np.repeat([look.colour for look in used], counts, axis=0)
         if np.isnan(of_corners.get("colors", np.nan)).all() and (shades != 1.0).any():
             of_polygons["colors"] = levels(shades)
         what = f"the corners of its mesh {shown(name)}"
         part = self.assembly.polygons(points, np.concatenate(corners), np.concatenate(lengths), what, of_corners, of_polygons)
         return replace(part, edges=np.concatenate(edges))
 
-    def _values(self, part: Element, semantic: str) -> NDArray[np.float64]:
+    def _values(self, part: Element, semantic: str) -> Floats:
         """(n, w) the values of an input, those that its accessor names."""
         source = self._target(part, "source", "source")
         key = id(source), semantic
@@ -205,7 +196,6 @@ class _Reader:
         return self._sources[key]
 
     def _look(self, instance: Element) -> _Look:
-        """The look by a bound material."""
         if instance.get("target", "")[1:] not in self._ids:
             self.assembly.lost[f"the material {shown(instance.get('target', ''))}, which is not there"] = None
             return _Look()
@@ -235,28 +225,25 @@ class _Reader:
         if place is None or not (place.text or "").strip():
             self.assembly.lost[f"the texture {shown(name)}, which leads to no image"] = None
             return -1
-        return self.assembly.texture(unquote(re.sub(r"\Afile:(//)?", "", (place.text or "").strip())), self._references)
+        return self.assembly.texture(unquote(re.sub(r"\Afile:(//)?", "", (place.text or "").strip())))
 
 
-def _transform(part: Element) -> NDArray[np.float64]:
-    """(4, 4) one transform of a node."""
+def _transform(part: Element) -> Floats:
     v = numbers(part.text or "", f"a {part.tag} of a node of it", _TRANSFORMS[part.tag])
-    matrix = np.eye(4)
     match part.tag:
-        case "matrix":
-            matrix = v.reshape(4, 4)
-            if not np.allclose(matrix[3] / (matrix[3, 3] or 1.0), (0, 0, 0, 1), rtol=0, atol=1e-6):
-                raise ContentsError("the last row of a matrix of it is not 0 0 0 1")
         case "translate":
-            matrix[:3, 3] = v
+            return placing(np.eye(3), v)
         case "scale":
-            matrix[:3, :3] = np.diag(v)
+            return placing(np.diag(v))
         case "rotate":
-            matrix[:3, :3] = turn(v[:3], np.radians(v[3]))
+            return placing(turn(v[:3], np.radians(v[3])))
+    matrix = v.reshape(4, 4)
+    if not np.allclose(matrix[3] / (matrix[3, 3] or 1.0), (0, 0, 0, 1), rtol=0, atol=1e-6):
+        raise ContentsError("the last row of a matrix of it is not 0 0 0 1")
     return matrix
 
 
-def _corners(p: Element, stride: int, own: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _corners(p: Element, stride: int, own: int) -> tuple[Longs, Longs]:
     """(c, stride) the indices of each corner of the polygons or lines of a primitive; (p,) how many corners each has."""
     kind, count = p.tag, _whole(p, "count")
     if p.find("ph") is not None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..mesh_data import MeshData
 from .errors import ContentsError
-from .saving import Writing
+from .outputs import Writing
 
 #: curves that leave their plane by a greater share of their extent lose a coordinate in an SVG, with a note
 _FLAT = 1e-6

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filters.mesh import Floats
 from ..mesh_data import MeshData, Source
-from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES
+from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES, Array
 from .errors import ContentsError
 from .formats import MISSING_PYE57
-from .inputs import Reading
-from .references import References
+from .inputs import Reading, References
 
 _PLACE = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERE = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -30,20 +29,19 @@ _SCAN = "scan"
 def read_e57(path: Path, references: References) -> Reading:
     """Read an E57 file; coordinates are in metres, as the format says."""
     with _opened(path) as file:
-        survey = _Survey.of(file)
+        survey = _Survey(file)
         pieces = list(survey.pieces(None))
         extras = _extras(file, survey.headers)
-        declared = sum(int(header.point_count) for header in survey.headers)
     attributes = {name: np.concatenate([piece[1][name] for piece in pieces]) for name in pieces[0][1]}
     vertices = np.concatenate([places for places, _ in pieces])
     mesh = MeshData(vertices=vertices, vertex_attributes=attributes, unit="m", source=Source(path, "e57", extras=tuple(extras)))
-    return Reading(mesh, doubts_of(declared - len(vertices)) + survey.doubts)
+    return Reading(mesh, doubts_of(survey.declared - len(vertices)) + survey.doubts)
 
 
 def e57_pieces(path: Path, size: int) -> Iterator[MeshData]:
     """The points of `read_e57`, about `size` at a time, in the same order and with the same attributes."""
     with _opened(path) as file:
-        for places, attributes in _Survey.of(file).pieces(size):
+        for places, attributes in _Survey(file).pieces(size):
             yield MeshData(vertices=places, vertex_attributes=attributes)
 
 
@@ -55,53 +53,48 @@ def doubts_of(missing: int) -> tuple[str, ...]:
 def e57_survey(path: Path) -> tuple[int, tuple[str, ...]]:
     """The number of points that a file declares, measured or not, and warnings about fields that some scans lack."""
     with _opened(path) as file:
-        survey = _Survey.of(file)
-        return sum(int(header.point_count) for header in survey.headers), survey.doubts
+        survey = _Survey(file)
+        return survey.declared, survey.doubts
 
 
-@dataclass(frozen=True)
 class _Survey:
-    """The headers and fields of the scans that have points."""
+    """The scans of an open file that have points.
 
-    file: Any  # the open file
-    headers: list[Any]  # of the scans
-    kinds: list[dict[str, bool]]  # for each scan, by field, whether its values are 32-bit integers
+    Attributes:
+        headers: of the scans.
+        declared: how many points they say that they have.
+        doubts: warnings about fields that some scans lack.
+    """
 
-    @staticmethod
-    def of(file: Any) -> _Survey:
+    def __init__(self, file: Any) -> None:
+        self._file = file
         headers = [file.get_header(index) for index in range(int(file.scan_count))]
-        headers = [header for header in headers if int(header.point_count)]
-        if not headers:
+        self.headers = [header for header in headers if int(header.point_count)]
+        if not self.headers:
             raise ContentsError("it holds no points")
-        return _Survey(file, headers, [_kinds(header) for header in headers])
-
-    @property
-    def names(self) -> list[str]:
-        """The fields of all scans that become attributes."""
+        self.declared = sum(int(header.point_count) for header in self.headers)
+        self._kinds = [_kinds(header) for header in self.headers]
         own = (*_PLACE, *_SPHERE, *_COLOR, *_INVALID)
-        return list(dict.fromkeys(name for kinds in self.kinds for name in kinds if name not in own))
-
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """Warnings about fields that some scans lack."""
-        lacking = {name: sum(name not in kinds for kinds in self.kinds) for name in self.names}
+        names = dict.fromkeys(name for kinds in self._kinds for name in kinds if name not in own)
+        #: by field that becomes an attribute, whether its values are 32-bit integers in all scans
+        self._whole = {name: all(kinds.get(name, True) for kinds in self._kinds) for name in names}
+        lacking = {name: sum(name not in kinds for kinds in self._kinds) for name in names}
         scans = f"{len(self.headers):,} scans have no field"
-        return tuple(f"{count:,} of its {scans} {name!r}, which is 0 there" for name, count in lacking.items() if count)
+        self.doubts = tuple(f"{n:,} of its {scans} {name!r}, which is 0 there" for name, n in lacking.items() if n)
 
-    def pieces(self, size: int | None) -> Iterator[tuple[NDArray[np.float64], dict[str, NDArray[Any]]]]:
+    def pieces(self, size: int | None) -> Iterator[tuple[Floats, dict[str, Array]]]:
         """Coordinates and attributes of the measured points, `size` rows at a time; None for a scan at a time."""
-        colored = any(set(_COLOR) <= kinds.keys() for kinds in self.kinds)
-        whole = {name: all(kinds.get(name, True) for kinds in self.kinds) for name in self.names}
-        for number, (header, kinds) in enumerate(zip(self.headers, self.kinds, strict=True)):
-            for fields in _chunks(self.file, header, kinds, size):
+        colored = any(set(_COLOR) <= kinds.keys() for kinds in self._kinds)
+        for number, (header, kinds) in enumerate(zip(self.headers, self._kinds, strict=True)):
+            for fields in _chunks(self._file, header, kinds, size):
                 places = _placed(header, fields)
                 invalid = [fields[name] != 0 for name in _INVALID if name in fields]
                 kept = ~np.any(invalid, axis=0) if invalid else np.ones(len(places), np.bool_)
-                attributes: dict[str, NDArray[Any]] = {}
+                attributes: dict[str, Array] = {}
                 if colored:
                     levels = _colors(header, fields)
                     attributes["colors"] = np.full((len(places), 4), 255, np.uint8) if levels is None else levels
-                for name, is_whole in whole.items():
+                for name, is_whole in self._whole.items():
                     column = fields.get(name, np.zeros(len(places)))
                     key = name.replace(":", "_")
                     attributes[f"{key}_" if key in VERTEX_ATTRIBUTES else key] = column.astype(np.int32) if is_whole else column
@@ -140,8 +133,7 @@ def _kinds(header: Any) -> dict[str, bool]:
     return kinds
 
 
-def _chunks(file: Any, header: Any, names: Iterable[str], size: int | None) -> Iterator[dict[str, NDArray[Any]]]:
-    """Fields of the points of a scan, `size` rows at a time."""
+def _chunks(file: Any, header: Any, names: Iterable[str], size: int | None) -> Iterator[dict[str, Array]]:
     from pye57 import libe57
 
     count = int(header.point_count)
@@ -161,8 +153,7 @@ def _chunks(file: Any, header: Any, names: Iterable[str], size: int | None) -> I
         raise ContentsError(f"one of its scans ends after {done:,} of its {count:,} points")
 
 
-def _placed(header: Any, fields: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
-    """(n, 3) coordinates, transformed by the pose of the scan."""
+def _placed(header: Any, fields: dict[str, Array]) -> Floats:
     if set(_PLACE) <= fields.keys():
         places = np.stack([fields[name] for name in _PLACE], axis=1)
     elif set(_SPHERE) <= fields.keys():
@@ -173,33 +164,28 @@ def _placed(header: Any, fields: dict[str, NDArray[Any]]) -> NDArray[np.float64]
         raise ContentsError(f"one of its scans has points without coordinates; their fields are {', '.join(fields)}")
     if not header.has_pose():
         return places
-    placed: NDArray[np.float64] = places @ np.asarray(header.rotation_matrix).T + np.asarray(header.translation)
+    placed: Floats = places @ np.asarray(header.rotation_matrix).T + np.asarray(header.translation)
     return placed
 
 
-def _colors(header: Any, fields: dict[str, NDArray[Any]]) -> NDArray[np.uint8] | None:
+def _colors(header: Any, fields: dict[str, Array]) -> NDArray[np.uint8] | None:
     """(n, 4) 8-bit colours, scaled from the colour limits of the scan; None if it has no colours."""
+    from pye57 import libe57
+
     if not set(_COLOR) <= fields.keys():
         return None
     levels = np.full((len(fields[_COLOR[0]]), 4), 255, np.uint8)
     for k, name in enumerate(_COLOR):
-        least, most = 0.0, 255.0 if _declared_most(header, name) <= 255 else 65535.0
+        field = libe57.StructureNode(header.points.prototype()).get(name)
+        is_deep = field.type() == libe57.NodeType.E57_INTEGER and libe57.IntegerNode(field).maximum() > 255
+        least, most = 0.0, 65535.0 if is_deep else 255.0
         if all(header.node.isDefined(f"colorLimits/{name}{end}") for end in ("Minimum", "Maximum")):
             least, most = (float(header.node["colorLimits"][f"{name}{end}"].value()) for end in ("Minimum", "Maximum"))
         levels[:, k] = np.clip(np.rint((fields[name] - least) * (255.0 / (most - least or 1.0))), 0, 255)
     return levels
 
 
-def _declared_most(header: Any, name: str) -> float:
-    """The largest value of an integer field; 255 for others."""
-    from pye57 import libe57
-
-    node = libe57.StructureNode(header.points.prototype()).get(name)
-    return float(libe57.IntegerNode(node).maximum()) if node.type() == libe57.NodeType.E57_INTEGER else 255.0
-
-
 def _extras(file: Any, headers: list[Any]) -> list[str]:
-    """Contents of the file that a mesh cannot hold."""
     root = file.image_file.root()
     poses = sum(bool(header.has_pose()) for header in headers)
     extras = [f"the scanner's places ({poses:,})"] if poses else []

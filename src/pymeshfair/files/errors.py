@@ -10,12 +10,7 @@ class ContentsError(PymeshfairError, ValueError):
 
 
 class FileError(RunError):
-    """A file cannot be used.
-
-    Attributes:
-        path: the file, or one that it names or that lies beside it.
-        reason: one sentence.
-    """
+    """A file, or one that it names or that lies beside it, cannot be used, for a reason of one sentence."""
 
     verb = "use"
 

@@ -65,8 +65,8 @@ _EDGES = frozenset(("edges",))
 _FORMATS = (
     Format(("ply",), "ply.read_ply", "ply_write.write_ply", frozenset(ATTRIBUTES), begin=(r"ply\s", "'ply'")),
     Format(("obj",), "obj.read_obj", "obj_write.write_obj", _OBJ),
-    Format(("off",), "off.read_off", "off.write_off", _OFF),
-    Format(("stl",), "stl.read_stl", "stl.write_stl", frozenset(("faces", "face colours")), _FLOAT),
+    Format(("off",), "stl_off.read_off", "stl_off.write_off", _OFF),
+    Format(("stl",), "stl_off.read_stl", "stl_off.write_stl", frozenset(("faces", "face colours")), _FLOAT),
     Format(("glb",), "gltf.read_gltf", "gltf.write_glb", _GLB, _FLOAT, ("glTF", "'glTF'"), has_unit=True),
     Format(("gltf",), "gltf.read_gltf", has_unit=True),
     Format(("3mf",), "three_mf.read_3mf", "three_mf.write_3mf", _COLOURS, begin=("PK", "'PK'"), has_unit=True),

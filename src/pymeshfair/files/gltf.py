@@ -4,25 +4,25 @@ Writes binary ones: one mesh, a primitive for each texture and colour of faces, 
 """
 
 import base64
-import binascii
 import io
 import json
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeAlias
 from urllib.parse import unquote
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData, Texture
-from .assembly import METRES, Assembly, levels, triangles_of
+from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .inputs import Reading
-from .references import References, check_image
-from .saving import Writing
+from .inputs import Reading, References, check_image
+from .outputs import Writing
+from .polygons import edges_of
+from .scenes import METRES, Assembly, levels, placing, triangles_of
 
 #: of how many parts a document may be: a million take a second to read
 _PARTS = 1_000_000
@@ -31,12 +31,13 @@ _COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 #: the attributes that are read: how many numbers each has, and of which kinds besides float
 _READ = {"POSITION": ((3,), ""), "NORMAL": ((3,), ""), "TEXCOORD": ((2,), "u"), "COLOR": ((3, 4), "u")}
-_TRIANGLES = 4
 #: extensions without which a file can be understood: positions and normals as whole numbers, and one that moves no vertex
 _QUANTIZED = "KHR_mesh_quantization"
 _UNDERSTOOD = {_QUANTIZED, "KHR_materials_unlit"}
 #: the rounding of programs: of the last row of a matrix, and of the length of a rotation
 _ROUNDED, _UNIT = 1e-6, 0.01
+#: an object of the document
+_Part: TypeAlias = Mapping[str, Any]
 
 
 def read_gltf(path: Path, references: References) -> Reading:
@@ -53,9 +54,9 @@ def read_gltf(path: Path, references: References) -> Reading:
         with np.errstate(all="ignore"):
             reader.read_scene()
         reading = reader.assembly.reading(path, path.suffix[1:].lower(), _losses(document), "m")
+    except ContentsError:
+        raise
     except (KeyError, TypeError, AttributeError, ValueError, OverflowError, IndexError) as error:
-        if isinstance(error, ContentsError):
-            raise
         what = f"{type(error).__name__}: {str(error)[:60]}"
         raise ContentsError(f"its document lacks something or has it wrong ({what})") from error
     return replace(reading, side_files=tuple(reader.files))
@@ -71,19 +72,18 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
     if length != len(data):
         raise ContentsError(f"it declares {length:,} bytes, but has {len(data):,}")
     parts: list[tuple[int, bytes]] = []
-    position = 12
-    while position + 8 <= length:
-        size, kind = struct.unpack_from("<II", data, position)
-        position += 8
+    position = 20
+    while position <= length:
+        size, kind = struct.unpack_from("<II", data, position - 8)
         if size > length - position:
             raise ContentsError(f"a part of it declares {size:,} bytes, but only {length - position:,} follow")
         parts.append((kind, data[position : position + size]))
-        position += size
+        position += size + 8
     if parts[0][0] != _JSON or version != 2:
         raise ContentsError("it does not begin with a document of glTF 2")
     if [kind for kind, _ in parts].count(_JSON) > 1:
         raise ContentsError("it has two documents")
-    return parts[0][1], next((part for kind, part in parts if kind == _BINARY), None)
+    return parts[0][1], dict(reversed(parts)).get(_BINARY)
 
 
 class _Reader:
@@ -94,22 +94,22 @@ class _Reader:
             raise ContentsError("it holds no glTF document")
         if not str(document["asset"].get("version", "")).startswith("2"):
             raise ContentsError("its document is not of version 2")
-        if required := set(document.get("extensionsRequired", ())) - _UNDERSTOOD:
-            names = ", ".join(sorted(map(str, required)))[:80]
+        required = set(document.get("extensionsRequired", ()))
+        if unknown := required - _UNDERSTOOD:
+            names = ", ".join(sorted(map(str, unknown)))[:80]
             raise ContentsError(f"it needs {names}, which is not known here; save it without")
         for name in ("buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes", "images", "textures", "materials"):
             if not isinstance(document.get(name, []), list) or not all(isinstance(x, dict) for x in document.get(name, ())):
                 raise ContentsError(f"its {name} are no list of objects")
-        self.assembly = Assembly()
+        self.assembly = Assembly(references)
         self.files: list[Path] = []
-        self._document, self._binary, self._references = document, binary, references
-        self._quantized = _QUANTIZED in document.get("extensionsUsed", ()) or _QUANTIZED in document.get("extensionsRequired", ())
-        self._buffers: dict[int, bytes] = {}
+        self._document, self._references = document, references
+        self._quantized = _QUANTIZED in required.union(document.get("extensionsUsed", ()))
+        self._binary, self._buffers = binary, dict[int, bytes]()
         self._meshes: dict[int, list[MeshData]] = {}
         self._seen: set[int] = set()
 
     def read_scene(self) -> None:
-        """Place everything that the scene shows."""
         scenes = self._document.get("scenes", [])
         if not scenes:
             raise ContentsError("it has no scene, so nothing in it is placed")
@@ -127,7 +127,7 @@ class _Reader:
             raise ContentsError(f"it refers to number {str(index)[:40]} of its {len(parts)} {name}")
         return parts[index]
 
-    def _visit(self, k: int, above: NDArray[np.float64]) -> None:
+    def _visit(self, k: int, above: Floats) -> None:
         node = self._at("nodes", k)
         if k in self._seen:
             raise ContentsError("a node of it is its own child, or has two parents")
@@ -145,48 +145,42 @@ class _Reader:
     def _parts(self, k: int) -> list[MeshData]:
         """The parts of a mesh: primitives of the same vertices are one."""
         if k not in self._meshes:
-            primitives = self._at("meshes", k)["primitives"]
-            if not primitives:
-                raise ContentsError(f"its mesh {k} has no primitives")
-            groups: dict[str, list[Any]] = {}
-            for p in primitives:
+            groups: dict[str, list[_Part]] = {}
+            for p in self._at("meshes", k)["primitives"]:
                 groups.setdefault(json.dumps(p["attributes"], sort_keys=True), []).append(p)
+            if not groups:
+                raise ContentsError(f"its mesh {k} has no primitives")
             self._meshes[k] = [self._part(k, group) for group in groups.values()]
         return self._meshes[k]
 
-    def _part(self, k: int, primitives: list[Any]) -> MeshData:
-        """The primitives of a mesh that share their vertices."""
+    def _part(self, k: int, primitives: list[_Part]) -> MeshData:
         attributes = primitives[0]["attributes"]
         if "POSITION" not in attributes:
             raise ContentsError(f"its mesh {k} has no positions")
         points = self._attribute(k, attributes, "POSITION")
-        counts = {self._at("accessors", index)["count"] for index in attributes.values()}
-        if counts != {len(points)}:
+        if {self._at("accessors", index)["count"] for index in attributes.values()} != {len(points)}:
             raise ContentsError(f"the attributes of its mesh {k} are not equally many")
-        faces, uvs, colours, textures, edges = [], [], [], [], [np.empty((0, 2), np.int64)]
-        for p in primitives:
-            corners, ends = self._corners(k, p, len(points))
-            edges.append(ends)
-            texture, uv, colour = self._material(k, p, attributes)
-            faces.append(corners)
-            uvs.append(np.full((corners.size, 2), np.nan) if uv is None else uv[corners.ravel()])
-            colours.append(np.tile(colour, (len(corners), 1)))
-            textures.append(np.full(len(corners), texture, np.int32))
-        corners, shades = np.concatenate(faces), np.concatenate(colours)
+        parts = ((*self._corners(k, p, len(points)), *self._material(k, p, attributes)) for p in primitives)
+        faces, edges, textures, uvs, colours = zip(*parts, strict=True)
+        counts, corners = [len(each) for each in faces], np.concatenate(faces)
+        wedges = [np.full((f.size, 2), np.nan) if uv is None else uv[f.ravel()] for f, uv in zip(faces, uvs, strict=True)]
+        shades = np.repeat(colours, counts, axis=0)
         part = self.assembly.polygons(
             points,
             corners.ravel(),
             np.full(len(corners), 3),
             f"the corners of its mesh {k}",
-            {"wedge_texture_coordinates": np.concatenate(uvs)},
-            {"texture": np.concatenate(textures), "colors": levels(shades) if (shades != 1.0).any() else None},
+            {"wedge_texture_coordinates": np.concatenate(wedges)},
+            {
+                "texture": np.repeat(np.array(textures, np.int32), counts),
+                "colors": levels(shades) if (shades != 1.0).any() else None,
+            },
         )
-        part = replace(part, edges=np.concatenate(edges))
         normals = self._attribute(k, attributes, "NORMAL") if "NORMAL" in attributes else None
         colors = levels(self._attribute(k, attributes, "COLOR_0")) if "COLOR_0" in attributes else None
-        return part.with_attributes({"normals": normals, "colors": colors})
+        return replace(part, edges=np.concatenate(edges)).with_attributes({"normals": normals, "colors": colors})
 
-    def _attribute(self, k: int, attributes: Mapping[str, Any], name: str) -> NDArray[np.float64]:
+    def _attribute(self, k: int, attributes: _Part, name: str) -> Floats:
         """(n, w) an attribute of a mesh, whole numbers of colours and texture coordinates as shares."""
         accessor = self._at("accessors", attributes[name])
         widths, kinds = _READ[name.partition("_")[0]]
@@ -194,12 +188,13 @@ class _Reader:
         allowed = "iu" if self._quantized and not kinds else kinds
         if width not in widths or dtype is None or np.dtype(dtype).kind not in f"f{allowed}" or dtype is np.uint32:
             raise ContentsError(f"the {name} of its mesh {k} are of a type that they cannot be")
-        return self._accessor(attributes[name], normalized=bool(accessor.get("normalized")) or kinds == "u").astype(np.float64)
+        values = self._accessor(attributes[name])
+        if (accessor.get("normalized") or kinds == "u") and values.dtype.kind != "f":
+            return np.asarray(np.maximum(values / np.iinfo(values.dtype).max, -1.0))
+        return values.astype(np.float64)
 
-    def _corners(self, k: int, p: Mapping[str, Any], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """The triangles and the edges of a primitive."""
-        no_faces, no_edges = np.empty((0, 3), np.int64), np.empty((0, 2), np.int64)
-        mode, corners = p.get("mode", _TRIANGLES), np.arange(count)
+    def _corners(self, k: int, p: _Part, count: int) -> tuple[Longs, Longs]:
+        mode, corners = p.get("mode", 4), np.arange(count)
         if "indices" in p:
             accessor = self._at("accessors", p["indices"])
             if accessor["type"] != "SCALAR" or accessor["componentType"] not in (5121, 5123, 5125):
@@ -207,26 +202,26 @@ class _Reader:
             corners = self._accessor(p["indices"])[:, 0].astype(np.int64)
             if corners.max() >= count:
                 raise ContentsError(f"its accessor {p['indices']} names a vertex that is none of {count:,}")
-        width = {1: 2, _TRIANGLES: 3}.get(mode, 1)
+        width = {1: 2, 4: 3}.get(mode, 1)
         if len(corners) % width:
             raise ContentsError(f"a primitive of its mesh {k} has {len(corners):,} corners, which are no whole number of {width}")
+        faces, edges, whole = np.empty((0, 3), np.int64), np.empty((0, 2), np.int64), np.array([len(corners)])
         match mode:
             case 0:
-                return no_faces, no_edges
+                pass
             case 1:
-                return no_faces, corners.reshape(-1, 2)
+                edges = corners.reshape(-1, 2)
             case 2 | 3:
-                ends = np.stack([corners, np.roll(corners, -1)], axis=1)
-                return no_faces, ends if mode == 2 else ends[:-1]
+                edges = edges_of(corners if mode == 3 else np.append(corners, corners[0]), whole + (mode == 2))
             case 4:
-                return corners.reshape(-1, 3), no_edges
+                faces = corners.reshape(-1, 3)
             case 5 | 6:
-                return corners[triangles_of(corners, np.array([len(corners)]), fans=mode == 6)], no_edges
-        raise ContentsError(f"its mesh {k} has primitives of the unknown mode {str(mode)[:40]}")
+                faces = corners[triangles_of(corners, whole, fans=mode == 6)]
+            case _:
+                raise ContentsError(f"its mesh {k} has primitives of the unknown mode {str(mode)[:40]}")
+        return faces, edges
 
-    def _material(
-        self, k: int, p: Mapping[str, Any], attributes: Mapping[str, Any]
-    ) -> tuple[int, NDArray[np.float64] | None, list[float]]:
+    def _material(self, k: int, p: _Part, attributes: _Part) -> tuple[int, Floats | None, list[float]]:
         """The number of the texture of a primitive or -1, its coordinates at the vertices, and the colour of its faces."""
         material = self._at("materials", p["material"]) if "material" in p else {}
         surface = material.get("pbrMetallicRoughness", {})
@@ -240,38 +235,38 @@ class _Reader:
             self.assembly.lost[f"the texture of mesh {k}, which has no texture coordinates"] = None
             return -1, None, colour
         uv = self._attribute(k, attributes, name)
-        return self._image(texture["source"]), np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1), colour
+        return self._image(texture["source"]), _upright(uv), colour
 
     def _image(self, k: int) -> int:
-        """The number of the texture that an image is."""
         image, mesh = self._at("images", k), self._references.mesh
         uri = image.get("uri")
         if uri is not None and not uri.startswith("data:"):
-            return self.assembly.texture(unquote(uri), self._references)
+            return self.assembly.texture(unquote(uri))
         data = _decoded(uri) if uri is not None else self._view(image["bufferView"])[0]
         name = f"{mesh.stem}-texture-{k}{'.jpg' if data.startswith(bytes([0xFF, 0xD8])) else '.png'}"
         check_image(io.BytesIO(data), mesh, name)
-        return self.assembly.add_texture(name, lambda: data)
+        return self.assembly.texture(name, lambda _: data)
 
     def _buffer(self, k: int) -> bytes:
-        if k not in self._buffers:
-            part = self._at("buffers", k)
-            length, uri = _whole(part["byteLength"], f"the length of buffer {k}"), part.get("uri")
-            if uri is None:
-                data = self._binary if k == 0 else None
-            elif not isinstance(uri, str):
-                raise ContentsError(f"the uri of buffer {k} is no text")
-            elif uri.startswith("data:"):
-                data = _decoded(uri)
-            else:
-                file = self._references.find(unquote(uri))
-                if file is None:
-                    raise ContentsError(f"its buffer {unquote(uri)[:80]!r} does not exist")
-                self.files.append(file)
-                data = file.read_bytes()
-            if data is None or length > len(data):
-                raise ContentsError(f"its buffer {k} declares {length:,} bytes, but has {len(data or b''):,}")
-            self._buffers[k] = data[:length]
+        if k in self._buffers:
+            return self._buffers[k]
+        part = self._at("buffers", k)
+        length, uri = _whole(part["byteLength"], f"the length of buffer {k}"), part.get("uri")
+        if uri is None:
+            data = (self._binary or b"") if k == 0 else b""
+        elif not isinstance(uri, str):
+            raise ContentsError(f"the uri of buffer {k} is no text")
+        elif uri.startswith("data:"):
+            data = _decoded(uri)
+        else:
+            file = self._references.find(unquote(uri))
+            if file is None:
+                raise ContentsError(f"its buffer {unquote(uri)[:80]!r} does not exist")
+            self.files.append(file)
+            data = file.read_bytes()
+        if length > len(data):
+            raise ContentsError(f"its buffer {k} declares {length:,} bytes, but has {len(data):,}")
+        self._buffers[k] = data[:length]
         return self._buffers[k]
 
     def _view(self, k: int) -> tuple[bytes, int | None]:
@@ -282,17 +277,16 @@ class _Reader:
         end = start + _whole(view["byteLength"], f"the length of buffer view {k}", 1)
         if end > len(data):
             raise ContentsError(f"its buffer view {k} ends at byte {end:,} of a buffer of {len(data):,}")
-        if "byteStride" in view and not 4 <= _whole(view["byteStride"], f"the stride of buffer view {k}") <= 252:
-            raise ContentsError(f"the stride of buffer view {k} is {view['byteStride']}")
-        return data[start:end], view.get("byteStride")
+        stride = view.get("byteStride")
+        if "byteStride" in view and not 4 <= _whole(stride, f"the stride of buffer view {k}") <= 252:
+            raise ContentsError(f"the stride of buffer view {k} is {stride}")
+        return data[start:end], stride
 
-    def _accessor(self, k: int, *, normalized: bool = False) -> NDArray[Any]:
-        """(n, w) the values of an accessor, whole numbers as shares of their range if they are `normalized`."""
+    def _accessor(self, k: int) -> Array:
+        """(n, w) the values of an accessor."""
         accessor = self._at("accessors", k)
         count = _whole(accessor["count"], f"the count of accessor {k}", 1)
-        if accessor["componentType"] not in _COMPONENTS or accessor["type"] not in _WIDTHS:
-            raise ContentsError(f"its accessor {k} has an unknown type")
-        dtype, width = np.dtype(_COMPONENTS[accessor["componentType"]]).newbyteorder("<"), _WIDTHS[accessor["type"]]
+        dtype, width = _COMPONENTS[accessor["componentType"]], _WIDTHS[accessor["type"]]
         sparse = accessor.get("sparse")
         if "bufferView" in accessor:
             values = self._values(accessor, dtype, width, count, f"its accessor {k}")
@@ -302,19 +296,18 @@ class _Reader:
             values = np.zeros((count, width), dtype)
         if sparse is not None:
             number = _whole(sparse["count"], f"the count of the changes of accessor {k}", 1)
-            kind = np.dtype(_COMPONENTS[sparse["indices"]["componentType"]]).newbyteorder("<")
+            kind = _COMPONENTS[sparse["indices"]["componentType"]]
             places = self._values(sparse["indices"], kind, 1, number, f"the places of the changes of accessor {k}")[:, 0]
             if places.min() < 0 or places.max() >= count:
                 raise ContentsError(f"its accessor {k} changes a value that is none of {count:,}")
             values = values.copy()
             values[places] = self._values(sparse["values"], dtype, width, number, f"the changes of accessor {k}")
-        if normalized and dtype.kind != "f":
-            return np.asarray(np.maximum(values / np.iinfo(dtype.type).max, -1.0))
         return values
 
-    def _values(self, part: Mapping[str, Any], dtype: np.dtype[Any], width: int, count: int, what: str) -> NDArray[Any]:
+    def _values(self, part: _Part, kind: Any, width: int, count: int, what: str) -> Array:
         """(count, width) values in a buffer view."""
         data, stride = self._view(part["bufferView"])
+        dtype = np.dtype(kind).newbyteorder("<")
         size = dtype.itemsize * width
         stride = stride or size
         start = _whole(part.get("byteOffset", 0), f"the offset of {what}")
@@ -324,8 +317,7 @@ class _Reader:
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize))
 
 
-def _matrix(node: Mapping[str, Any], k: int) -> NDArray[np.float64]:
-    """(4, 4) the transform of a node."""
+def _matrix(node: _Part, k: int) -> Floats:
     if "matrix" in node:
         matrix = np.array(_numbers(node["matrix"], 16, f"the matrix of node {k}")).reshape(4, 4).T
         if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=_ROUNDED):
@@ -333,20 +325,19 @@ def _matrix(node: Mapping[str, Any], k: int) -> NDArray[np.float64]:
         if node.keys() & {"rotation", "scale", "translation"}:
             raise ContentsError(f"its node {k} has a matrix and a rotation, scale or translation besides, which are two places")
         return matrix
-    matrix = np.eye(4)
+    linear = np.eye(3)
     if "rotation" in node:
         q = np.array(_numbers(node["rotation"], 4, f"the rotation of node {k}"))
         if abs(np.linalg.norm(q) - 1.0) > _UNIT:
             raise ContentsError(f"the rotation of node {k} is of length {np.linalg.norm(q):.3g} and not 1")
         x, y, z, w = q / np.linalg.norm(q)
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        matrix[:3, :3] += 2 * (w * cross + cross @ cross)
-    matrix[:3, :3] *= _numbers(node.get("scale", [1, 1, 1]), 3, f"the scale of node {k}")
-    matrix[:3, 3] = _numbers(node.get("translation", [0, 0, 0]), 3, f"the translation of node {k}")
-    return matrix
+        linear += 2 * (w * cross + cross @ cross)
+    linear *= _numbers(node.get("scale", [1, 1, 1]), 3, f"the scale of node {k}")
+    return placing(linear, _numbers(node.get("translation", [0, 0, 0]), 3, f"the translation of node {k}"))
 
 
-def _losses(document: Mapping[str, Any]) -> Iterator[str]:
+def _losses(document: _Part) -> Iterator[str]:
     """Contents of a document that a mesh cannot hold, in words."""
     yield from (name for name in ("animations", "skins", "cameras") if document.get(name))
     primitives = [p for mesh in document.get("meshes", ()) for p in mesh.get("primitives", ())]
@@ -360,11 +351,15 @@ def _losses(document: Mapping[str, Any]) -> Iterator[str]:
     if any("extras" in x for x in (document, *parts)):
         yield "extras"
     yield from (f"extension {name}" for name in document.get("extensionsUsed", ()) if name != _QUANTIZED)
-    surfaces = [(m, m.get("pbrMetallicRoughness", {})) for m in document.get("materials", ())]
-    used = {key for material, surface in surfaces for key in (*material, *surface)}
+    used = {key for m in document.get("materials", ()) for key in (*m, *m.get("pbrMetallicRoughness", {}))}
     used -= {"name", "extras", "extensions", "pbrMetallicRoughness", "baseColorFactor", "baseColorTexture"}
     if used:
         yield f"of its materials {', '.join(sorted(used))}"
+
+
+def _upright(uv: Floats) -> Floats:
+    """Texture coordinates whose second one is counted from the other end of the image."""
+    return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
 
 
 def _whole(value: Any, what: str, least: int = 0) -> int:
@@ -383,12 +378,12 @@ def _numbers(values: Any, length: int, what: str) -> list[float]:
 
 def _decoded(uri: str) -> bytes:
     head, comma, data = uri.partition(",")
-    if not comma or not head.endswith(";base64"):
-        raise ContentsError("data within it is not written in base64")
     try:
-        return base64.b64decode(data, validate=True)
-    except (binascii.Error, ValueError):
-        raise ContentsError("data within it is not written in base64") from None
+        if comma and head.endswith(";base64"):
+            return base64.b64decode(data, validate=True)
+    except ValueError:
+        pass
+    raise ContentsError("data within it is not written in base64")
 
 
 #: the first bytes of the two kinds of image that glTF may hold
@@ -406,26 +401,22 @@ class _Document:
         self._length = 0
 
     def add(self, name: str, **part: Any) -> int:
-        """The number of a new part of a kind."""
         self.parts.setdefault(name, []).append(part)
         return len(self.parts[name]) - 1
 
     def view(self, data: bytes) -> int:
-        """The number of a new buffer view."""
         self._pieces += [data, bytes(-len(data) % 4)]
         view = self.add("bufferViews", buffer=0, byteOffset=self._length, byteLength=len(data))
         self._length += len(data) + -len(data) % 4
         return view
 
-    def accessor(self, values: NDArray[Any], **more: Any) -> int:
-        """The number of a new accessor of (n, w) values."""
+    def accessor(self, values: Array, **more: Any) -> int:
         kind = next(code for code, dtype in _COMPONENTS.items() if values.dtype.newbyteorder("=") == dtype)
         shape = next(name for name, width in _WIDTHS.items() if values.shape[1] == width)
         view = self.view(values.tobytes())
         return self.add("accessors", bufferView=view, componentType=kind, count=len(values), type=shape, **more)
 
     def write(self, target: BinaryIO) -> None:
-        """Write all of it."""
         self.parts["buffers"] = [{"byteLength": self._length}]
         text = json.dumps(self.parts, separators=(",", ":")).encode("ascii")
         text += b" " * (-len(text) % 4)
@@ -454,7 +445,7 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     if (colors := mesh.vertex_attributes.get("colors")) is not None:
         attributes["COLOR_0"] = document.accessor(colors[vertex], normalized=True)
     if uv is not None:
-        attributes["TEXCOORD_0"] = document.accessor(np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1).astype("<f4"))
+        attributes["TEXCOORD_0"] = document.accessor(_upright(uv).astype("<f4"))
     textures = [_texture(document, texture, notes) for texture in mesh.textures]
     numbers = mesh.face_attributes.get("texture", 0 if len(textures) == 1 and uv is not None else -1)
     colors = np.ascontiguousarray(mesh.face_attributes.get("colors", np.full((len(faces), 4), 255, np.uint8)))
@@ -485,7 +476,7 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     return tuple(notes)
 
 
-def _vertices(mesh: MeshData) -> tuple[NDArray[np.int64], NDArray[np.float64] | None, NDArray[np.int64]]:
+def _vertices(mesh: MeshData) -> tuple[Longs, Floats | None, Longs]:
     """The vertex of the mesh that each vertex of the file is, ascending; its texture coordinate; the faces of the file."""
     n, faces = len(mesh.vertices), mesh.faces.astype(np.int64)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
@@ -506,20 +497,16 @@ def _vertices(mesh: MeshData) -> tuple[NDArray[np.int64], NDArray[np.float64] | 
 
 def _texture(document: _Document, texture: Texture, notes: list[str]) -> int | None:
     """The number of a texture in the document; None if it has no image."""
+    from PIL import Image
+
     data = texture.image.read_bytes() if isinstance(texture.image, Path) else texture.image
     if data is None:
         notes.append(f"the texture {texture.name!r} does not exist and is left out")
         return None
-    kind = next((kind for begin, kind in _IMAGES.items() if data.startswith(begin)), None)
-    if kind is None:
-        data, kind = _as_png(data), "image/png"
+    kind = next((kind for begin, kind in _IMAGES.items() if data.startswith(begin)), "")
+    if not kind:
+        stream, kind = io.BytesIO(), "image/png"
+        with Image.open(io.BytesIO(data)) as image:
+            image.save(stream, "PNG")
+        data = stream.getvalue()
     return document.add("textures", source=document.add("images", bufferView=document.view(data), mimeType=kind))
-
-
-def _as_png(data: bytes) -> bytes:
-    from PIL import Image
-
-    stream = io.BytesIO()
-    with Image.open(io.BytesIO(data)) as image:
-        image.save(stream, "PNG")
-    return stream.getvalue()

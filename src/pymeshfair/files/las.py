@@ -15,13 +15,13 @@ from typing import Any, BinaryIO, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filters.mesh import Floats
 from ..mesh_data import MeshData, Source
-from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES
+from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES, Array
 from .errors import ContentsError
 from .formats import MISSING_LASPY
-from .inputs import Reading
-from .references import References
-from .saving import WORTH_A_WARNING, Writing
+from .inputs import Reading, References
+from .outputs import WORTH_A_WARNING, Writing
 
 _PLACE, _COLOR = ("X", "Y", "Z"), ("red", "green", "blue")
 #: the dimensions of normals
@@ -80,9 +80,8 @@ def _check_records(path: Path) -> None:
         room.append((more, path.stat().st_size - start, 60))
     for declared, space, least in room:
         if declared * least > max(space, 0):
-            raise ContentsError(
-                f"its header declares {declared:,} variable length records, and there is room for {max(space, 0) // least:,}"
-            )
+            what = f"{declared:,} variable length records, and there is room for {max(space, 0) // least:,}"
+            raise ContentsError(f"its header declares {what}")
 
 
 def _laspy() -> tuple[Any, tuple[type[Exception], ...]]:
@@ -119,7 +118,7 @@ def read_las(path: Path, references: References) -> Reading:
     columns = {name: np.concatenate(values) if values else np.empty(0) for name, values in parts.items()}
     vertices = np.stack([columns.pop(axis) for axis in "xyz"], axis=1)
     deep = levels = None
-    attributes: dict[str, NDArray[Any]] = {}
+    attributes: dict[str, Array] = {}
     if set(_COLOR) <= columns.keys():
         deep = np.stack([columns.pop(name) for name in _COLOR], axis=1)
         levels = np.full((len(deep), 4), 255, np.uint8)
@@ -167,44 +166,44 @@ def _extras(header: Any, records: Any) -> tuple[str, ...]:
     return (*extras, *([f"records of its header ({others:,})"] if others else []))
 
 
-def write_las_pieces(pieces: Callable[[], Iterator[MeshData]], target: BinaryIO) -> tuple[str, ...]:
-    """Write pieces of a cloud, which have the same attributes, to a LAS file: once for their extent, and once to be written.
-
-    There is at least one. The steps of the coordinates are the finest powers of ten that 32 bits hold.
-
-    Raises:
-        ContentsError: the format cannot hold them, or laspy is missing.
-    """
-    return _write(pieces, target, None, None)
-
-
 def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
     """Write the vertices of a mesh, with the header of the LAS file that they come from; compressed if the output is LAZ."""
-    return _write(lambda: iter((mesh,)), target, mesh.document(LasDocument), writing)
+    return write_las_pieces(lambda: iter((mesh,)), target, mesh.document(LasDocument), writing)
 
 
 #: by column, the dimension that holds it, and what its numbers are multiplied with
 _Stored: TypeAlias = dict[str, tuple[str, float]]
+#: of each column of single numbers, and of the three coordinates, the least, the largest, and whether all are whole
+_Ranges: TypeAlias = dict[str | int, tuple[float, float, bool]]
 
 
-def _write(
-    pieces: Callable[[], Iterator[MeshData]], target: BinaryIO, document: LasDocument | None, writing: Writing | None
+def write_las_pieces(
+    pieces: Callable[[], Iterator[MeshData]],
+    target: BinaryIO,
+    document: LasDocument | None = None,
+    writing: Writing | None = None,
 ) -> tuple[str, ...]:
-    """Write the points of pieces; without `writing` in the finest steps, else in steps of the document that suffice."""
+    """Write pieces of a cloud, at least one, which have the same attributes: once for their extent, and once to be written.
+
+    The steps of the coordinates are those of the document if they suffice, without `writing` the finest powers of ten that 32
+    bits hold. Raises `ContentsError` if the format cannot hold them, or laspy is missing.
+    """
     laspy, errors = _laspy()
     rest = pieces()
     first = next(rest)
     first_columns = _columns(first, document)
-    extent = _Extent.of(first, first_columns)
+    ranges: _Ranges = {}
+    _widen(ranges, first, first_columns)
     for piece in rest:
-        extent = extent.joined(_Extent.of(piece, _columns(piece, document)))
+        _widen(ranges, piece, _columns(piece, document))
     notes: list[str] = []
     header, records = _header(first, document, notes)
-    stored = _dimensions(header, first_columns, extent, notes)
-    if writing is not None:
-        _set_scale(header, first.vertices, writing, notes)
-    elif np.isfinite(extent.least).all():
-        _choose_scale(header, extent.least, extent.most, 0.0, notes)
+    stored = _dimensions(header, first_columns, ranges, notes)
+    if 0 in ranges:
+        least, most = (np.array([ranges[axis][end] for axis in range(3)]) for end in (0, 1))
+        fine = 0.0 if writing is None else WORTH_A_WARNING * writing.resolution()
+        if writing is None or not _suffices(header, first.vertices, least, most, fine):
+            _choose_scale(header, least, most, fine, notes)
     compress = writing is not None and writing.extension == "laz"
     try:
         with laspy.open(target, "w", header=header, closefd=False, do_compress=compress) as writer:
@@ -219,7 +218,7 @@ def _write(
     return tuple(notes)
 
 
-def _points(header: Any, vertices: NDArray[np.float64], columns: dict[str, NDArray[Any]], stored: _Stored, rows: slice) -> Any:
+def _points(header: Any, vertices: Floats, columns: dict[str, Array], stored: _Stored, rows: slice) -> Any:
     """Some rows of (n, 3) coordinates and of columns as points of laspy."""
     import laspy
 
@@ -231,34 +230,17 @@ def _points(header: Any, vertices: NDArray[np.float64], columns: dict[str, NDArr
     return points
 
 
-@dataclass(frozen=True)
-class _Extent:
-    """The box of a cloud, and of each column of single numbers the least, the largest, and whether all are whole."""
-
-    least: NDArray[np.float64]
-    most: NDArray[np.float64]
-    columns: dict[str, tuple[float, float, bool]]
-
-    @classmethod
-    def of(cls, mesh: MeshData, columns: dict[str, NDArray[Any]]) -> _Extent:
-        box = (mesh.vertices.min(axis=0, initial=np.inf), mesh.vertices.max(axis=0, initial=-np.inf))
-        ranges = {}
-        for name, values in columns.items():
-            if values.ndim == 1 and len(values) and values.dtype.kind in "biuf":
-                whole = values.dtype.kind != "f" or bool((values == np.rint(values)).all())
-                ranges[name] = float(values.min()), float(values.max()), whole
-        return cls(*box, ranges)
-
-    def joined(self, other: _Extent) -> _Extent:
-        both = dict(self.columns)
-        for name, (least, most, whole) in other.columns.items():
-            a, b, c = both.get(name, (least, most, whole))
-            both[name] = min(a, least), max(b, most), c and whole
-        return _Extent(np.minimum(self.least, other.least), np.maximum(self.most, other.most), both)
+def _widen(ranges: _Ranges, mesh: MeshData, columns: dict[str, Array]) -> None:
+    each: list[tuple[str | int, Array]] = [*columns.items(), *enumerate(mesh.vertices.T)]
+    for name, values in each:
+        if values.ndim == 1 and len(values) and values.dtype.kind in "biuf":
+            is_whole = values.dtype.kind != "f" or bool((values == np.rint(values)).all())
+            least, most, whole = ranges.get(name, (np.inf, -np.inf, True))
+            least, most = float(np.minimum(least, values.min())), float(np.maximum(most, values.max()))
+            ranges[name] = least, most, whole and is_whole
 
 
 def _header(mesh: MeshData, document: LasDocument | None, notes: list[str]) -> tuple[Any, Any]:
-    """The header to write, and the extended records."""
     import laspy
 
     colored = "colors" in mesh.vertex_attributes
@@ -283,9 +265,9 @@ def header_of(header: Any, records: Any) -> tuple[Any, Any]:
     return header, None if records is None else type(records)([r for r in records if r.user_id != "copc"])
 
 
-def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, NDArray[Any]]:
+def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
     """The dimensions to write by name, but for the places."""
-    columns: dict[str, NDArray[Any]] = {}
+    columns: dict[str, Array] = {}
     for name, values in mesh.vertex_attributes.items():
         if name == "colors":
             deep = values[:, :3].astype(np.uint16) * np.uint16(257)
@@ -304,7 +286,7 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, NDArray[
     return columns
 
 
-def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, notes: list[str]) -> _Stored:
+def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: list[str]) -> _Stored:
     """The dimension of each column: missing ones are declared in the header, columns that the format cannot hold are left out.
 
     A column of the name of one of the format's own dimensions, which cannot hold its numbers, gets a dimension with "_" behind
@@ -316,7 +298,7 @@ def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, 
     there = set(header.point_format.dimension_names)
     stored: _Stored = {}
     for name, values in columns.items():
-        least, most, whole = extent.columns.get(name, (0.0, 0.0, True))
+        least, most, whole = ranges.get(name, (0.0, 0.0, True))
         kept = name
         if name in own and own[name].kind != laspy.point.dims.DimensionKind.FloatingPoint:
             if name == "intensity" and not whole and least >= 0.0 and most <= 1.0:
@@ -339,21 +321,16 @@ def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, 
     return stored
 
 
-def _set_scale(header: Any, vertices: NDArray[np.float64], writing: Writing, notes: list[str]) -> None:
-    """Keep the scales and offsets of the header if they hold the coordinates; else choose such that do."""
-    if not len(vertices):
-        return
-    least, most = vertices.min(axis=0), vertices.max(axis=0)
-    fine = WORTH_A_WARNING * writing.resolution()
+def _suffices(header: Any, vertices: Floats, least: Floats, most: Floats, fine: float) -> bool:
     reach = np.maximum(np.abs(least - header.offsets), np.abs(most - header.offsets))
-    if (reach / header.scales < 2**31 - 1).all():
-        steps = np.rint((vertices - header.offsets) / header.scales)
-        if np.abs(steps * header.scales + header.offsets - vertices).max() <= max(fine, 4 * np.spacing(np.abs(vertices).max())):
-            return
-    _choose_scale(header, least, most, fine, notes)
+    if (reach / header.scales >= 2**31 - 1).any():
+        return False
+    steps = np.rint((vertices - header.offsets) / header.scales)
+    moved = np.abs(steps * header.scales + header.offsets - vertices).max()
+    return bool(moved <= max(fine, 4 * np.spacing(np.abs(vertices).max())))
 
 
-def _choose_scale(header: Any, least: NDArray[np.float64], most: NDArray[np.float64], fine: float, notes: list[str]) -> None:
+def _choose_scale(header: Any, least: Floats, most: Floats, fine: float, notes: list[str]) -> None:
     """Steps that resolve a length of `fine`, or the finest ones if that is 0."""
     extent = float((most - np.floor(least)).max())
     finest = 10.0 ** np.ceil(np.log10(max(extent, 1e-9) / (2**31 - 1)))

@@ -5,32 +5,28 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError, InputError
-from .indices import is_number
-from .inputs import Reading, unended
-from .polygons import triangulated
-from .references import References, shown
-from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, at_line, joined, numbers_of, refuse, tokenise, word
+from .inputs import Reading, References, shown, unended
+from .polygons import edges_of, triangulated
+from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, at_line, is_number, joined, numbers_of, refuse, tokenise, word
 
-#: names for the lines of each keyword of the format
-KEYWORDS = {
-    **{"v": "vertices", "vt": "texture coordinates", "vn": "normals", "f": "faces", "l": "polylines", "p": "point elements"},
-    **{"g": "groups", "o": "objects", "s": "smoothing groups", "mg": "smoothing groups"},
-    **{"usemtl": "uses of materials", "mtllib": "material files", "usemap": "uses of maps", "maplib": "map files"},
-    **dict.fromkeys(("vp", "param"), "parameter space vertices"),
-    **dict.fromkeys(
-        ("curv", "curv2", "cstype", "deg", "bmat", "step", "parm", "trim", "hole", "scrv", "sp", "end", "con"), "curves"
-    ),
-    **dict.fromkeys(("surf", "ctech", "stech", "cdc", "cdp", "bzp", "bsp", "res"), "surfaces"),
-    **dict.fromkeys(("bevel", "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj", "call", "csh"), "display attributes"),
+#: the keywords of the format by what their lines are
+_LINES = {
+    **{"vertices": "v", "texture coordinates": "vt", "normals": "vn", "faces": "f", "polylines": "l", "point elements": "p"},
+    **{"groups": "g", "objects": "o", "smoothing groups": "s mg", "uses of materials": "usemtl", "material files": "mtllib"},
+    **{"uses of maps": "usemap", "map files": "maplib", "parameter space vertices": "vp param"},
+    "curves": "curv curv2 cstype deg bmat step parm trim hole scrv sp end con",
+    "surfaces": "surf ctech stech cdc cdp bzp bsp res",
+    "display attributes": "bevel c_interp d_interp lod shadow_obj trace_obj call csh",
 }
-_CODES = {int(word(k.encode())): what for k, what in KEYWORDS.items() if len(k) <= 8}
+_KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in words.split()}
+_CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
 #: lines that hold for all faces behind them
 STATES = (b"o", b"g", b"s", b"mg")
 _STATES = ("groups", "objects", "smoothing groups")
@@ -43,10 +39,8 @@ LARGEST_FACE = 10_000
 #: the colour that faces without a material have in MeshLab
 _GREY = (192, 192, 192, 255)
 _LEVELS = "the colours of its vertices go up to 255: they are taken for levels of 255, not for shares from 0.0 to 1.0"
-#: material files are short; a longer one is something else
-MATERIAL_LIMIT = 16 << 20
-#: a mesh with a texture for every house of a city has thousands
-MOST_MATERIALS = 20_000
+#: the most bytes and materials of material files; a mesh with a texture for every house of a city has thousands
+MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
 #: the count of numbers after each keyword
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
 #: the largest count of words after each option of a map; those of ``-o``, ``-s`` and ``-t`` are numbers and may be fewer
@@ -75,7 +69,6 @@ class Materials:
 
     @property
     def textures(self) -> list[str]:
-        """The textures that they name, each once."""
         return list(dict.fromkeys(m.texture for m in self.named.values() if m.texture))
 
     def text(self, names: Mapping[str, str]) -> bytes:
@@ -87,7 +80,6 @@ class Materials:
         return "".join(f"{line}\n" for line in lines).encode("utf-8", "surrogateescape")
 
     def read(self, path: Path, mesh: Path) -> None:
-        """Add the contents of a material file."""
         with path.open("rb") as file:
             data = file.read(MATERIAL_LIMIT + 1)
         if len(data) > MATERIAL_LIMIT or b"\0" in data:
@@ -133,23 +125,21 @@ class ObjDocument:
     tokens: Tokens  # its lines alone
     mesh: MeshData  # the mesh in it
     width: int  # how many numbers stand on the line of a vertex
-    normals: NDArray[np.float64]  # (k, 3) of the ``vn`` lines
+    normals: Floats  # (k, 3) of the ``vn`` lines
     #: (m, 3) which of them the corners of the triangles name, -1 for none; None if they name none
-    corner_normals: NDArray[np.int64] | None
-    states: NDArray[np.int64]  # (m, 4) the last lines of `STATES` before each triangle, -1 for none
+    corner_normals: Longs | None
+    states: Longs  # (m, 4) the last lines of `STATES` before each triangle, -1 for none
     materials: Materials  # of its material files
     names: tuple[str, ...]  # of the materials that its faces use
-    material_of_face: NDArray[np.int64]  # (m,) which of them, -1 for none
+    material_of_face: Longs  # (m,) which of them, -1 for none
     lost: tuple[str, ...]  # contents that cannot be written anew, in words
 
 
 @dataclass(frozen=True, eq=False)
 class _Corners:
-    """The corners of faces or polylines."""
-
-    lines: NDArray[np.int64]  # (p,) where they are
-    lengths: NDArray[np.int64]  # (p,) how many corners each has
-    indices: NDArray[np.int64]  # (c, 3) the indices of vertices, texture coordinates and normals, -1 for none
+    lines: Longs  # (p,) where they are
+    lengths: Longs  # (p,) how many corners each has
+    indices: Longs  # (c, 3) the indices of vertices, texture coordinates and normals, -1 for none
 
 
 def read_obj(path: Path, references: References) -> Reading:
@@ -162,47 +152,43 @@ def read_obj(path: Path, references: References) -> Reading:
     notes: dict[str, None] = {}
     width, vertices, colors, levels = _vertices(tokens, data, notes)
     normals = _rows(tokens, "vn", (3,))[2]
-    textured = _texture_coordinates(tokens, notes)
+    third, counted, textured = _rows(tokens, "vt", (2, 3))
+    if numbers_of(tokens, third[counted == 3], 3, 1).any():
+        notes["third texture coordinates"] = None
     corners = _corners(tokens, "f", 3, "face", counts, notes)
     lines = _corners(tokens, "l", 2, "polyline", counts, notes)
-    places, of_polygon, attributes = triangulated(vertices, corners.indices[:, 0], corners.lengths)
-    row = np.arange(len(corners.lines)) if of_polygon is None else of_polygon
+    places, row, attributes = triangulated(vertices, corners.indices[:, 0], corners.lengths)
     indices = corners.indices[places]
-    faces = indices[:, :, 0]
     bare = (indices[:, :, 1] < 0).all(axis=1)
     if not bare.all():
-        wedges = np.append(textured, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]
-        attributes["wedge_texture_coordinates"] = wedges
+        attributes["wedge_texture_coordinates"] = np.append(textured, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]
         _note_bare(corners, notes)
     elif len(textured):
         notes[f"texture coordinates that no face names ({len(textured):,})"] = None
-    lost = [f"{what} ({n:,})" for what in _STATES if (n := counts[what])]
     materials, used, files = _materials(path, tokens, counts, references, notes)
     numbers = {name: k for k, name in enumerate(materials.textures)}
-    material = np.append(used.material, -1)[np.searchsorted(used.lines, corners.lines) - 1][row]
-    if len(faces) and any(name in materials.named for name in used.names):
-        attributes["colors"] = used.colors(materials)[np.searchsorted(used.lines, corners.lines) - 1][row]
+    use = (np.searchsorted(used.lines, corners.lines) - 1)[row]
+    material = np.append(used.material, -1)[use]
+    if len(indices) and any(name in materials.named for name in used.names):
+        attributes["colors"] = used.colors(materials)[use]
     if numbers and not bare.all():
         of_material = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in used.names]
         # A file with one texture and no uses of materials means it for all faces.
         of_material.append(0 if not used.names and len(numbers) == 1 else -1)
         attributes["texture"] = np.where(bare, -1, np.array(of_material)[material]).astype(np.int32)
-
-    vertex_attributes: dict[str, NDArray[Any]] = {} if colors is None else {"colors": colors}
     own, corner_normals = _normals(len(vertices), normals, indices, notes)
-    if own is not None:
-        vertex_attributes["normals"] = own
+    vertex_attributes = {name: values for name, values in (("colors", colors), ("normals", own)) if values is not None}
     images, doubts = _images(materials, references)
     mesh = MeshData(
         vertices=vertices,
-        faces=faces.astype(np.int32),
-        edges=_edges(lines),
+        faces=indices[:, :, 0].astype(np.int32),
+        edges=edges_of(lines.indices[:, 0], lines.lengths),
         vertex_attributes=vertex_attributes,
         face_attributes=attributes,
-        keeps_normals=own is not None and len(faces) > 0,
+        keeps_normals=own is not None and len(indices) > 0,
         textures=tuple(Texture(name, references.find_image(name)) for name in materials.textures),
     )
-    others = [f"{what} ({n:,})" for what in _OTHERS if (n := counts[what])]
+    states, others = (tuple(f"{what} ({n:,})" for what in kind if (n := counts[what])) for kind in (_STATES, _OTHERS))
     document = ObjDocument(
         data,
         replace(tokens, kinds=tokens.kinds[:0].copy(), values=np.empty(0), first=np.empty(0, np.int64)),
@@ -214,10 +200,9 @@ def read_obj(path: Path, references: References) -> Reading:
         materials,
         tuple(used.names),
         material,
-        tuple(others),
+        others,
     )
-    extras = (*lost, *others, *notes)
-    source = Source(path, "obj", document, extras, images=images)
+    source = Source(path, "obj", document, (*states, *others, *notes), images=images)
     doubts = (*unended(data), *((_LEVELS,) if levels else ()), *doubts)
     return Reading(replace(mesh, source=source), doubts, tuple(files))
 
@@ -230,21 +215,19 @@ def _counts(tokens: Tokens) -> Counter[str]:
             counts[what] += number
             continue
         for k in np.flatnonzero(tokens.keywords == np.uint64(code)).tolist():
-            what = KEYWORDS.get(re.split(rb"[ \t/]", tokens.line(k).lstrip(b" \t"))[0].decode("latin-1"))
+            what = _KEYWORDS.get(re.split(rb"[ \t/]", tokens.line(k).lstrip(b" \t"))[0].decode("latin-1"))
             if what is None:
                 raise at_line(tokens, k, "begins with no keyword of the format")
             counts[what] += 1
     return counts
 
 
-def lines_of(tokens: Tokens, keyword: bytes) -> NDArray[np.int64]:
+def lines_of(tokens: Tokens, keyword: bytes) -> Longs:
     """The lines that begin with a keyword."""
     return np.flatnonzero(tokens.keywords == word(keyword))
 
 
-def _rows(
-    tokens: Tokens, keyword: str, widths: tuple[int, ...]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+def _rows(tokens: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[Longs, Longs, Floats]:
     """The lines of a keyword, how many numbers each has, one of some `widths`, and the numbers up to the least of these."""
     lines = lines_of(tokens, keyword.encode())
     counts = tokens.lengths[lines] - 1
@@ -253,9 +236,7 @@ def _rows(
     return lines, counts, numbers_of(tokens, lines, 1, widths[0])
 
 
-def _vertices(
-    tokens: Tokens, data: bytes, notes: dict[str, None]
-) -> tuple[int, NDArray[np.float64], NDArray[np.uint8] | None, bool]:
+def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int, Floats, NDArray[np.uint8] | None, bool]:
     """The numbers per vertex, the coordinates, the colours, and whether these are levels in the file."""
     lines, counts, vertices = _rows(tokens, "v", _VERTEX)
     width = int(counts[0]) if len(lines) else 3
@@ -279,13 +260,6 @@ def _vertices(
     colors = np.full((len(lines), 4), 255, np.uint8)
     colors[:, : width - 3] = np.rint(rest / top * 255.0)
     return width, vertices, colors, top > 1.0
-
-
-def _texture_coordinates(tokens: Tokens, notes: dict[str, None]) -> NDArray[np.float64]:
-    lines, counts, pairs = _rows(tokens, "vt", (2, 3))
-    if numbers_of(tokens, lines[counts == 3], 3, 1).any():
-        notes["third texture coordinates"] = None
-    return pairs
 
 
 def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mapping[str, int], notes: dict[str, None]) -> _Corners:
@@ -313,8 +287,8 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
         there = (slots == slot) & (kinds == INTEGER)
         if not there.any() or (slot and keyword == "l"):
             continue
-        if slot and not counts[KEYWORDS[kind]]:
-            notes[f"that its faces name {KEYWORDS[kind]}, of which it has none"] = None
+        if slot and not counts[_KEYWORDS[kind]]:
+            notes[f"that its faces name {_KEYWORDS[kind]}, of which it has none"] = None
             continue
         number, at = values[there], line_of[there]
         so_far = np.cumsum(tokens.keywords == word(kind.encode()))[at]
@@ -322,13 +296,6 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
         refuse(tokens, at, (number < 0) | (number >= so_far), f"names a {name} that is none of those before it")
         indices[corner[there], slot] = number
     return _Corners(lines, per_line, indices)
-
-
-def _edges(lines: _Corners) -> NDArray[np.int32]:
-    """(e, 2) each vertex of a polyline and the next one."""
-    vertex, of_line = lines.indices[:, 0], np.repeat(lines.lines, lines.lengths)
-    inner = of_line[1:] == of_line[:-1]
-    return np.stack([vertex[:-1][inner], vertex[1:][inner]], axis=1).astype(np.int32)
 
 
 def _note_bare(corners: _Corners, notes: dict[str, None]) -> None:
@@ -340,9 +307,7 @@ def _note_bare(corners: _Corners, notes: dict[str, None]) -> None:
         notes[f"that {partly:,} of its faces have texture coordinates at some corners alone"] = None
 
 
-def _normals(
-    count: int, normals: NDArray[np.float64], indices: NDArray[np.int64], notes: dict[str, None]
-) -> tuple[NDArray[np.float64] | None, NDArray[np.int64] | None]:
+def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> tuple[Floats | None, Longs | None]:
     """The normals of the vertices, and which the corners of the triangles name.
 
     As in MeshLab vertices have normals of their own if there are as many of both: that of the last corner that names one.
@@ -351,8 +316,9 @@ def _normals(
     if not len(normals):
         return None, None
     if len(normals) != count:
-        notes["normals of corners" if (of_corners >= 0).any() else f"normals that no face names ({len(normals):,})"] = None
-        return None, of_corners if (of_corners >= 0).any() else None
+        named = bool((of_corners >= 0).any())
+        notes["normals of corners" if named else f"normals that no face names ({len(normals):,})"] = None
+        return None, of_corners if named else None
     if not len(indices):
         return normals, None
     of_corners = np.where(of_corners < 0, indices[:, :, 0], of_corners)
@@ -367,8 +333,8 @@ def _normals(
 class _Uses:
     """The ``usemtl`` lines: where they are, (u,) which of the names each has, and the names."""
 
-    lines: NDArray[np.int64]
-    material: NDArray[np.int64]
+    lines: Longs
+    material: Longs
     names: list[str]
 
     def colors(self, materials: Materials) -> NDArray[np.uint8]:
@@ -389,7 +355,7 @@ def _materials(
     used.names.extend(numbers)
     names = list(dict.fromkeys(_rest(tokens, k) for k in lines_of(tokens, b"mtllib").tolist()))
     # Some programs name no material file, and mean the one of the same name.
-    files, missing = find_material_files(names or ([path.with_suffix(".mtl").name] if len(lines) else []), references)
+    files, missing = _material_files(names or ([path.with_suffix(".mtl").name] if len(lines) else []), references)
     for name in missing if names else ():
         notes[f"the material file {Path(name).name}, which does not exist"] = None
     if len(lines) and not files:
@@ -423,7 +389,7 @@ def _images(materials: Materials, references: References) -> tuple[tuple[Texture
     return tuple(images), tuple(doubts)
 
 
-def _states(tokens: Tokens, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+def _states(tokens: Tokens, faces: Longs) -> Longs:
     """(p, 4) the last lines of `STATES` before each of some lines, -1 for none."""
     states = np.full((len(faces), len(STATES)), -1, np.int64)
     for k, keyword in enumerate(STATES):
@@ -432,7 +398,7 @@ def _states(tokens: Tokens, faces: NDArray[np.int64]) -> NDArray[np.int64]:
     return states
 
 
-def find_material_files(names: Sequence[str], references: References) -> tuple[list[Path], list[str]]:
+def _material_files(names: Sequence[str], references: References) -> tuple[list[Path], list[str]]:
     """The files that ``mtllib`` lines mean, a name with blanks or several on a line, and the names that mean none."""
     paths: dict[Path, None] = {}
     missing = []

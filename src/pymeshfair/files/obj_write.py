@@ -4,15 +4,14 @@ from collections.abc import Iterator
 from typing import BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..filters.geometry import unit_vectors, vertex_normals_by_angle
+from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData
-from .equal_rows import are_equal, numbered
 from .obj import MOST_MATERIALS, ObjDocument, lines_of
-from .polygons import outlines
-from .saving import Writing
-from .texts import patched, rows, runs, words
+from .outputs import Writing
+from .polygons import are_equal, numbered, outlines
+from .tokens import changed_words, patched, rows, runs, words
 
 #: for each colour level a share of six digits: 255 times it gives the level, whether rounded or truncated
 _SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
@@ -29,10 +28,26 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     if document is not None and (text := _patched_text(mesh, document, normals, of_corners, writing)) is not None:
         target.write(text)
         return ()
-    return _write_anew(mesh, document, normals, of_corners, target, writing)
+    notes = [f"what cannot be written anew is left out: {'; '.join(document.lost)}"] if document and document.lost else []
+    uses, names = _materials(mesh, document, writing, notes)
+    if writing.materials:
+        target.write(b"mtllib %s\n" % writing.material_file.encode("utf-8", "surrogateescape"))
+    columns = list(mesh.vertices.T)
+    if (colors := mesh.vertex_attributes.get("colors")) is not None:
+        columns += [_SHARES[level] for level in colors.T[:3]]
+    target.writelines(rows("v" + " %r" * len(columns), columns))
+    pairs, of_wedges = _texture_coordinates(mesh)
+    for keyword, table in (("vt", pairs), ("vn", normals)):
+        if len(table):
+            target.writelines(rows(keyword + " %r" * table.shape[1], list(table.T)))
+    if len(mesh.faces):
+        target.writelines(_faces(mesh, document, of_wedges, of_corners, uses, names, notes))
+    if len(mesh.edges):
+        target.writelines(rows("l %r %r", list(mesh.edges.T + 1)))
+    return tuple(notes)
 
 
-def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[NDArray[np.float64], NDArray[np.int64] | None]:
+def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[Floats, Longs | None]:
     """(k, 3) the normals to write, and (m, 3) the index of the normal at each corner; None for a cloud or a mesh without normals.
 
     If vertices have moved, corners that shared a normal at a vertex get the angle-weighted mean of the normals of their faces, so
@@ -62,15 +77,8 @@ def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[NDArray[np.f
     return vertex_normals_by_angle(points, groups.astype(np.int32)), groups
 
 
-# ----------------------------------------------------------------------------------------------------------- original text
-
-
 def _patched_text(
-    mesh: MeshData,
-    document: ObjDocument,
-    normals: NDArray[np.float64],
-    of_corners: NDArray[np.int64] | None,
-    writing: Writing,
+    mesh: MeshData, document: ObjDocument, normals: Floats, of_corners: Longs | None, writing: Writing
 ) -> bytes | None:
     """The original text with new numbers and the material file of the output; None if elements or attributes differ."""
     read = document.mesh
@@ -81,43 +89,36 @@ def _patched_text(
         or not (are_equal(mesh.faces, read.faces) and are_equal(mesh.edges, read.edges))
         or not all(are_equal(mesh.face_attributes.get(name), read.face_attributes.get(name)) for name in _OF_FACES)
         or mesh.keeps_normals != read.keeps_normals
-        or (painted and (colors is None or document.width not in (3, 6)))
-        or (painted and before is not None and document.width == 3)
+        or (painted and (colors is None or document.width != (3 if before is None else 6)))
         or (line_normals := _line_normals(document, normals, of_corners)) is None
     ):
         return None
-    tokens = document.tokens
-    lines, columns = lines_of(tokens, b"v"), [1, 2, 3]
-    new = [words(column) for column in mesh.vertices.T]
-    differs = [a != b for a, b in zip(mesh.vertices.T, read.vertices.T, strict=True)]
+    tokens, vertices = document.tokens, lines_of(document.tokens, b"v")
+    new, differs = list(mesh.vertices.T), [a != b for a, b in zip(mesh.vertices.T, read.vertices.T, strict=True)]
+    cuts = []
     if painted and colors is not None:
-        shares = [words(_SHARES[level]) for level in colors.T[:3]]
-        if document.width == 6 and before is not None:
-            columns += [4, 5, 6]
-            new += shares
-            differs += [(colors != before).any(axis=1)] * 3
+        shares = [_SHARES[level] for level in colors.T[:3]]
+        if before is not None:
+            cuts.append(changed_words(tokens, vertices, [4, 5, 6], shares, [(colors != before).any(axis=1)] * 3))
         else:
-            new[2] = [b" ".join(row) for row in zip(new[2], *shares, strict=True)]
-            differs[2] = np.ones(len(lines), np.bool_)
-    cuts = [(tokens.spans(lines, columns), new, differs)]
+            ends = np.repeat(tokens.spans(vertices, [3])[:, 0, 1:], 2, axis=1)  # behind the coordinates
+            cuts.append((ends, [b" " + b" ".join(row) for row in zip(*map(words, shares), strict=True)]))
+            differs[2] = np.ones(len(vertices), np.bool_)
+    cuts.insert(0, changed_words(tokens, vertices, [1, 2, 3], new, differs))
     if line_normals is not document.normals:
         changes = [a != b for a, b in zip(line_normals.T, document.normals.T, strict=True)]
-        cuts.append((tokens.spans(lines_of(tokens, b"vn"), [1, 2, 3]), [words(column) for column in line_normals.T], changes))
-    spans = np.concatenate([where[np.stack(other, axis=1)] for where, _, other in cuts])
-    texts = [w for _, n, other in cuts for w in np.stack([np.array(c, object) for c in n], axis=1)[np.stack(other, axis=1)]]
+        cuts.append(changed_words(tokens, lines_of(tokens, b"vn"), [1, 2, 3], list(line_normals.T), changes))
     if document.materials.lines:
         libraries = [(int(tokens.starts[k]), len(tokens.line(k))) for k in lines_of(tokens, b"mtllib").tolist()]
         named = b"mtllib " + writing.material_file.encode("utf-8", "surrogateescape")
         places = [(start, start + length) for start, length in libraries] or [(0, 0)]
-        spans = np.concatenate([spans, np.array(places, np.int64)])
-        texts += [named if libraries else named + b"\n", *([b""] * (len(places) - 1))]
+        cuts.append((np.array(places, np.int64), [named if libraries else named + b"\n", *([b""] * (len(places) - 1))]))
+    spans, texts = np.concatenate([where for where, _ in cuts]), [text for _, each in cuts for text in each]
     order = np.argsort(spans[:, 0], kind="stable")
     return patched(document.data, spans[order], [texts[k] for k in order.tolist()])
 
 
-def _line_normals(
-    document: ObjDocument, normals: NDArray[np.float64], of_corners: NDArray[np.int64] | None
-) -> NDArray[np.float64] | None:
+def _line_normals(document: ObjDocument, normals: Floats, of_corners: Longs | None) -> Floats | None:
     """The normals of the ``vn`` lines; None if a line would need several normals."""
     if of_corners is None or document.corner_normals is None:  # of a cloud
         return normals if len(normals) == len(document.normals) else document.normals
@@ -132,36 +133,7 @@ def _line_normals(
     return line_normals if fits and line.min() >= 0 else None
 
 
-# ---------------------------------------------------------------------------------------------------------------- new text
-
-
-def _write_anew(
-    mesh: MeshData,
-    document: ObjDocument | None,
-    normals: NDArray[np.float64],
-    of_corners: NDArray[np.int64] | None,
-    target: BinaryIO,
-    writing: Writing,
-) -> tuple[str, ...]:
-    notes = [f"what cannot be written anew is left out: {'; '.join(document.lost)}"] if document and document.lost else []
-    uses, names = _materials(mesh, document, writing, notes)
-    if writing.materials:
-        target.write(b"mtllib %s\n" % writing.material_file.encode("utf-8", "surrogateescape"))
-    columns = list(mesh.vertices.T)
-    if (colors := mesh.vertex_attributes.get("colors")) is not None:
-        columns += [_SHARES[level] for level in colors.T[:3]]
-    target.writelines(rows("v" + " %r" * len(columns), columns))
-    pairs, of_wedges = _texture_coordinates(mesh)
-    for keyword, table in (("vt", pairs), ("vn", normals)):
-        if len(table):
-            target.writelines(rows(keyword + " %r" * table.shape[1], list(table.T)))
-    target.writelines(_faces(mesh, document, of_wedges, of_corners, uses, names, notes))
-    if len(mesh.edges):
-        target.writelines(rows("l %r %r", list(mesh.edges.T + 1)))
-    return tuple(notes)
-
-
-def _texture_coordinates(mesh: MeshData) -> tuple[NDArray[np.float64], NDArray[np.int64] | None]:
+def _texture_coordinates(mesh: MeshData) -> tuple[Floats, Longs | None]:
     """(k, 2) texture coordinates, and (m, 3) their index at each corner, -1 for none."""
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None:
@@ -177,9 +149,7 @@ def _texture_coordinates(mesh: MeshData) -> tuple[NDArray[np.float64], NDArray[n
     return pairs[firsts], of_corners
 
 
-def _materials(
-    mesh: MeshData, document: ObjDocument | None, writing: Writing, notes: list[str]
-) -> tuple[NDArray[np.int64], list[bytes]]:
+def _materials(mesh: MeshData, document: ObjDocument | None, writing: Writing, notes: list[str]) -> tuple[Longs, list[bytes]]:
     """(m,) the material of each face, -1 for none, and the ``usemtl`` lines; new materials are added to the material file."""
     m = len(mesh.faces)
     colors, numbers = mesh.face_attributes.get("colors"), mesh.face_attributes.get("texture")
@@ -229,15 +199,13 @@ def _materials(
 def _faces(
     mesh: MeshData,
     document: ObjDocument | None,
-    of_wedges: NDArray[np.int64] | None,
-    of_normals: NDArray[np.int64] | None,
-    uses: NDArray[np.int64],
+    of_wedges: Longs | None,
+    of_normals: Longs | None,
+    uses: Longs,
     names: list[bytes],
     notes: list[str],
 ) -> Iterator[bytes]:
     """The lines of the faces, with a line before each change of material, group or object."""
-    if not len(mesh.faces):
-        return
     shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
     notes += shape.notes
     corners = [index.ravel()[shape.places] + 1 for index in (mesh.faces, of_wedges, of_normals) if index is not None]
@@ -247,20 +215,16 @@ def _faces(
         for k in np.flatnonzero(corners[1] == 0).tolist():
             each[k] = each[k].replace("/0", "/" if of_normals is not None else "", 1)
     lines = [f"f {' '.join(run)}\n" for run in runs(each, shape.lengths)]
-    triangles = shape.triangles
-    ids = triangles if mesh.face_ids is None else mesh.face_ids[triangles]
-    states = uses[triangles][:, None]  # last the material, before it the groups and objects
+    ids = shape.triangles if mesh.face_ids is None else mesh.face_ids[shape.triangles]
+    states = uses[shape.triangles][:, None]  # last the material, before it the groups and objects
     if document is not None:
         states = np.concatenate([np.where(ids[:, None] < 0, -1, document.states[ids]), states], axis=1)
     starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))
     current = [-1] * states.shape[1]
     for start, end in zip(starts.tolist(), [*starts[1:].tolist(), len(lines)], strict=True):
         state = states[start].tolist()
-        if document is not None:
-            for now, was in zip(state[:-1], current[:-1], strict=True):
-                if now >= 0 and now != was:
-                    yield document.tokens.line(now) + b"\n"
-        if state[-1] >= 0 and state[-1] != current[-1]:
-            yield names[state[-1]]
+        for k, (now, was) in enumerate(zip(state, current, strict=True), 1):
+            if now >= 0 and now != was:
+                yield names[now] if document is None or k == len(state) else document.tokens.line(now) + b"\n"
         current = state
         yield "".join(lines[start:end]).encode("ascii")

@@ -1,15 +1,26 @@
-"""Checks of the files that a run writes: the output, the files beside it, and maps. A repeated run may replace its own files."""
+"""The files that a run writes: checked before, and the mesh written to the staging folder.
 
-from collections.abc import Collection, Mapping, Sequence
+A repeated run may replace its own files. Textures have the bytes of the input, lie in the folder of the output, and never
+replace a file that no run wrote. What a format cannot hold is named in warnings.
+"""
+
+import os
+import re
+import shutil
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, TypeAlias
 
-from .errors import OutputError
-from .formats import MISSING_LASPY, WRITABLE, extension
+import numpy as np
+
+from ..mesh_data import MeshData, Texture
+from ..operating_system import this_system
+from .errors import ContentsError, OutputError
+from .formats import MISSING_LASPY, WRITABLE, Format, attributes_of, extension, load_function
 from .provenance import provenance_path, read_provenance, recorded_digest, sha256_of
-from .writing import OVERWRITE, check_kind, check_place
+from .writing import OVERWRITE, StagedFile, check_kind, check_place, stage_file, to_disk
 
 
 @dataclass(frozen=True)
@@ -39,8 +50,7 @@ class MadeFrom:
 def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE)) -> None:
     """Raise if the output of a run cannot or must not be written, before any work is done.
 
-    Without `overwrite` an existing file is replaced only if a run with the same sources wrote it: its provenance names the same
-    input and recipe, and its digest is the recorded one. So a command can be repeated, and no other file is lost.
+    Without `overwrite` an existing file is replaced only if a run with the same sources wrote it, and nobody changed it since.
     """
     check_kind(output, formats)
     if output.name.lower().endswith(".copc.laz"):
@@ -84,3 +94,137 @@ def _same_file(one: Path, other: Path) -> bool:
 def material_path(output: Path) -> Path:
     """The material file that MeshLab writes beside an OBJ file."""
     return output.with_name(f"{output.name}.mtl")
+
+
+def stage_textures(
+    textures: Sequence[Texture], output: Path, stage: Path, *, record: Mapping[str, Any] | None, own: bool = False
+) -> tuple[list[StagedFile], tuple[Path, ...], dict[str, str]]:
+    """Write the textures of a mesh to the staging folder; with `own` every name begins with that of the output.
+
+    Those to put in place, those that are already there, and by the names of the textures what they are called beside the output.
+    """
+    files: list[StagedFile] = []
+    reused: list[Path] = []
+    names: dict[str, str] = {}
+    for number, texture in enumerate(textures):
+        last = re.sub(r'[\x00-\x1f<>:"|?*]', "_", texture.name.replace("\\", "/").rpartition("/")[2]).strip()
+        name = names[texture.name] = last if last.strip(".") else "texture.png"  # without what file systems refuse
+        if texture.image is None:
+            continue
+        staged = stage / f"texture-{number}{Path(name).suffix or '.png'}"
+        if isinstance(texture.image, bytes):
+            staged.write_bytes(texture.image)
+        else:
+            shutil.copyfile(texture.image, staged)
+        this_system().flush(staged)
+        wished = f"{output.name}-{name}" if own else name
+        target, in_place = _free_target(output, wished, staged, record, {f.target for f in files})
+        names[texture.name] = target.name
+        reused += [target] if in_place else []
+        files += [] if in_place else [StagedFile(staged, target)]
+    return files, tuple(reused), names
+
+
+def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any] | None, taken: set[Path]) -> tuple[Path, bool]:
+    """The path of a texture to write, and whether an identical file is there already."""
+    digest = sha256_of(staged)
+    for before in ("", f"{output.stem}-", *(f"{output.stem}-{k}-" for k in range(2, 100))):
+        target = output.with_name(before + name)
+        if target in taken or target == output:
+            continue
+        if not os.path.lexists(target):
+            return target, False
+        if target.is_file() and not target.is_symlink():
+            there = sha256_of(target)
+            if there == digest:
+                return target, True
+            if there == recorded_digest(record, target):
+                return target, False
+    raise OutputError(output, f"no free name for the texture {name!r} beside it; clear the folder, or name another")
+
+
+#: the shares of a mean edge by which rounding may move a vertex: above the first is a warning, above the second an error
+WORTH_A_WARNING, DESTROYED = 1e-3, 0.5
+
+
+@dataclass(frozen=True)
+class Saved:
+    """The files written to the staging folder."""
+
+    output: StagedFile
+    side_files: tuple[StagedFile, ...]  # its textures and material file
+    reused: tuple[Path, ...]  # textures of the output that were in place already
+    warnings: tuple[str, ...]  # contents of the mesh that the file does not hold
+
+
+@dataclass(frozen=True)
+class Writing:
+    """Input of a writer besides the mesh."""
+
+    resolution: Callable[[], float]  # gives the length that coordinates must be able to tell apart
+    textures: Mapping[str, str]  # by the names of the textures their names beside the output
+    material_file: str  # the name of the material file beside the output
+    materials: list[bytes]  # takes the bytes of the material file, if there is one
+    extension: str = ""  # of the output
+
+
+#: Writes a mesh without a matrix to an open file. Returns, in words, what is left out or otherwise than in the file that the mesh
+#: comes from. Raises `ContentsError` if the format cannot hold the mesh, or needs a package that is missing.
+Writer: TypeAlias = Callable[[MeshData, BinaryIO, Writing], tuple[str, ...]]
+
+
+def save_mesh(
+    mesh: MeshData,
+    output: Path,
+    stage: Path,
+    *,
+    resolution: Callable[[], float],
+    record: Mapping[str, Any] | None = None,
+    own_texture_names: bool = False,
+) -> Saved:
+    """Write a mesh without a matrix, which will go to `output`, to the staging folder, and flush it to the disk.
+
+    `resolution` gives the mean edge, or the mean distance of points, that coordinates must be able to tell apart; `record` is the
+    provenance of a former output that is to be replaced.
+    """
+    kind = WRITABLE[extension(output)]
+    warnings = _check_precision(kind, mesh, resolution, output)
+    present = attributes_of(mesh)
+    if not len(mesh.faces) and "edges" in present - kind.holds:
+        raise OutputError(output, "the mesh is made of edges, of which the format holds none; .ply and .obj keep them")
+    if lost := kind.lost(present):
+        words = " and ".join(filter(None, (", ".join(lost[:-1]), lost[-1])))
+        warnings.append(f"{output.name} does not hold the {words} of the mesh; .ply keeps them")
+    source = mesh.source
+    if source is not None and source.extras and (source.format != kind.extension or source.document is None):
+        warnings.append(f"{output.name} does not hold of {source.path.name}: {'; '.join(source.extras)}")
+    images = source.images if source is not None and source.format == kind.extension else ()
+    every = (*mesh.textures, *images) if "textures" in kind.holds and kind.extension != "glb" else ()
+    side_files, reused, names = stage_textures(every, output, stage, record=record, own=own_texture_names)
+    missing = [texture.name for texture in every if texture.image is None]
+    warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in missing]
+    writing = Writing(resolution, names, material_path(output).name, [], extension(output))
+    staged = stage / output.name
+    write: Writer = load_function(kind.writer)
+    with staged.open("xb") as file:
+        try:
+            warnings += [f"{output.name}: {note}" for note in write(mesh, file, writing)]
+        except ContentsError as error:
+            raise OutputError(output, str(error)) from error
+        to_disk(file)
+    if writing.materials:
+        side_files.append(stage_file(material_path(staged), material_path(output), b"".join(writing.materials)))
+    return Saved(StagedFile(staged, output), tuple(side_files), reused, tuple(warnings))
+
+
+def _check_precision(kind: Format, mesh: MeshData, resolve: Callable[[], float], output: Path) -> list[str]:
+    """Whether the format can tell the vertices apart; raise `OutputError` if not, warn if it is close."""
+    if kind.rounding == 0.0 or not (resolution := resolve()):
+        return []
+    rounding = float(np.abs(mesh.vertices).max()) * kind.rounding
+    if rounding < WORTH_A_WARNING * resolution:
+        return []
+    effect = f"rounds coordinates of this size by up to {rounding:.2g}, and the mean edge is {resolution:.2g}"
+    if rounding > DESTROYED * resolution:
+        raise OutputError(output, f"the format {effect}; .ply keeps every digit")
+    return [f"{output.name} {effect}; .ply keeps every digit"]

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filters.mesh import Floats, Ints, Longs
 from ..mesh_data import MeshData, Source, Texture
+from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .inputs import Reading, unended
-from .ply_header import PlyHeader, read_header
-from .ply_tables import Array, Lists, Table, binary_tables, text_tables
+from .inputs import Reading, References, unended
+from .ply_tables import Lists, PlyHeader, Table, binary_tables, read_header, text_tables
 from .polygons import triangulated
-from .references import References
 from .tokens import Tokens
 
 #: the lists of a face's corners, under both of their names
@@ -41,8 +41,7 @@ class PlyDocument:
     tables: Mapping[str, Table]  # the rows of its elements
     data: NDArray[np.uint8]  # its bytes
     tokens: Tokens | None = None  # those of what stands behind the header, of a text
-    #: (m,) the row of ``face`` that each triangle comes from; None if there is one row a triangle
-    row_of_face: NDArray[np.int32] | None = None
+    row_of_face: Ints | None = None  # (m,) the row of ``face`` of each triangle; None if there is one row a triangle
     has_other_faces: bool = False  # whether triangles come from strips or a grid, and not from rows of ``face``
     wedges: Array | None = None  # (m, 3, 2) the texture coordinates at the corners of the triangles, or None
 
@@ -76,15 +75,21 @@ def read_ply(path: Path, references: References) -> Reading:
         doubts = unended(data[-1:].tobytes())
     else:
         tables = binary_tables(data, header)
-    vertex = tables["vertex"]
+    vertex, face = tables["vertex"], tables.get("face")
     vertices = _vectors(vertex, PLACE)
     if vertices is None:
         raise ContentsError("its vertices have no numbers x, y and z")
-    faces, rows, attributes = _faces(tables, header, vertices)
-    others = len(faces) > 0 and not _has_face_rows(tables)
-    if "face" in tables and tables["face"].element.count and not _has_face_rows(tables):
-        doubts += (f"its {tables['face'].element.count:,} 'face' have no list 'vertex_indices', so that they are no faces",)
-    document = PlyDocument(header, tables, data, tokens, rows, others, attributes.get("wedge_texture_coordinates"))
+    rows: Ints | slice = slice(None)
+    attributes: dict[str, Array] = {}
+    if has_rows := face is not None and face.element.count > 0 and any(name in face.columns for name in CORNERS):
+        faces, rows, attributes = _faces_of_rows(face, vertices, len(header.textures))
+    else:
+        faces = _other_faces(tables, header, len(vertices))
+        if face is not None and face.element.count:
+            doubts += (f"its {face.element.count:,} 'face' have no list 'vertex_indices', so that they are no faces",)
+    row_of_face = None if isinstance(rows, slice) else rows
+    wedges = attributes.get("wedge_texture_coordinates")
+    document = PlyDocument(header, tables, data, tokens, row_of_face, len(faces) > 0 and not has_rows, wedges)
     vertex_attributes = _attributes_of_vertices(vertex)
     mesh = MeshData(
         vertices=vertices,
@@ -112,7 +117,7 @@ def meant(table: Table) -> set[str]:
     return names
 
 
-def _vectors(table: Table, names: tuple[str, ...]) -> NDArray[np.float64] | None:
+def _vectors(table: Table, names: tuple[str, ...]) -> Floats | None:
     """(n, k) the numbers of these names; None if one is missing."""
     columns = [column for name in names if (column := table.numbers(name)) is not None]
     return np.stack(columns, axis=1, dtype=np.float64) if len(columns) == len(names) else None
@@ -130,16 +135,18 @@ def colors_of(table: Table) -> NDArray[np.uint8] | None:
     for k, channel in enumerate(channels):
         if channel is None or not len(channel):
             continue
-        if channel.dtype.kind == "f":
-            top = 1.0 if np.nanmax(channel) <= 1.0 else 255.0
-            channel = np.nan_to_num(np.clip(channel / top, 0.0, 1.0))
-            colors[:, k] = np.rint(255.0 * channel)
-        elif channel.dtype.itemsize == 1:
+        if channel.dtype.itemsize == 1:
             colors[:, k] = np.maximum(channel, 0)
         else:
-            top = 255 if channel.max(initial=0) <= 255 else np.iinfo(channel.dtype).max
-            colors[:, k] = np.rint(255.0 * np.clip(channel / top, 0.0, 1.0))
+            colors[:, k] = np.rint(255.0 * np.nan_to_num(np.clip(channel / top_level(channel), 0.0, 1.0)))
     return colors
+
+
+def top_level(channel: Array) -> float:
+    """The highest level of a channel of colours."""
+    if channel.dtype.kind == "f":
+        return 1.0 if not len(channel) or np.nanmax(channel) <= 1.0 else 255.0
+    return 255.0 if channel.dtype.itemsize == 1 or channel.max(initial=0) <= 255 else float(np.iinfo(channel.dtype).max)
 
 
 def texture_names(table: Table) -> tuple[str, str] | None:
@@ -159,40 +166,19 @@ def _attributes_of_vertices(table: Table) -> dict[str, Array]:
     return {name: values for name, values in attributes.items() if values is not None}
 
 
-def _has_face_rows(tables: Mapping[str, Table]) -> bool:
-    return bool("face" in tables and tables["face"].element.count and any(n in tables["face"].columns for n in CORNERS))
-
-
-def _faces(
-    tables: Mapping[str, Table], header: PlyHeader, vertices: NDArray[np.float64]
-) -> tuple[NDArray[np.int32], NDArray[np.int32] | None, dict[str, Array]]:
+def _faces_of_rows(table: Table, vertices: Floats, textures: int) -> tuple[Ints, Ints | slice, dict[str, Array]]:
     """The triangles, the row of each, and their attributes."""
-    if _has_face_rows(tables):
-        return _faces_of_rows(tables["face"], vertices, len(header.textures))
-    if (strips := tables.get("tristrips")) is not None and strips.element.count and (lists := strips.lists(CORNERS[0])):
-        return _of_strips(_checked(lists.values, len(vertices), "strip", least=-1), lists.lengths), None, {}
-    if (grid := tables.get("range_grid")) is not None and grid.element.count and (lists := grid.lists(CORNERS[0])):
-        return _of_grid(header, lists, len(vertices)), None, {}
-    return np.empty((0, 3), np.int32), None, {}
-
-
-def _faces_of_rows(
-    table: Table, vertices: NDArray[np.float64], textures: int
-) -> tuple[NDArray[np.int32], NDArray[np.int32] | None, dict[str, Array]]:
     named = [name for name in CORNERS if table.lists(name) is not None]
     if len(named) > 1:
         raise ContentsError(f"its faces have their corners twice, as {' and as '.join(map(repr, named))}")
-    if not named:
+    if not named or (lists := table.lists(named[0])) is None:
         raise ContentsError("the corners of its faces are no lists")
-    lists = table.lists(named[0])
-    assert lists is not None
     if lists.lengths.min() < 3:
         k = int(np.argmin(lists.lengths))
         raise ContentsError(f"its face {k + 1:,} has {lists.lengths[k]} vertices")
     corners = _checked(lists.values, len(vertices), "face")
-    places, of_polygon, of_polygons = triangulated(vertices, corners, lists.lengths)
-    faces = (corners.reshape(-1, 3) if of_polygon is None else corners[places]).astype(np.int32)
-    rows = slice(None) if of_polygon is None else of_polygon
+    places, rows, of_polygons = triangulated(vertices, corners, lists.lengths)
+    faces = (corners.reshape(-1, 3) if isinstance(rows, slice) else corners[places]).astype(np.int32)
     attributes: dict[str, Array] = {}
     if (colors := colors_of(table)) is not None:
         attributes["colors"] = colors[rows]
@@ -200,7 +186,11 @@ def _faces_of_rows(
         attributes["scalars"] = scalars.astype(np.float64)[rows]
     attributes |= of_polygons
     if (pairs := table.lists(WEDGES)) is not None:
-        attributes["wedge_texture_coordinates"] = _wedges(pairs, lists.lengths)[places]
+        if (wrong := pairs.lengths != 2 * lists.lengths).any():
+            k = int(np.argmax(wrong))
+            what = f"{pairs.lengths[k]} values for {lists.lengths[k]} corners"
+            raise ContentsError(f"the list 'texcoord' of its face {k + 1:,} has {what}")
+        attributes["wedge_texture_coordinates"] = pairs.values.astype(np.float64).reshape(-1, 2)[places]
     if (numbers := table.numbers(TEXTURE_NUMBER)) is not None:
         wrong = ~((numbers >= -1) & (numbers < max(textures, 1)))
         if wrong.any():
@@ -209,10 +199,10 @@ def _faces_of_rows(
         attributes["texture"] = numbers.astype(np.int32)[rows]
     elif pairs is not None and textures:
         attributes["texture"] = np.zeros(len(faces), np.int32)
-    return faces, of_polygon, attributes
+    return faces, rows, attributes
 
 
-def _checked(values: Array, count: int, what: str, least: int = 0) -> NDArray[np.int64]:
+def _checked(values: Array, count: int, what: str, least: int = 0) -> Longs:
     """Indices of vertices as whole numbers."""
     if values.dtype.kind == "f" and (values != np.rint(values)).any():
         raise ContentsError(f"a {what} of it names a vertex by a number that is no whole one")
@@ -221,18 +211,19 @@ def _checked(values: Array, count: int, what: str, least: int = 0) -> NDArray[np
     return values.astype(np.int64)
 
 
-def _wedges(pairs: Lists, lengths: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(c, 2) the texture coordinates at the corners of the polygons."""
-    if (wrong := pairs.lengths != 2 * lengths).any():
-        k = int(np.argmax(wrong))
-        raise ContentsError(f"the list 'texcoord' of its face {k + 1:,} has {pairs.lengths[k]} values for {lengths[k]} corners")
-    return pairs.values.astype(np.float64).reshape(-1, 2)
+def _other_faces(tables: Mapping[str, Table], header: PlyHeader, count: int) -> Ints:
+    """The triangles of a file whose faces are strips, or a grid."""
+    for element, triangles in (("tristrips", _of_strips), ("range_grid", _of_grid)):
+        if (table := tables.get(element)) is not None and table.element.count and (lists := table.lists(CORNERS[0])):
+            what = element.removeprefix("tri").removeprefix("range_").removesuffix("s")
+            return triangles(header, Lists(_checked(lists.values, count, what, least=-1), lists.lengths))
+    return np.empty((0, 3), np.int32)
 
 
-def _of_strips(values: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int32]:
+def _of_strips(header: PlyHeader, lists: Lists) -> Ints:
     """The triangles of strips, which a -1 parts; every second one the other way round."""
-    place, breaks = np.arange(len(values)), values < 0
-    begins = np.isin(place, np.cumsum(lengths) - lengths)
+    values, place = lists.values, np.arange(len(lists.values))
+    breaks, begins = values < 0, np.isin(place, lists.starts)
     opening = np.maximum.accumulate(np.where(breaks, place + 1, np.where(begins, place, 0)))
     triples = np.stack([values[:-2], values[1:-1], values[2:]], axis=1)
     odd = (place - opening)[:-2] % 2 == 1
@@ -240,17 +231,17 @@ def _of_strips(values: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray
     return np.asarray(triples[(opening[:-2] == opening[2:]) & ~breaks[:-2]], np.int32)
 
 
-def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
+def _of_grid(header: PlyHeader, lists: Lists) -> Ints:
     """The triangles of a range image: two a square whose corners were all measured, one if three were."""
     comments = [comment.split() for comment in header.comments]
     sizes = {w[0]: int(w[1]) for w in comments if len(w) == 2 and w[0] in ("num_cols", "num_rows") and w[1].isdigit()}
     columns, rows = sizes.get("num_cols", 0), sizes.get("num_rows", 0)
     if columns * rows != len(lists.lengths):
         raise ContentsError(f"it has a grid of {len(lists.lengths):,} places, but num_cols and num_rows say otherwise")
-    grid: NDArray[np.int64] = np.full(len(lists.lengths), -1, np.int64)
     if lists.lengths.max() > 1:
         raise ContentsError("a place of its grid has several vertices")
-    grid[lists.lengths > 0] = _checked(lists.values, count, "grid", least=-1)
+    grid: Longs = np.full(len(lists.lengths), -1, np.int64)
+    grid[lists.lengths > 0] = lists.values
     grid = grid.reshape(rows, columns)
     a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]))
     third, fourth = np.where(d < 0, c, -1), np.where(a < 0, b, -1)  # corners of triangles where the first two are none
@@ -259,9 +250,9 @@ def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
     return triangles[(triangles >= 0).all(axis=2)].astype(np.int32)
 
 
-def _edges(table: Table | None, count: int) -> NDArray[np.int32]:
+def _edges(table: Table | None, count: int) -> Ints:
     pairs = None if table is None else _vectors(table, EDGE)
-    if table is None or pairs is None:
+    if pairs is None:
         return np.empty((0, 2), np.int32)
     wrong = ~((pairs >= 0) & (pairs < count) & (pairs == np.rint(pairs))).all(axis=1)
     if wrong.any():
@@ -273,14 +264,11 @@ def _extras(document: PlyDocument) -> list[str]:
     """Contents of the file that `MeshData` cannot hold, in words."""
     extras: list[str] = []
     for element in document.header.elements:
-        if not element.count:
-            continue
-        if element.name not in ("vertex", "face", "edge"):
-            taken = document.has_other_faces and element.name in ("tristrips", "range_grid")
-            extras += [] if taken else [f"element {element.name!r} ({element.count:,})"]
-            continue
-        meanings = meant(document.tables[element.name])
-        extras += [f"{element.name} property {str(p)!r}" for p in element.properties if p.name not in meanings]
+        if element.count and element.name in ("vertex", "face", "edge"):
+            meanings = meant(document.tables[element.name])
+            extras += [f"{element.name} property {str(p)!r}" for p in element.properties if p.name not in meanings]
+        elif element.count and not (document.has_other_faces and element.name in ("tristrips", "range_grid")):
+            extras.append(f"element {element.name!r} ({element.count:,})")
     comments = [c for c in document.header.comments if c and c != "VCGLIB generated" and not c.lower().startswith("texturefile")]
     if comments:
         extras.append(f"comment {comments[0][:60]!r}" + (f" and {len(comments) - 1} more" if len(comments) > 1 else ""))

@@ -1,29 +1,194 @@
-"""The rows of a PLY file as columns, read and checked to the last byte."""
+"""The header of a PLY file, and its rows as columns, read and checked to the last byte."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.compilation import compiled
+from ..filters.mesh import Bools, Longs
+from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .ply_header import KINDS, SIZES, PlyElement, PlyHeader
 from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, at_line, refuse, tokenise
 
+#: numpy's names of the types
+KINDS: Mapping[str, str] = {
+    **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8"},
+    **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4"},
+    "float64": "f8",
+}
+_SIZES: Mapping[str, int] = {name: int(kind[1]) for name, kind in KINDS.items()}
+_PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
+_FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
+#: the most bytes, elements and properties of a header, so that a hostile file cannot fill the memory
+_LONGEST_HEADER, _MOST_DECLARED = 1 << 26, 1_000
 #: bytes that may follow the last row: ends of lines, and the padding of some programs
-PADDING = b" \t\r\n\0\x1a"
-Array: TypeAlias = NDArray[Any]
+_PADDING = b" \t\r\n\0\x1a"
+_END = re.compile(rb"[\r\n]end_header(\r\n|\n|\r)")
+
+
+@dataclass(frozen=True)
+class PlyProperty:
+    """One property of an element; `count_type` is the type of a list's length, None if it is no list."""
+
+    name: str
+    type: str
+    count_type: str | None = None
+
+    def __str__(self) -> str:
+        return f"{'' if self.count_type is None else 'list '}{self.type} {self.name}"
+
+
+@dataclass(frozen=True)
+class PlyElement:
+    """One kind of element, such as ``vertex``, and how many of it are declared."""
+
+    name: str
+    count: int
+    properties: tuple[PlyProperty, ...] = ()
+
+
+@dataclass(frozen=True)
+class PlyHeader:
+    """A PLY header."""
+
+    format: str  # one of `_FORMATS`
+    elements: tuple[PlyElement, ...]  # in the order of the file
+    comments: tuple[str, ...]  # the words after ``comment`` and ``obj_info``
+    size: int  # its length in bytes, including the end of its last line
+    text: bytes  # its bytes
+
+    @property
+    def byte_order(self) -> str:
+        """Of a binary file: ``"<"`` for little-endian, ``">"`` for big-endian."""
+        return ">" if self.format == "binary_big_endian" else "<"
+
+    def element(self, name: str) -> PlyElement:
+        """The element of that name; one with a count of 0 if the file does not declare it."""
+        return next((e for e in self.elements if e.name == name), PlyElement(name, 0))
+
+    @property
+    def textures(self) -> tuple[str, ...]:
+        """The texture files that it names, as written there."""
+        words = (comment.split(maxsplit=1) for comment in self.comments)
+        return tuple(w[1].strip() for w in words if len(w) == 2 and w[0].lower() == "texturefile")
+
+
+def read_header(path: Path) -> PlyHeader:
+    """The header of a PLY file, its names checked, and its counts against the size of the file."""
+    with path.open("rb") as file:
+        data = file.read(1 << 16)
+        if _END.search(data) is None:
+            data += file.read(_LONGEST_HEADER)
+        file_size = file.seek(0, 2)
+    header = parse_header(data)
+    left = file_size - header.size
+    for element in header.elements:
+        if element.count and not element.properties:
+            raise ContentsError(f"its header declares {element.count:,} of {element.name[:40]!r}, which have no properties")
+        # In a text a value takes at least a digit and a separator; lists may be empty.
+        row = sum(2 if header.format == "ascii" else _SIZES[p.count_type or p.type] for p in element.properties)
+        needed = element.count * row - (header.format == "ascii")
+        if needed > left:
+            what = f"{element.count:,} of {element.name!r}, which take at least {needed:,} bytes"
+            raise ContentsError(f"its header declares {what}, but only {max(left, 0):,} follow")
+        left -= needed
+    if len({element.name for element in header.elements}) != len(header.elements):
+        raise ContentsError("it declares an element twice")
+    for element in header.elements:
+        if len({p.name for p in element.properties}) != len(element.properties):
+            raise ContentsError(f"its element {element.name!r} has a property twice")
+    return header
+
+
+def parse_header(data: bytes) -> PlyHeader:
+    """The header that these bytes begin with."""
+    if not data.startswith(b"ply"):
+        raise ContentsError("it does not begin with 'ply'")
+    end = _END.search(data)
+    if end is None:
+        raise ContentsError(f"its header has no end within {min(len(data), _LONGEST_HEADER):,} bytes")
+    # A carriage return alone ends the lines of files from old Macs.
+    lines = data[: end.start()].decode("utf-8", "surrogateescape").replace("\r\n", "\n").replace("\r", "\n").split("\n")[1:]
+    format_, comments, elements = "", [], list[tuple[str, int, list[PlyProperty]]]()
+    if sum(line.lstrip().startswith(("property", "element")) for line in lines) > _MOST_DECLARED:
+        raise ContentsError(f"its header declares more than {_MOST_DECLARED:,} elements and properties")
+    for number, line in enumerate(lines, 2):
+        match line.split():
+            case ["format", word, "1.0"] if word in _FORMATS and not format_:
+                format_ = word
+            case ["comment" | "obj_info" as keyword, *_]:
+                comments.append(line.strip()[len(keyword) :].strip())
+            case ["element", name, count] if count.isascii() and count.isdigit():
+                elements.append((name, int(count), []))
+            case ["property", "list", count_type, type_, name] if elements and count_type in KINDS and type_ in KINDS:
+                elements[-1][2].append(PlyProperty(name, _plain(type_), _plain(count_type)))
+            case ["property", type_, name] if elements and type_ in KINDS:
+                elements[-1][2].append(PlyProperty(name, _plain(type_)))
+            case []:
+                pass
+            case _:
+                raise ContentsError(f"line {number} of its header is {line.strip()[:80]!r}")
+    if not format_:
+        raise ContentsError("its header names no format (ascii, binary_little_endian or binary_big_endian)")
+    whole = tuple(PlyElement(name, count, tuple(properties)) for name, count, properties in elements)
+    return PlyHeader(format_, whole, tuple(comments), end.end(), data[: end.end()])
+
+
+def _plain(type_: str) -> str:
+    return _PLAIN_NAMES.get(type_, type_)
+
+
+def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
+    """The header with these elements and the new names of textures by their old ones; all other lines as they were."""
+    missing = {e.name: e for e in elements}
+    left: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
+    is_kept, end = True, "\n"
+    lines: list[str] = []
+    for raw in header.text.splitlines(keepends=True):
+        new: str | None = raw.rstrip(b"\r\n").decode("utf-8", "surrogateescape")
+        words, end = str(new).split(), raw[len(raw.rstrip(b"\r\n")) :].decode()
+        if words[:1] in (["element"], ["end_header"]):
+            lines += [_declaration(p) + end for p in left.values()]
+            left, is_kept = {}, True
+        match words:
+            case ["end_header"]:
+                break
+            case ["element", name, count]:
+                element = missing.pop(name, None)
+                is_kept = element is not None
+                if element is not None:
+                    left = {p.name: p for p in element.properties}
+                    new = new if int(count) == element.count else f"element {name} {element.count}"
+            case ["property", *types, name] if is_kept:
+                p = left.pop(name, None)
+                same = p is not None and _declaration(p).split() == ["property", *map(_plain, types), name]
+                new = new if same else None if p is None else _declaration(p)
+            case ["comment", word, _, *_] if word.lower() == "texturefile" and textures:
+                name = str(new).split(maxsplit=2)[2].strip()
+                new = f"comment {word} {textures[name]}" if textures.get(name, name) != name else new
+        if is_kept and new is not None:
+            lines.append(new + end)
+    for element in missing.values():
+        lines += [f"element {element.name} {element.count}{end}", *(_declaration(p) + end for p in element.properties)]
+    return "".join((*lines, "end_header", end)).encode("utf-8", "surrogateescape")
+
+
+def _declaration(p: PlyProperty) -> str:
+    return f"property {p.type} {p.name}" if p.count_type is None else f"property list {p.count_type} {p.type} {p.name}"
 
 
 class Lists(NamedTuple):
     """The lists of one property: all values, one row after the other, and (n,) how many each row has."""
 
     values: Array
-    lengths: NDArray[np.int64]
+    lengths: Longs
 
     @property
     def width(self) -> int | None:
@@ -31,11 +196,11 @@ class Lists(NamedTuple):
         return int(self.lengths[0]) if len(self.lengths) and (self.lengths == self.lengths[0]).all() else None
 
     @property
-    def starts(self) -> NDArray[np.int64]:
+    def starts(self) -> Longs:
         """(n,) the number of the first value of each row."""
         return np.cumsum(self.lengths) - self.lengths
 
-    def chosen(self, rows: NDArray[np.int64]) -> Lists:
+    def chosen(self, rows: Longs) -> Lists:
         """The lists of some rows; -1 stands for an empty one."""
         lengths = np.where(rows < 0, 0, self.lengths[rows]) if len(self.lengths) else np.zeros(len(rows), np.int64)
         starts = self.starts[rows] if len(self.lengths) else lengths
@@ -53,7 +218,7 @@ class Table:
     element: PlyElement  # its declaration in the header
     columns: Mapping[str, Column]  # by property
     bytes: tuple[int, int] = (0, 0)  # where they begin and end in the file
-    lines: NDArray[np.int64] | None = None  # (n,) the lines of a text that they are, as `Tokens` counts them
+    lines: Longs | None = None  # (n,) the lines of a text that they are, as `Tokens` counts them
 
     def numbers(self, name: str) -> Array | None:
         """(n,) the values of a property; None if it has no such property, or one of lists."""
@@ -66,7 +231,7 @@ class Table:
         return column if isinstance(column, Lists) else None
 
 
-def indices_of_runs(starts: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int64]:
+def indices_of_runs(starts: Longs, lengths: Longs) -> Longs:
     """Runs of consecutive numbers, each from its start and of its length, one after the other."""
     ends = np.cumsum(lengths)
     positions = np.repeat(starts - (ends - lengths), lengths)
@@ -85,9 +250,6 @@ def row_type(element: PlyElement, order: str, widths: Mapping[str, int]) -> np.d
     return np.dtype(fields)
 
 
-# ------------------------------------------------------------------------------------------------------------------- binary
-
-
 def row_type_at(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> np.dtype[Any]:
     """The type of all rows of an element, if their lists are as long as those of the first, which begins at that byte."""
     if not any(p.count_type for p in element.properties):
@@ -103,7 +265,7 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
     for element in header.elements:
         tables[element.name] = table = _binary_table(data, position, element, header.byte_order)
         position = table.bytes[1]
-    more = data[position:].tobytes().strip(PADDING)
+    more = data[position:].tobytes().strip(_PADDING)
     if more:
         raise ContentsError(f"{len(more):,} bytes follow behind all that its header declares")
     return tables
@@ -144,13 +306,11 @@ def _columns(rows: Array, element: PlyElement) -> dict[str, Column]:
     return columns
 
 
-def _walked(
-    data: NDArray[np.uint8], position: int, element: PlyElement, order: str, n: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
+def _walked(data: NDArray[np.uint8], position: int, element: PlyElement, order: str, n: int) -> tuple[Longs, Longs, int]:
     """(n, p) the places and lengths of the properties of the first rows, one for a single value; the end of the last row."""
-    counts = np.array([SIZES[p.count_type] if p.count_type else 0 for p in element.properties])
+    counts = np.array([_SIZES[p.count_type] if p.count_type else 0 for p in element.properties])
     kinds = np.array([ord(KINDS[p.count_type][0]) if p.count_type else 0 for p in element.properties])
-    sizes = np.array([SIZES[p.type] for p in element.properties])
+    sizes = np.array([_SIZES[p.type] for p in element.properties])
     places, lengths = np.empty((n, len(sizes)), np.int64), np.empty((n, len(sizes)), np.int64)
     end = _walk(data, position, n, counts, kinds, sizes, order == ">", places, lengths)
     if end < 0:
@@ -192,12 +352,9 @@ def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any,
     return position
 
 
-# --------------------------------------------------------------------------------------------------------------------- text
-
-
 def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
     """The tables of the text behind the header, one row a line; and the text in tokens."""
-    body = text.rstrip(PADDING)
+    body = text.rstrip(_PADDING)
     piece = tokenise(body)
     piece = replace(piece, numbers=piece.numbers + len(header.text.splitlines()))
     if b"#" in body:
@@ -240,7 +397,7 @@ def _text_table(piece: Tokens, line: int, element: PlyElement) -> Table:
     return Table(element, columns, lines=lines)
 
 
-def _fits(piece: Tokens, tokens: NDArray[np.int64], type_: str) -> NDArray[np.bool_]:
+def _fits(piece: Tokens, tokens: Longs, type_: str) -> Bools:
     """Which tokens are numbers of a type."""
     kinds, values = piece.kinds[tokens], piece.values[tokens]
     if KINDS[type_][0] != "f":

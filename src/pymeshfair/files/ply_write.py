@@ -4,38 +4,22 @@ What has not changed is written as it was, byte for byte. Rows of deleted elemen
 one if it can, perhaps from another corner on; in a row of an added element properties without a value are 0.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filters.mesh import Ints, Longs
 from ..mesh_data import MeshData
-from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, numbered
-from .equal_rows import are_equal
-from .ply import (
-    ALPHA,
-    COLOR,
-    CORNERS,
-    EDGE,
-    NORMAL,
-    PLACE,
-    RADIUS,
-    SCALAR,
-    TEXTURE,
-    TEXTURE_NUMBER,
-    WEDGES,
-    PlyDocument,
-    colors_of,
-    meant,
-    texture_names,
-)
-from .ply_header import KINDS, PlyElement, PlyProperty, header_bytes, parse_header
-from .ply_tables import Array, Column, Lists, Table, indices_of_runs, row_type
-from .polygons import outlines
-from .saving import Writing
-from .texts import patched, runs, words
+from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, Array, numbered
+from . import ply, ply_tables
+from .outputs import Writing
+from .ply import PlyDocument
+from .ply_tables import KINDS, Column, Lists, PlyElement, PlyProperty, Table
+from .polygons import are_equal, outlines
+from .tokens import changed_words, patched, runs, words
 
 _EMPTY = b"ply\nformat binary_little_endian 1.0\nend_header\n"
 #: a share of the mean edge by which rounding to the type of the file may move a vertex
@@ -57,31 +41,26 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
 
     Without `writing` coordinates have the type that they have in that file.
     """
-    resolution, textures = (None, None) if writing is None else (writing.resolution, writing.textures)
     document = mesh.document(PlyDocument) or _plain_document(mesh)
     notes: list[str] = []
-    rows = [_vertex_rows(mesh, document, resolution, notes)]
-    rows += _face_rows(mesh, document, notes)
-    rows += _edge_rows(mesh, document)
-    written = {row.element.name: row for row in rows}
-    elements: list[PlyElement] = []
+    rows = (_vertex_rows(mesh, document, writing, notes), _face_rows(mesh, document, notes), _edge_rows(mesh, document))
+    written = {row.element.name: row for row in rows if row is not None}
+    elements: dict[str, PlyElement] = {}
     for element in document.header.elements:
-        if element.name in ("vertex", "face", "edge"):
-            if element.name in written:
-                elements.append(written[element.name].element)
-        elif element.name in ("tristrips", "range_grid") and document.has_other_faces:
-            if "face" not in written or written["face"].element.count == 0:
-                elements.append(element)
+        name = element.name
+        if name in written or name in ("face", "edge"):
+            elements |= {name: written[name].element} if name in written else {}
+        elif name in ("tristrips", "range_grid") and document.has_other_faces:
+            elements |= {} if "face" in written and written["face"].element.count else {name: element}
         elif mesh.vertex_ids is None or not any(p.name.startswith("vert") for p in element.properties):
-            elements.append(element)
+            elements[name] = element
         else:
-            notes.append(f"element {element.name!r} ({element.count:,}), which names vertices by their numbers, is left out")
-    named = {e.name for e in document.header.elements}
-    elements += [row.element for row in rows if row.element.name not in named]
-    target.write(header_bytes(document.header, elements, textures))
+            notes.append(f"element {name!r} ({element.count:,}), which names vertices by their numbers, is left out")
+    elements |= {name: row.element for name, row in written.items()}
+    target.write(ply_tables.header_bytes(document.header, list(elements.values()), None if writing is None else writing.textures))
     as_it_was = False
-    for element in elements:
-        row = written.get(element.name, _Rows(element, {}, document.tables.get(element.name)))
+    for name, element in elements.items():
+        row = written.get(name) or _Rows(element, {}, document.tables.get(name))
         if document.header.format == "ascii":
             as_it_was = _write_text(target, row, document)
         else:
@@ -94,56 +73,51 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
 def _plain_document(mesh: MeshData) -> PlyDocument:
     """A file without elements, to be extended."""
     comments = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
-    header = parse_header(_EMPTY.replace(b"end_header", comments + b"end_header"))
+    header = ply_tables.parse_header(_EMPTY.replace(b"end_header", comments + b"end_header"))
     return PlyDocument(header, {}, np.empty(0, np.uint8))
 
 
-# ----------------------------------------------------------------------------------------------------------------- elements
-
-
-def _vertex_rows(mesh: MeshData, document: PlyDocument, resolution: Callable[[], float] | None, notes: list[str]) -> _Rows:
+def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None, notes: list[str]) -> _Rows:
     attributes = mesh.vertex_attributes
     table = document.tables.get("vertex")
-    values: dict[str, Column] = dict(zip(PLACE, mesh.vertices.T, strict=True))
+    values: dict[str, Column] = dict(zip(ply.PLACE, mesh.vertices.T, strict=True))
     if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes):
-        values |= zip(NORMAL, mesh.vertex_normals.T, strict=True)
-    values |= {name: attributes[own] for name, own in ((SCALAR, "scalars"), (RADIUS, "radii")) if own in attributes}
+        values |= zip(ply.NORMAL, mesh.vertex_normals.T, strict=True)
+    values |= {name: attributes[own] for name, own in ((ply.SCALAR, "scalars"), (ply.RADIUS, "radii")) if own in attributes}
     if (places := attributes.get("texture_coordinates")) is not None:
-        values |= zip((table and texture_names(table)) or TEXTURE[0], places.T, strict=True)
+        values |= zip((table and ply.texture_names(table)) or ply.TEXTURE[0], places.T, strict=True)
     ids = mesh.vertex_ids
     rows = _rows("vertex", table, ids, values | _custom(attributes, VERTEX_ATTRIBUTES), attributes.get("colors"))
     if table is None or (rows.source is None and ids is None):
         return rows
-    narrow = [p for p in table.element.properties if p.name in PLACE and p.type != "double"]
-    moves = [np.abs(mesh.vertices[:, PLACE.index(p.name)] - rows.columns[p.name]).max(initial=0.0) for p in narrow]
+    narrow = [p for p in table.element.properties if p.name in ply.PLACE and p.type != "double"]
+    moves = [np.abs(mesh.vertices[:, ply.PLACE.index(p.name)] - rows.columns[p.name]).max(initial=0.0) for p in narrow]
     apart = max([0.0, *moves])  # by the types of the file
-    if apart > 0.0 and resolution is not None and apart > _ROUNDING * resolution():
+    if apart > 0.0 and writing is not None and apart > _ROUNDING * writing.resolution():
         notes.append(f"coordinates are written as double, as {narrow[0].type} would round them")
-        properties = tuple(replace(p, type="double") if p.name in PLACE else p for p in rows.element.properties)
-        columns = {**rows.columns, **dict(zip(PLACE, mesh.vertices.T, strict=True))}
+        properties = tuple(replace(p, type="double") if p.name in ply.PLACE else p for p in rows.element.properties)
+        columns = {**rows.columns, **dict(zip(ply.PLACE, mesh.vertices.T, strict=True))}
         rows = _Rows(replace(rows.element, properties=properties), columns)
     return rows
 
 
-def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[_Rows]:
+def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> _Rows | None:
     """The rows of the faces, a polygon whole where all its triangles are there."""
     table = document.tables.get("face")
-    corners = next((name for name in CORNERS if table is not None and table.lists(name) is not None), CORNERS[0])
+    corners = next((name for name in ply.CORNERS if table is not None and table.lists(name) is not None), ply.CORNERS[0])
     unchanged = mesh.face_ids is None and mesh.vertex_ids is None
     if document.has_other_faces:
         if unchanged and not mesh.face_attributes.keys() - {"selection", "normals"}:
-            return [] if table is None else [_Rows(table.element, table.columns, table)]
+            return None if table is None else _Rows(table.element, table.columns, table)
         table = None
     if not len(mesh.faces):
-        if table is None:
-            return []
-        as_it_was = not table.element.count or table.lists(corners) is None  # rows that name no vertices
-        return [_Rows(table.element, table.columns, table) if as_it_was else _without_rows(table)]
+        names_none = table is not None and (not table.element.count or table.lists(corners) is None)
+        return _Rows(table.element, table.columns, table) if table is not None and names_none else _without_rows(table)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     values: dict[str, Column] = {}
-    row: NDArray[np.int64] | None = None
+    row: Longs | None = None
     if table is not None and unchanged and are_equal(wedges, document.wedges):
-        values |= {name: table.columns[name] for name in (corners, WEDGES) if name in table.columns}
+        values |= {name: table.columns[name] for name in (corners, ply.WEDGES) if name in table.columns}
         # A polygon takes single numbers from its first triangle.
         chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
     else:
@@ -157,18 +131,16 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
                 row = np.where(row < 0, -1, document.row_of_face[row])
         values[corners] = Lists(mesh.faces.ravel()[shape.places], shape.lengths)
         if wedges is not None:
-            values[WEDGES] = Lists(wedges.reshape(-1, 2)[shape.places].ravel(), 2 * shape.lengths)
+            values[ply.WEDGES] = Lists(wedges.reshape(-1, 2)[shape.places].ravel(), 2 * shape.lengths)
     of_rows = {name: v if chosen is None else v[chosen] for name, v in mesh.face_attributes.items()}
     if "scalars" in of_rows:
-        values[SCALAR] = of_rows["scalars"]
+        values[ply.SCALAR] = of_rows["scalars"]
     if "texture" in of_rows and len(mesh.textures) > 1:
-        values[TEXTURE_NUMBER] = of_rows["texture"]
-    return [_rows("face", table, row, values | _custom(of_rows, FACE_ATTRIBUTES), of_rows.get("colors"))]
+        values[ply.TEXTURE_NUMBER] = of_rows["texture"]
+    return _rows("face", table, row, values | _custom(of_rows, FACE_ATTRIBUTES), of_rows.get("colors"))
 
 
-def _polygons(
-    mesh: MeshData, wedges: Array | None, document: PlyDocument, ids: NDArray[np.int64], notes: list[str]
-) -> NDArray[np.int32] | None:
+def _polygons(mesh: MeshData, wedges: Array | None, document: PlyDocument, ids: Longs, notes: list[str]) -> Ints | None:
     """(m,) the polygon of each triangle; None if all are written as triangles."""
     polygon = mesh.face_attributes.get("polygon")
     if polygon is None or wedges is None or not (polygon >= 0).any():
@@ -179,27 +151,25 @@ def _polygons(
     return None
 
 
-def _edge_rows(mesh: MeshData, document: PlyDocument) -> list[_Rows]:
+def _edge_rows(mesh: MeshData, document: PlyDocument) -> _Rows | None:
     table = document.tables.get("edge")
     if table is not None and mesh.edge_ids is None and mesh.vertex_ids is None:
-        return [_Rows(table.element, table.columns, table)]
+        return _Rows(table.element, table.columns, table)
     if not len(mesh.edges):
-        return [] if table is None else [_without_rows(table)]
+        return _without_rows(table)
     ids = None if table is None else numbered(mesh.edge_ids, len(mesh.edges))
-    return [_rows("edge", table, ids, dict(zip(EDGE, mesh.edges.T, strict=True)))]
+    return _rows("edge", table, ids, dict(zip(ply.EDGE, mesh.edges.T, strict=True)))
 
 
-def _without_rows(table: Table) -> _Rows:
+def _without_rows(table: Table | None) -> _Rows | None:
+    if table is None:
+        return None
     none = np.empty(0, np.int64)
     return _Rows(replace(table.element, count=0), {name: _chosen(column, none) for name, column in table.columns.items()})
 
 
 def _rows(
-    element: str,
-    table: Table | None,
-    ids: NDArray[np.int64] | None,
-    values: Mapping[str, Column],
-    colors: NDArray[np.uint8] | None = None,
+    element: str, table: Table | None, ids: Longs | None, values: Mapping[str, Column], colors: NDArray[np.uint8] | None = None
 ) -> _Rows:
     """The rows of an element: those of the file by their ids, with these values and (n, 4) colours."""
     if colors is not None:
@@ -207,10 +177,10 @@ def _rows(
     columns: dict[str, Column] = {}
     properties: list[PlyProperty] = []
     changed: set[str] = set()
-    meanings = set() if table is None else meant(table)
+    meanings = set() if table is None else ply.meant(table)
     before: Mapping[str, Column] = {} if table is None else table.columns
     for p in () if table is None else table.element.properties:
-        if p.name in meanings and p.name not in values and p.name != TEXTURE_NUMBER:
+        if p.name in meanings and p.name not in values and p.name != ply.TEXTURE_NUMBER:
             continue  # a step has removed it
         base = _chosen(before[p.name], ids)
         value = values.get(p.name, base)
@@ -231,7 +201,7 @@ def _rows(
     return _Rows(new, columns, table if same else None, frozenset(changed))
 
 
-def _chosen(column: Column, ids: NDArray[np.int64] | None) -> Column:
+def _chosen(column: Column, ids: Longs | None) -> Column:
     """The rows of a column by their ids; 0, or an empty list, for -1."""
     if ids is None:
         return column
@@ -265,38 +235,28 @@ def _custom(attributes: Mapping[str, Array], own: frozenset[str]) -> dict[str, A
     for name, values in attributes.items():
         if name in own:
             continue
-        if values.ndim == 1:
-            columns[name] = values
-        else:
-            columns |= {f"{name}_{axis}": values[:, k] for k, axis in enumerate("xyzw"[: values.shape[1]])}
+        one = {name: values} if values.ndim == 1 else {f"{name}_{axis}": c for axis, c in zip("xyzw", values.T, strict=False)}
+        columns |= one
     return columns
 
 
-def _channels(colors: NDArray[np.uint8], table: Table | None, ids: NDArray[np.int64] | None) -> dict[str, Array]:
+def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None) -> dict[str, Array]:
     """The columns of colours: those of the file if they are these, else levels of its types, or bytes."""
     if table is None:
-        return dict(zip((*COLOR, ALPHA), colors.T, strict=True))
-    names = (*COLOR, ALPHA) if ALPHA in table.columns or (colors[:, 3] != 255).any() else COLOR
+        return dict(zip((*ply.COLOR, ply.ALPHA), colors.T, strict=True))
+    names = (*ply.COLOR, ply.ALPHA) if ply.ALPHA in table.columns or (colors[:, 3] != 255).any() else ply.COLOR
     own = {name: np.asarray(_chosen(column, ids)) for name in names if (column := table.numbers(name)) is not None}
-    before = colors_of(table)
+    before = ply.colors_of(table)
     if before is not None and np.array_equal(np.asarray(_chosen(before, ids)), colors):
         return own
-    return {name: _levels(colors[:, k], own.get(name)) for k, name in enumerate(names)}
-
-
-def _levels(levels: NDArray[np.uint8], like: Array | None) -> Array:
-    """Levels from 0 to 255 in the range of a column, see `colors_of`."""
-    if like is None:
-        return levels
-    if like.dtype.kind == "f":
-        return levels / 255.0 * (1.0 if not len(like) or np.nanmax(like) <= 1.0 else 255.0)
-    return levels / 255.0 * (255 if like.dtype.itemsize == 1 or like.max(initial=0) <= 255 else np.iinfo(like.dtype).max)
+    columns = dict(zip(names, colors.T, strict=False))
+    return {name: c / 255.0 * ply.top_level(own[name]) if name in own else c for name, c in columns.items()}
 
 
 def _new_property(name: str, column: Column) -> PlyProperty:
     """The declaration of a column that the file does not have."""
     if isinstance(column, Lists):
-        return _wide_enough(PlyProperty(name, "float" if name == WEDGES else "int", "uchar"), column)
+        return _wide_enough(PlyProperty(name, "float" if name == ply.WEDGES else "int", "uchar"), column)
     small = "uchar" if column.dtype.itemsize == 1 else "uint"
     return PlyProperty(name, {"b": "uchar", "i": "int", "u": small}.get(column.dtype.kind, "double"))
 
@@ -312,42 +272,32 @@ def _wide_enough(p: PlyProperty, column: Column) -> PlyProperty:
     return p
 
 
-# ------------------------------------------------------------------------------------------------------------------- output
-
-
 def _write_binary(target: BinaryIO, row: _Rows, document: PlyDocument) -> None:
     """Write the rows of an element of a binary file."""
     if row.source is not None and not row.changed:
         start, end = row.source.bytes
         target.write(document.data[start:end].data)
         return
-    order = document.header.byte_order
-    element = row.element
-    widths: dict[str, int] = {}
-    for p in element.properties:
-        column = row.columns[p.name]
+    order, element = document.header.byte_order, row.element
+    widths = {name: column.width for name, column in row.columns.items() if isinstance(column, Lists)}
+    if element.count and None in widths.values():
+        target.write(_packed(row, order))
+        return
+    rows = np.zeros(element.count, ply_tables.row_type(element, order, {name: width or 0 for name, width in widths.items()}))
+    for name, column in row.columns.items():
         if isinstance(column, Lists):
-            width = column.width
-            if width is None and element.count:
-                target.write(_packed(row, order))
-                return
-            widths[p.name] = width or 0
-    rows = np.zeros(element.count, row_type(element, order, widths))
-    for p in element.properties:
-        column = row.columns[p.name]
-        if isinstance(column, Lists):
-            rows[f"{p.name} count"] = column.lengths
+            rows[f"{name} count"] = column.lengths
             with np.errstate(over="ignore"):
-                rows[p.name] = column.values.reshape(element.count, widths[p.name])
+                rows[name] = column.values.reshape(rows[name].shape)
         else:
-            rows[p.name] = column
+            rows[name] = column
     target.write(rows.tobytes())
 
 
 def _packed(row: _Rows, order: str) -> bytes:
     """The rows of an element whose lists differ in length."""
     n = row.element.count
-    fields: list[tuple[NDArray[np.uint8], NDArray[np.int64]]] = []  # the bytes of a field of all rows, and how many each row has
+    fields: list[tuple[NDArray[np.uint8], Longs]] = []  # the bytes of a field of all rows, and how many each row has
     for p in row.element.properties:
         column, kind = row.columns[p.name], np.dtype(order + KINDS[p.type])
         if isinstance(column, Lists):
@@ -360,60 +310,41 @@ def _packed(row: _Rows, order: str) -> bytes:
     starts = np.cumsum(sizes) - sizes
     buffer = np.empty(int(sizes.sum()), np.uint8)
     for data, lengths in fields:
-        buffer[indices_of_runs(starts, lengths)] = data
+        buffer[ply_tables.indices_of_runs(starts, lengths)] = data
         starts = starts + lengths
     return buffer.tobytes()
 
 
 def _write_text(target: BinaryIO, row: _Rows, document: PlyDocument) -> bool:
     """Write the rows of an element of a text; whether they are as they were, but for changed words."""
-    if row.source is not None and document.tokens is not None and row.source.lines is not None:
-        names = [p.name for p in row.element.properties]
-        lists = [k for k, p in enumerate(row.element.properties) if p.count_type]
-        changed = sorted(names.index(name) for name in row.changed)
-        if not changed or not lists or changed[-1] < lists[0]:
-            target.write(_patched(row, document, changed))
-            return True
-    target.writelines(_lines(row))
-    return False
-
-
-def _patched(row: _Rows, document: PlyDocument, changed: list[int]) -> bytes:
-    """The text of an element with other words where numbers have changed."""
-    tokens, table = document.tokens, row.source
-    assert tokens is not None
-    assert table is not None
-    assert table.lines is not None
+    table, tokens, properties = row.source, document.tokens, row.element.properties
+    lists = [k for k, p in enumerate(properties) if p.count_type]
+    changed = [k for k, p in enumerate(properties) if p.name in row.changed]
+    if table is None or tokens is None or table.lines is None or (changed and lists and changed[-1] >= lists[0]):
+        target.writelines(_lines(row))
+        return False
     if not len(table.lines):
-        return b""
-    begin = int(tokens.starts[table.lines[0]])
-    last = int(table.lines[-1])
+        return True
+    begin, last = int(tokens.starts[table.lines[0]]), int(table.lines[-1])
     end = int(tokens.starts[last + 1]) if last + 1 < len(tokens.starts) else len(tokens.text)
     text = tokens.text[begin:end].tobytes()
-    if not changed:
-        return text
-    spans = tokens.spans(table.lines, changed).reshape(-1, 2) - begin
-    properties = [row.element.properties[k] for k in changed]
-    columns = [_words(np.asarray(row.columns[p.name]), p.type) for p in properties]
-    differs = np.stack([np.asarray(row.columns[p.name]) != np.asarray(table.columns[p.name]) for p in properties], axis=1)
-    other = differs.reshape(-1)
-    each = [word for line in zip(*columns, strict=True) for word in line]
-    return patched(text, spans[other], [each[k] for k in np.flatnonzero(other).tolist()])
-
-
-def _words(values: Array, type_: str) -> list[bytes]:
-    """Numbers as words that are read as the same numbers."""
-    return words(values.astype(KINDS[type_]))
+    if changed:
+        names = [properties[k].name for k in changed]
+        new, old = ([np.asarray(columns[name]) for name in names] for columns in (row.columns, table.columns))
+        differs = [a != b for a, b in zip(new, old, strict=True)]
+        spans, each = changed_words(tokens, table.lines, changed, new, differs)
+        text = patched(text, spans - begin, each)
+    target.write(text)
+    return True
 
 
 def _lines(row: _Rows) -> Iterator[bytes]:
     columns: list[list[bytes]] = []
     for p in row.element.properties:
         column = row.columns[p.name]
-        if not isinstance(column, Lists):
-            columns.append(_words(column, p.type))
-            continue
-        each = runs(_words(column.values, p.type), column.lengths)
-        columns.append([b" ".join((b"%d" % len(run), *run)) for run in each])
+        each = words((column.values if isinstance(column, Lists) else column).astype(KINDS[p.type]))
+        if isinstance(column, Lists):
+            each = [b" ".join((b"%d" % len(run), *run)) for run in runs(each, column.lengths)]
+        columns.append(each)
     for line in zip(*columns, strict=True):
         yield b" ".join(line) + b"\n"

@@ -6,19 +6,17 @@ PTX files are grids of points from scanners, each after a head with its size, th
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..filters.mesh import Bools, Floats
 from ..mesh_data import MeshData, Source
-from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES
+from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES, Array
 from .errors import ContentsError
-from .inputs import Reading, unended
-from .references import References
-from .saving import Writing
-from .texts import rows
-from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, refuse, tokenise
+from .inputs import Reading, References, unended
+from .outputs import Writing
+from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, refuse, rows, tokenise
 
 _EXPE = b"[Expe/PointSet/Binary/0.1]\n"
 #: the types of properties of Expe
@@ -108,13 +106,12 @@ def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
     return b"", (), 0
 
 
-def _are_levels(values: NDArray[np.float64], whole: NDArray[np.bool_], first: int) -> bool:
-    """Whether three columns are colours from 0 to 255."""
+def _are_levels(values: Floats, whole: Bools, first: int) -> bool:
     three = values[:, first : first + 3]
     return bool(whole[first : first + 3].all() and three.min() >= 0 and three.max() <= 255)
 
 
-def _guessed(values: NDArray[np.float64], whole: NDArray[np.bool_]) -> tuple[str, ...]:
+def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
     """The names of columns without titles: as in a scanner's text, or by the ranges of their numbers."""
     width = values.shape[1]
     if width == 6:
@@ -128,13 +125,11 @@ def _guessed(values: NDArray[np.float64], whole: NDArray[np.bool_]) -> tuple[str
     return (*_PLACE, *(f"column_{k}" for k in range(4, width + 1)))
 
 
-def _attributes(
-    columns: tuple[str, ...], values: NDArray[np.float64], whole: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64], dict[str, NDArray[Any]], float]:
+def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple[Floats, dict[str, Array], float]:
     """The coordinates, the attributes, and the highest value of a colour."""
     place = {name: k for k, name in enumerate(columns)}
     three = {names: values[:, [place[n] for n in names]] for names in (_PLACE, _COLOR, _NORMAL) if set(names) <= set(columns)}
-    attributes: dict[str, NDArray[Any]] = {}
+    attributes: dict[str, Array] = {}
     if _NORMAL in three:
         attributes["normals"] = three[_NORMAL]
     top = 0.0
@@ -181,16 +176,10 @@ def read_ptx(path: Path, references: References) -> Reading:
     tokens = tokenise(data)
     grids, extras, line = [], [], 0
     while line < len(tokens.numbers):
-        count = _count(tokens, line)
-        first = line + len(_HEAD)
-        width = _width(tokens, first, count)
-        numbers_of(tokens, np.arange(line + 2, line + 6), 0, 3)
-        matrix = numbers_of(tokens, np.arange(line + 6, first), 0, 4)
-        position = tokens.values[tokens.first[line + 2] : tokens.first[line + 3]]
-        if position.any() or not np.array_equal(matrix, np.eye(4)):
-            extras.append(f"the scanner's place {' '.join(f'{x:g}' for x in position)}")
-        line = first + count
-        grids.append(_placed(numbers_of(tokens, np.arange(first, line), 0, width), matrix))
+        grid, place = _grid(tokens, line)
+        grids.append(grid)
+        extras += [place] if place else []
+        line += len(_HEAD) + len(grid)
     widest = max((grid.shape[1] for grid in grids), default=_PLAIN)
     # White in a grid without colours, if another one has some.
     grids = [np.pad(grid, ((0, 0), (0, widest - grid.shape[1])), constant_values=255.0) for grid in grids]
@@ -198,7 +187,7 @@ def read_ptx(path: Path, references: References) -> Reading:
     if not len(rows):
         raise ContentsError("it holds no points")
     measured = rows[~np.isnan(rows[:, 0])]
-    attributes: dict[str, NDArray[Any]] = {"intensity": measured[:, 3]}
+    attributes: dict[str, Array] = {"intensity": measured[:, 3]}
     if measured.shape[1] == _COLOURED:
         colors = np.append(measured[:, 4:], np.full((len(measured), 1), 255.0), axis=1)
         if not ((colors >= 0) & (colors <= 255) & (colors == np.rint(colors))).all():
@@ -212,41 +201,35 @@ def read_ptx(path: Path, references: References) -> Reading:
     return Reading(mesh, (*unended(data), *doubts))
 
 
-def _placed(rows: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rows transformed by the matrix of their head, whose last row is the translation; NaN where nothing was measured."""
-    if not np.allclose(matrix[:, 3], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=_ROUNDED):
-        raise ContentsError("the last column of a grid's matrix is not 0 0 0 1")
-    places = rows[:, :3]
-    missing = ~places.any(axis=1)
-    if not np.array_equal(matrix, np.eye(4)):
-        with np.errstate(over="ignore", invalid="ignore"):
-            places = places @ matrix[:3, :3] + matrix[3, :3]
-        if not np.isfinite(places[~missing & np.isfinite(rows[:, :3]).all(axis=1)]).all():
-            raise ContentsError("a grid's matrix makes points infinite")
-    placed = np.concatenate([places, rows[:, 3:]], axis=1)
-    placed[missing, :3] = np.nan
-    return placed
-
-
-def _count(tokens: Tokens, line: int) -> int:
-    """The number of points of the grid whose head begins at a line."""
-    lengths = tokens.lengths[line : line + len(_HEAD)].tolist()
-    first = tokens.first[line : line + 2]
-    if lengths != list(_HEAD) or (tokens.kinds[first] != INTEGER).any() or (tokens.values[first] < 0).any():
+def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
+    """The points of the grid whose head begins at a line, NaN where nothing was measured, and the place of its scanner."""
+    first = line + len(_HEAD)
+    sizes = tokens.first[line : line + 2]
+    is_head = tokens.lengths[line:first].tolist() == list(_HEAD)
+    if not is_head or (tokens.kinds[sizes] != INTEGER).any() or (tokens.values[sizes] < 0).any():
         raise at_line(tokens, line, "begins no grid (columns, rows, four lines of the scanner's pose, four of a matrix)")
-    columns, rows = tokens.values[first].tolist()
-    return int(min(columns * rows, 1 << 53))
-
-
-def _width(tokens: Tokens, line: int, points: int) -> int:
-    """The number of values of each point of a grid."""
-    lengths = tokens.lengths[line : line + points]
-    if len(lengths) < points:
-        raise ContentsError(f"one of its grids declares {points:,} points, but {len(lengths):,} lines follow")
+    count = int(min(tokens.values[sizes].prod(), 1 << 53))
+    lengths = tokens.lengths[first : first + count]
+    if len(lengths) < count:
+        raise ContentsError(f"one of its grids declares {count:,} points, but {len(lengths):,} lines follow")
     wrong = (lengths != lengths[:1]) | ~np.isin(lengths, (_PLAIN, _COLOURED))
     why = "has {} numbers; points have 4 or 7, the same in the whole grid"
-    refuse(tokens, np.arange(line, line + points), wrong, why, lengths)
-    return int(lengths[0]) if points else _PLAIN
+    refuse(tokens, np.arange(first, first + count), wrong, why, lengths)
+    position = numbers_of(tokens, np.arange(line + 2, line + 6), 0, 3)[0]
+    matrix = numbers_of(tokens, np.arange(line + 6, first), 0, 4)  # its last row is the translation
+    rows = numbers_of(tokens, np.arange(first, first + count), 0, int(lengths[0]) if count else _PLAIN)
+    if not np.allclose(matrix[:, 3], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=_ROUNDED):
+        raise ContentsError("the last column of a grid's matrix is not 0 0 0 1")
+    is_moved = not np.array_equal(matrix, np.eye(4))
+    missing = ~rows[:, :3].any(axis=1)
+    if is_moved:
+        finite = ~missing & np.isfinite(rows[:, :3]).all(axis=1)
+        with np.errstate(over="ignore", invalid="ignore"):
+            rows[:, :3] = rows[:, :3] @ matrix[:3, :3] + matrix[3, :3]
+        if not np.isfinite(rows[finite, :3]).all():
+            raise ContentsError("a grid's matrix makes points infinite")
+    rows[missing, :3] = np.nan
+    return rows, f"the scanner's place {' '.join(f'{x:g}' for x in position)}" if is_moved or position.any() else ""
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
@@ -257,7 +240,7 @@ def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[st
     counted = writing.extension == "pts"
     plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     document = mesh.document(PointsDocument) or plain
-    values: dict[str, NDArray[Any]] = dict(zip(_PLACE, mesh.vertices.T, strict=True))
+    values: dict[str, Array] = dict(zip(_PLACE, mesh.vertices.T, strict=True))
     left = []
     for name, attribute in mesh.vertex_attributes.items():
         if name == "colors":

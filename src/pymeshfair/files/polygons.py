@@ -1,62 +1,56 @@
-"""Polygons as triangles: fans of convex ones, ears cut off of others [meisters1975]."""
+"""Polygons as triangles and back, fans of convex ones, ears cut off of others [meisters1975]; lines as edges; equal rows."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..filters.compilation import compiled
+from ..filters.mesh import Floats, Ints, Longs
+from ..mesh_data.mesh_data import Array
 
 
-def triangulated(
-    vertices: NDArray[np.float64], corners: NDArray[np.int64], lengths: NDArray[np.int64]
-) -> tuple[NDArray[np.int32], NDArray[np.int32] | None, dict[str, NDArray[Any]]]:
+def triangulated(vertices: Floats, corners: Longs, lengths: Longs) -> tuple[Ints, Ints | slice, dict[str, Array]]:
     """Triangles of polygons, k - 2 of a polygon of k corners, in the order of the polygons.
 
-    Args:
-        vertices: (n, 3) coordinates.
-        corners: (c,) indices of vertices, those of one polygon after those of another.
-        lengths: (p,) how many corners each polygon has, at least 3.
+    `corners` are (c,) indices of vertices, those of one polygon after those of another, `lengths` how many each has, at least 3.
 
     Returns:
-        (m, 3) which of the corners those of each triangle are; (m,) the polygon of each, None if all polygons are triangles; and
-        the attribute ``polygon`` of the triangles, see `outlines`.
+        (m, 3) which of the corners those of each triangle are; (m,) the polygon of each, or a slice of all if all polygons are
+        triangles; and the attribute ``polygon`` of the triangles, see `outlines`.
     """
     if not len(lengths) or (lengths == 3).all():
-        return np.arange(len(corners), dtype=np.int32).reshape(-1, 3), None, {}
+        return np.arange(len(corners), dtype=np.int32).reshape(-1, 3), slice(None), {}
     places = np.empty((int((lengths - 2).sum()), 3), np.int32)
     of_polygon = np.repeat(np.arange(len(lengths), dtype=np.int32), lengths - 2)
     _cut(vertices, corners.astype(np.int64), lengths, np.empty(int(lengths.max()), np.int64), places)
     return places, of_polygon, {"polygon": np.where(lengths[of_polygon] > 3, of_polygon, -1).astype(np.int32)}
 
 
+def edges_of(corners: Longs, lengths: Longs) -> Array:
+    """(e, 2) each corner of lines, one after another, and the next one."""
+    starts = np.delete(np.arange(len(corners)), np.cumsum(lengths)[lengths > 0] - 1)
+    return np.stack([corners[starts], corners[starts + 1]], axis=1)
+
+
 class Outlines(NamedTuple):
     """Polygons made of triangles again."""
 
-    #: (c,) which of the 3 m corners of the triangles each corner is, those of one polygon after those of another
-    places: NDArray[np.int64]
-    lengths: NDArray[np.int64]  # (p,) how many corners each has
-    broken: int = 0  # how many polygons are left in triangles, as some of theirs are gone, or they have an edge twice
-
-    @property
-    def triangles(self) -> NDArray[np.int64]:
-        """(p,) the first triangle of each."""
-        return np.asarray(self.places[np.cumsum(self.lengths) - self.lengths] // 3)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The notes of a writer about them."""
-        return (f"polygons that are not whole are written as triangles ({self.broken:,})",) if self.broken else ()
+    places: Longs  # (c,) which of the 3 m corners of the triangles each corner is, those of one polygon after those of another
+    lengths: Longs  # (p,) how many corners each has
+    triangles: Longs  # (p,) the first triangle of each
+    notes: tuple[
+        str, ...
+    ] = ()  # of a writer about those left in triangles, as some of theirs are gone, or they have an edge twice
 
 
-def outlines(faces: NDArray[np.int32], polygon: NDArray[Any] | None) -> Outlines:
+def outlines(faces: Ints, polygon: Array | None) -> Outlines:
     """The polygons that (m, 3) triangles are parts of, in the order of their first triangles.
 
     `polygon` has the same number for the triangles of one polygon, -1 for a triangle of its own; it is None if all are.
     """
     m = len(faces)
     if polygon is None or not (polygon >= 0).any():
-        return Outlines(np.arange(3 * m), np.full(m, 3))
+        return Outlines(np.arange(3 * m), np.full(m, 3), np.arange(m))
     own = np.where(polygon >= 0, polygon, int(polygon.max()) + 1 + np.arange(m))
     _, firsts, group = np.unique(own, return_index=True, return_inverse=True)
     first = firsts[group.ravel()]
@@ -66,13 +60,14 @@ def outlines(faces: NDArray[np.int32], polygon: NDArray[Any] | None) -> Outlines
     places, lengths = np.empty(3 * m, np.int64), np.empty(m, np.int64)
     at, more = np.full(int(faces.max()) + 1, -1, np.int64), np.empty(3 * m, np.int64)
     corners, number = _walk_round(faces.reshape(-1), members, counts, places, lengths, at, more)
-    polygons = len(np.unique(polygon)) - bool((polygon < 0).any())
-    return Outlines(places[:corners], lengths[:number], polygons - int((lengths[:number] > 3).sum()))
+    places, lengths = places[:corners], lengths[:number]
+    broken = len(np.unique(polygon[polygon >= 0])) - int((lengths > 3).sum())
+    notes = (f"polygons that are not whole are written as triangles ({broken:,})",) if broken else ()
+    return Outlines(places, lengths, places[np.cumsum(lengths) - lengths] // 3, notes)
 
 
 @compiled
 def _end(corners: Any, e: int) -> int:
-    """The vertex at which a half-edge ends."""
     return int(corners[e + 1 if e % 3 < 2 else e - 2])
 
 
@@ -182,3 +177,46 @@ def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> Non
             places[f, 0], places[f, 1], places[f, 2] = left[0], left[k], left[k + 1]
             f += 1
         start += length
+
+
+def are_equal(a: Array | None, b: Array | None) -> bool:
+    """Whether two arrays have the same numbers, NaN at the same places, or neither is there."""
+    if a is None or b is None:
+        return a is b
+    return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+
+
+def numbered(rows: Array) -> tuple[Longs, Longs]:
+    """The (u,) first rows of different ones among (n, k), in order, and the (n,) number of each row; NaN equals nothing."""
+    values = np.ascontiguousarray(rows, np.float64) + 0.0  # -0 becomes 0
+    firsts, numbers = np.empty(len(values), np.int64), np.empty(len(values), np.int64)
+    size = 1 << max(2 * len(values) - 1, 1).bit_length()
+    count = _number(values, values.view(np.uint64), np.full(size, -1, np.int64), firsts, numbers)
+    return firsts[:count].copy(), numbers
+
+
+@compiled
+def _number(values: Any, bits: Any, table: Any, firsts: Any, numbers: Any) -> int:
+    """Fill the arrays through a hash table, whose size is a power of two; how many numbers there are."""
+    count, mask = 0, np.uint64(len(table) - 1)
+    for i in range(len(values)):
+        key = np.uint64(0)
+        for k in range(values.shape[1]):
+            key = (key ^ bits[i, k]) * np.uint64(0x9E3779B97F4A7C15)
+            key ^= key >> np.uint64(29)
+        place = key & mask
+        while True:
+            number = table[place]
+            if number < 0:
+                table[place] = numbers[i] = count
+                firsts[count] = i
+                count += 1
+                break
+            same = True
+            for k in range(values.shape[1]):
+                same = same and values[firsts[number], k] == values[i, k]
+            if same:
+                numbers[i] = number
+                break
+            place = (place + np.uint64(1)) & mask
+    return count

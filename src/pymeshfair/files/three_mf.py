@@ -4,7 +4,6 @@ An archive of a few kilobytes may hold gigabytes, a name in it may lead out of i
 archives in one file.
 """
 
-import functools
 import io
 import lzma
 import struct
@@ -13,19 +12,17 @@ import zlib
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..filters.mesh import Floats
 from ..mesh_data import MeshData
-from .assembly import Assembly, levels
+from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .indices import check_range, indices, numbers, rows
-from .inputs import Reading
-from .references import References, check_image, shown
-from .saving import Writing
-from .xml_document import parse_xml
+from .inputs import Reading, References, check_image, shown
+from .outputs import Writing
+from .scenes import Assembly, check_range, indices, levels, numbers, parse_xml, placing, read_tree, rows
 
 #: the contents may be so many times as large as the file, plus so many bytes: numbers written as text shrink to a tenth
 _MOST_TIMES, _BESIDES = 100, 1 << 24
@@ -81,26 +78,24 @@ class _Model:
     _beyond: int = 0
 
     def start(self, tag: str, named: dict[str, str]) -> None:
-        """An element begins."""
-        kind = tag.rpartition(":")[2]
-        if self._beyond or kind not in _KNOWN:
+        if self._beyond or tag not in _KNOWN:
             if not self._beyond and named.get("name") != "Application":  # the program, which is no part of the mesh
-                self.unread[f"elements {shown(kind, 30)}"] += 1
+                self.unread[f"elements {shown(tag, 30)}"] += 1
             self._beyond += 1
             return
         attributes = named
-        if named.keys() - _KNOWN[kind]:
+        if named.keys() - _KNOWN[tag]:
             attributes = {name.rpartition(":")[2]: value for name, value in named.items()}
             for name in named:
-                if name.rpartition(":")[2] not in _KNOWN[kind] and not name.startswith(_UNSAID) and not name.endswith(_UNSAID):
-                    self.unread[f"attributes {shown(name, 30)} of the elements {kind!r}"] += 1
+                if name.rpartition(":")[2] not in _KNOWN[tag] and not name.startswith(_UNSAID) and not name.endswith(_UNSAID):
+                    self.unread[f"attributes {shown(name, 30)} of the elements {tag!r}"] += 1
         try:
-            self._take(kind, attributes, named)
+            self._take(tag, attributes, named)
         except KeyError as error:
             raise ContentsError(f"a {tag} of it has no {error.args[0]}") from None
 
-    def _take(self, kind: str, attributes: dict[str, str], named: dict[str, str]) -> None:
-        match kind:
+    def _take(self, tag: str, attributes: dict[str, str], named: dict[str, str]) -> None:
+        match tag:
             case "vertex":
                 self._object.coordinates += (attributes["x"], attributes["y"], attributes["z"])
             case "triangle":
@@ -126,7 +121,7 @@ class _Model:
             case "basematerials" | "colorgroup":
                 self._group = self.colors.setdefault(attributes["id"], [])
             case "base" | "color":
-                self._group.append(attributes["displaycolor" if kind == "base" else "color"])
+                self._group.append(attributes["displaycolor" if tag == "base" else "color"])
             case "texture2d":
                 self.textures[attributes["id"]] = attributes["path"]
             case "texture2dgroup":
@@ -135,7 +130,6 @@ class _Model:
                 self._group.append(f"{attributes['u']} {attributes['v']}")
 
     def end(self, tag: str) -> None:
-        """An element ends."""
         self._beyond = max(self._beyond - 1, 0)
 
 
@@ -158,7 +152,7 @@ class _Reader:
     """Follows the references of an archive from its build items on."""
 
     def __init__(self, archive: zipfile.ZipFile, size: int, references: References) -> None:
-        self.assembly = Assembly()
+        self.assembly = Assembly(references)
         self.parts: dict[str, zipfile.ZipInfo] = {}
         self.used: set[str] = set()
         self._archive, self._references = archive, references
@@ -176,13 +170,8 @@ class _Reader:
 
     def read_build(self) -> str:
         """Place everything that is to be built; its unit."""
-        parts: list[str] = []
-
-        def start(tag: str, attributes: dict[str, str]) -> None:
-            if attributes.get("Type", "").endswith("/3dmodel"):
-                parts.append(attributes.get("Target", ""))
-
-        parse_xml(self._part("_rels/.rels"), start)
+        relations = read_tree(self._part("_rels/.rels")).iter()
+        parts = [each.get("Target", "") for each in relations if each.get("Type", "").endswith("/3dmodel")]
         if len(parts) != 1:
             raise ContentsError(f"its relationships name {len(parts)} models and not 1")
         model = self._model(parts[0])
@@ -217,17 +206,17 @@ class _Reader:
             parse_xml(self._part(name), self._models[name].start, self._models[name].end)
         return self._models[name]
 
-    def _place(self, use: dict[str, str], within: str, above: NDArray[np.float64]) -> None:
+    def _place(self, use: dict[str, str], within: str, above: Floats) -> None:
         """Place an object that a component or an item of a model names."""
         where = use.get("path", within)
         model = self._model(where)
         if use["objectid"] not in model.objects:
             raise ContentsError(f"it places the object {shown(use['objectid'], 30)}, which is not there")
         item = model.objects[use["objectid"]]
-        matrix = np.eye(4)
+        matrix = above
         if "transform" in use:
-            matrix[:3] = numbers(use["transform"], "a transform of it", 12).reshape(4, 3).T
-        matrix = above @ matrix
+            columns = numbers(use["transform"], "a transform of it", 12).reshape(4, 3)
+            matrix = above @ placing(columns[:3].T, columns[3])
         with self.assembly.within(id(item)):
             if item.part is None and (item.corners or item.coordinates):
                 item.part = self._mesh(item, model, f"object {shown(use['objectid'], 30)}")
@@ -237,7 +226,6 @@ class _Reader:
                 self._place(component, where, matrix)
 
     def _mesh(self, item: _Object, model: _Model, what: str) -> MeshData:
-        """The mesh of an object, with the attributes of its triangles."""
         points = rows("\n".join(item.coordinates), 3, f"the coordinates of {what}")
         corners = indices("\n".join(item.corners), f"the corners of {what}")
         if len(points) * 3 != len(item.coordinates) or len(corners) != len(item.corners):
@@ -264,12 +252,11 @@ class _Reader:
                 image, pairs = model.coordinates[group]
                 check_range(chosen, 0, len(pairs), properties)
                 uvs[places] = rows(" ".join(pairs), 2, f"the texture coordinates of {what}")[chosen].reshape(-1, 3, 2)
-                name = model.textures.get(image, "")
-                textures[places] = self.assembly.add_texture(name, functools.partial(self._image, name))
+                textures[places] = self.assembly.texture(model.textures.get(image, ""), self._image)
             elif group:
                 self.assembly.lost[f"properties of triangles in its group {shown(group, 30)}"] = None
         of_corners = {"wedge_texture_coordinates": uvs.reshape(-1, 2)}
-        of_polygons: dict[str, NDArray[Any] | None] = {"texture": textures}
+        of_polygons: dict[str, Array | None] = {"texture": textures}
         if np.array_equal(colors, np.repeat(colors[:, :1], 3, axis=1), equal_nan=True):
             of_polygons["colors"] = None if np.isnan(colors).all() else levels(colors[:, 0])
         else:

@@ -1,15 +1,19 @@
-"""Takes the text of a mesh file apart into lines of words and numbers: a number is one to its last character, or a word."""
+"""Texts of mesh files: taken apart into lines of words and numbers, and written."""
 
 import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from itertools import chain
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.compilation import compiled
+from ..filters.mesh import Bools, Floats, Longs
+from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .references import shown
+from .inputs import shown
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
@@ -39,15 +43,7 @@ def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
 
 @compiled
 def lex(
-    text: Bytes,
-    slashes: bool,
-    kinds: Any,
-    values: Any,
-    first: Any,
-    starts: Any,
-    numbers: Any,
-    keywords: Any,
-    decimals: Any,
+    text: Bytes, slashes: bool, kinds: Any, values: Any, first: Any, starts: Any, numbers: Any, keywords: Any, decimals: Any
 ) -> tuple[int, int]:
     """Fill the arrays; how many tokens and lines there are.
 
@@ -155,19 +151,19 @@ class Tokens:
 
     text: Bytes
     kinds: NDArray[np.uint8]  # (t,) what each token is
-    values: NDArray[np.float64]  # (t,) the numbers, to the nearest double, 0 for words
-    first: NDArray[np.int64]  # (l + 1,) the first token of each line, and t
+    values: Floats  # (t,) the numbers, to the nearest double, 0 for words
+    first: Longs  # (l + 1,) the first token of each line, and t
     #: (l,) the first word of each line, see `word`; 0 if the line begins with a number or a longer word
     keywords: NDArray[np.uint64]
-    starts: NDArray[np.int64]  # (l,) where each line begins in the text
-    numbers: NDArray[np.int64]  # (l,) the number of each line in the file, from 1
+    starts: Longs  # (l,) where each line begins in the text
+    numbers: Longs  # (l,) the number of each line in the file, from 1
 
     @property
-    def lengths(self) -> NDArray[np.int64]:
+    def lengths(self) -> Longs:
         """(l,) the number of tokens of each line."""
         return np.diff(self.first)
 
-    def spans(self, lines: NDArray[np.int64], columns: list[int]) -> NDArray[np.int64]:
+    def spans(self, lines: Longs, columns: list[int]) -> Longs:
         """(l, c, 2) the begin and end in the text of tokens of lines, counted from 0 and ascending."""
         inside = _inside_words(self.text.tobytes())
         words = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
@@ -179,14 +175,22 @@ class Tokens:
         return self.text[start:end].tobytes().replace(b"\r", b"\n").partition(b"\n")[0]
 
 
+def is_number(text: str) -> bool:
+    """Whether a word is a number, in ASCII and without the underscores of Python."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return text.isascii() and "_" not in text
+
+
 def word(text: bytes) -> np.uint64:
     """The number that stands for a word of at most eight bytes."""
     assert 0 < len(text) <= 8
     return np.uint64(int.from_bytes(text, "little"))
 
 
-def _inside_words(text: bytes) -> NDArray[np.bool_]:
-    """Which characters are none between words."""
+def _inside_words(text: bytes) -> Bools:
     return np.frombuffer(text.translate(bytes(c not in b"\t\n\r " for c in range(256))), np.bool_)
 
 
@@ -222,7 +226,7 @@ def _blank(match: re.Match[bytes]) -> bytes:
     return b" " * len(match[0])
 
 
-def numbers_of(tokens: Tokens, lines: NDArray[np.int64], skipped: int, width: int) -> NDArray[np.float64]:
+def numbers_of(tokens: Tokens, lines: Longs, skipped: int, width: int) -> Floats:
     """(l, width) the numbers on lines, behind some words."""
     chosen = tokens.first[lines][:, None] + np.arange(skipped, skipped + width)
     strange = ~np.isin(tokens.kinds[chosen], (INTEGER, REAL, NOT_FINITE)).all(axis=1)
@@ -230,7 +234,7 @@ def numbers_of(tokens: Tokens, lines: NDArray[np.int64], skipped: int, width: in
     return np.asarray(tokens.values[chosen])
 
 
-def refuse(tokens: Tokens, lines: NDArray[np.int64], wrong: Any, why: str, counts: NDArray[np.int64] | None = None) -> None:
+def refuse(tokens: Tokens, lines: Longs, wrong: Any, why: str, counts: Longs | None = None) -> None:
     """Refuse the first of some lines that is wrong; in the reason its count stands for {}."""
     if wrong.any():
         k = int(np.argmax(wrong))
@@ -240,3 +244,46 @@ def refuse(tokens: Tokens, lines: NDArray[np.int64], wrong: Any, why: str, count
 def at_line(tokens: Tokens, k: int, why: str) -> ContentsError:
     """The error about a line, counted from 0: its number, its beginning, and the reason."""
     return ContentsError(f"its line {tokens.numbers[k]:,}, {shown(tokens.line(k).decode('utf-8', 'replace'), 60)}, {why}")
+
+
+_CHUNK = 1 << 16
+_Word = TypeVar("_Word")
+
+
+def words(values: Array) -> list[bytes]:
+    """Numbers as words that are read as the same numbers: whole ones, or real ones of the precision of their type."""
+    if values.dtype.kind != "f":
+        return [b"%d" % value for value in values.tolist()]
+    form = "{:.9g}".format if values.dtype.itemsize == 4 else repr
+    return " ".join(map(form, values.tolist())).encode("ascii").split()
+
+
+def rows(template: str, columns: Sequence[Array]) -> Iterator[bytes]:
+    """One line for each row of some columns, in pieces; the template has ``%r`` in the place of each number."""
+    for start in range(0, len(columns[0]), _CHUNK):
+        parts = [column[start : start + _CHUNK].tolist() for column in columns]
+        numbers = tuple(chain.from_iterable(zip(*parts, strict=True)))
+        yield ((template + "\n") * len(parts[0]) % numbers).encode("ascii")
+
+
+def runs(words: Sequence[_Word], lengths: Longs) -> Iterator[Sequence[_Word]]:
+    """Runs of words, one for each length."""
+    ends = np.cumsum(lengths)
+    for start, end in zip((ends - lengths).tolist(), ends.tolist(), strict=True):
+        yield words[start:end]
+
+
+def changed_words(
+    tokens: Tokens, lines: Longs, columns: list[int], new: Sequence[Array], differs: Sequence[Bools]
+) -> tuple[Longs, list[bytes]]:
+    """The (k, 2) spans of words of lines, and what stands there where the new number of a column differs."""
+    other = np.stack(differs, axis=1)
+    each = np.stack([np.array(words(column), object) for column in new], axis=1)
+    return tokens.spans(lines, columns)[other], each[other].tolist()
+
+
+def patched(text: bytes, spans: Longs, new: Sequence[bytes]) -> bytes:
+    """The text with new words in place of the (k, 2) ascending spans, each from its first byte to before its end."""
+    begins, ends = [0, *spans[:, 1].tolist()], [*spans[:, 0].tolist(), len(text)]
+    kept = [text[begin:end] for begin, end in zip(begins, ends, strict=True)]
+    return b"".join(chain.from_iterable(zip(kept, (*new, b""), strict=True)))

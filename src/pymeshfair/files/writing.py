@@ -2,26 +2,33 @@
 
 Nothing that exists is replaced unless that was asked for, and links, folders, pipes and devices not even then. One file is
 written by `write_file`: a temporary file beside it, flushed to the disk, and renamed. The files of a run are written to a hidden
-folder beside the output (`staging`) and put in place by `place`, all or none.
+folder beside the output, on the same file system, and put in place by `place`, all or none.
+
+That folder is removed with the run. One that was left behind, because the power failed or everything was killed at once, is
+removed by the next run in the same folder: a process that works in it holds a lock, and a dead one holds none. On a system
+without such locks it stays until a user removes it. That of a run by tiles may hold hours of work: it stays until that goes on.
+The output is locked meanwhile: of two simultaneous runs one would silently replace the result of the other.
 """
 
 import contextlib
+import hashlib
 import os
 import secrets
 import shutil
 import stat
-from collections.abc import Collection, Sequence
+import tempfile
+import time
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 from ..operating_system import this_system
-from .errors import OutputError
+from .errors import OutputBusyError, OutputError
 from .formats import extension, listed
-from .staging import staging_folder
 
 #: bytes of a name, as usual file systems have it
-LONGEST_NAME = 255
+_LONGEST_NAME = 255
 #: the advice about a file that is not replaced
 OVERWRITE = "name another output, or ask to overwrite"
 _KINDS = (
@@ -29,6 +36,11 @@ _KINDS = (
     (stat.S_ISDIR, "a folder: name a file"),
     (stat.S_ISFIFO, "a pipe, and a file would take its place: name another one"),
 )
+#: the starts of the names of lock files, and of the folders of runs and of runs by tiles; the end of one that is being removed
+_LOCK_PREFIX, STAGE_PREFIX, WORK_PREFIX, _GONE = ".pymeshfair-lock-", ".pymeshfair-run-", ".pymeshfair-tiles-", "-gone"
+_LOCK = "lock"
+#: seconds after which a folder without a lock file counts as abandoned; a younger one may just be being made or removed
+_GRACE = 3600.0
 
 
 # ------------------------------------------------------------------------------------------------------------------- checks
@@ -43,8 +55,8 @@ def check_place(path: Path) -> bool:
             raise OutputError(path, f"the folder {folder} {why}")
         if not os.access(folder, os.W_OK | os.X_OK):
             raise OutputError(path, f"the folder {folder} cannot be written to (permissions, or a read-only disk)")
-        if (length := len(os.fsencode(path.name))) > LONGEST_NAME:
-            raise OutputError(path, f"its name has {length} bytes, and {LONGEST_NAME} are the most; shorten it")
+        if (length := len(os.fsencode(path.name))) > _LONGEST_NAME:
+            raise OutputError(path, f"its name has {length} bytes, and {_LONGEST_NAME} are the most; shorten it")
         mode = path.lstat().st_mode
     except FileNotFoundError:
         return False
@@ -74,6 +86,124 @@ def check_kind(path: Path, kinds: Collection[str]) -> None:
         raise OutputError(path, f"{what}; name a file that ends with {listed(tuple(kinds))}")
 
 
+# -------------------------------------------------------------------------------------------------------- locks and folders
+
+
+@contextlib.contextmanager
+def output_lock(output: Path) -> Iterator[None]:
+    """Lock an output for writing, where the file system can. The lock of a process that dies is released.
+
+    Raises:
+        OutputBusyError: another run has locked it.
+        OutputError: the lock file cannot be made.
+    """
+    path = output.with_name(_LOCK_PREFIX + _mark(output))
+    with _locked(path, output):
+        for folder in output.parent.glob(f"{STAGE_PREFIX}{_mark(output)}-*"):
+            if not (folder / _LOCK).exists():  # of a run that died before it locked the folder that it had just made
+                remove_folder(folder)
+        try:
+            yield
+        finally:
+            # Before the lock is released, so that the lock file of another run is not removed.
+            with contextlib.suppress(OSError):
+                path.unlink()
+
+
+def _mark(output: Path) -> str:
+    return hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16]
+
+
+def _locked(path: Path, output: Path) -> BinaryIO:
+    while True:
+        try:
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
+        except OSError as error:
+            raise OutputError(output, f"cannot make a file beside it: {error.strerror or error}") from error
+        file = os.fdopen(descriptor, "r+b")
+        if this_system().try_lock(file, alone=True) is False:
+            file.close()
+            raise OutputBusyError(output, "another run is writing it at this moment; wait for that, or name another output")
+        with contextlib.suppress(OSError):
+            if os.path.samestat(os.fstat(descriptor), path.lstat()):
+                return file
+        file.close()  # the former run has removed the file between our opening and locking it
+
+
+@contextlib.contextmanager
+def staging_folder(output: Path) -> Iterator[Path]:
+    """A new folder beside `output` with the empty folders ``new`` and ``old``; it is gone afterwards with all that is in it."""
+    for folder in abandoned_folders(output.parent):
+        if not folder.name.startswith(WORK_PREFIX):
+            remove_folder(folder)
+    stage: Path | None = None
+    try:
+        with contextlib.ExitStack() as opened:
+            try:
+                stage = Path(tempfile.mkdtemp(prefix=f"{STAGE_PREFIX}{_mark(output)}-", dir=output.parent))
+                opened.enter_context(in_use(stage))
+                (stage / "new").mkdir()
+                (stage / "old").mkdir()
+            except OSError as error:
+                raise OutputError(output, f"cannot make a temporary folder beside it: {error.strerror or error}") from error
+            yield stage
+    finally:
+        if stage is not None:
+            remove_folder(stage)
+
+
+@contextlib.contextmanager
+def in_use(folder: Path) -> Iterator[None]:
+    """Hold a lock in a folder, so that it does not count as abandoned."""
+    system = this_system()
+    # The file gets its final name once it is locked, so that no other run sees an unlocked one.
+    with (folder / f"{_LOCK}.new").open("wb") as lock:
+        system.try_lock(lock, alone=False)
+        system.move_open_file(lock, Path(lock.name), folder / _LOCK)
+        yield
+
+
+def remove_folder(folder: Path) -> None:
+    """Remove a staging folder, even while something still wants to put files into it."""
+    gone = folder if folder.name.endswith(_GONE) else folder.with_name(f"{folder.name}{_GONE}")
+    with contextlib.suppress(OSError):
+        folder.replace(gone)
+    for path in dict.fromkeys((folder, gone)):  # the process that began may have died in between
+        shutil.rmtree(path, ignore_errors=True)
+
+
+def clear_up(stage: Path, output: Path) -> None:
+    """Remove the staging folder, and the file that was locked, of a process that ended before it could."""
+    remove_folder(stage)
+    for _ in range(20):  # it may lose its pipes a moment before its locks
+        try:
+            with output_lock(output):
+                return
+        except OutputBusyError:  # noqa: PERF203
+            time.sleep(0.05)
+        except OutputError:
+            return
+
+
+def abandoned_folders(parent: Path) -> list[Path]:
+    """The folders of runs in `parent` that no process uses any more."""
+    with contextlib.suppress(OSError):
+        return [f for f in sorted(parent.iterdir()) if f.name.startswith((STAGE_PREFIX, WORK_PREFIX)) and _is_abandoned(f)]
+    return []
+
+
+def _is_abandoned(folder: Path) -> bool:
+    if folder.name.endswith(_GONE):
+        return True  # another process may remove it at the same time
+    with contextlib.suppress(OSError):
+        try:
+            with (folder / _LOCK).open("rb") as lock:
+                return this_system().try_lock(lock, alone=True) is True
+        except FileNotFoundError:
+            return time.time() - folder.stat().st_mtime > _GRACE
+    return False
+
+
 # ------------------------------------------------------------------------------------------------------------------ writing
 
 
@@ -98,7 +228,6 @@ def write_file(path: Path, data: bytes, *, overwrite: bool) -> None:
 
 
 def _write_whole(path: Path, data: bytes) -> None:
-    """Write a new file and wait until the disk has it."""
     with path.open("xb") as file:
         file.write(data)
         to_disk(file)

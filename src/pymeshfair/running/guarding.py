@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..declaration import Floats, Ints
-from ..files.equal_rows import numbered
+from ..files.polygons import numbered
 from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import SHARP, share_kept, sharp_edges
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures

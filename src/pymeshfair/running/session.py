@@ -15,8 +15,8 @@ from ..errors import FilterInputError, Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError
 from ..files.formats import ATTRIBUTES, attributes_of
 from ..files.inputs import Reading, read_file
+from ..files.outputs import save_mesh
 from ..files.provenance import described_file, read_provenance
-from ..files.saving import save_mesh
 from ..files.writing import StagedFile
 from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData

@@ -27,8 +27,7 @@ from ..files.errors import OutputError
 from ..files.inputs import check_input
 from ..files.outputs import check_maps, check_output
 from ..files.provenance import formatted, provenance_path
-from ..files.staging import clear_up, output_lock, remove_folder, staging_folder
-from ..files.writing import StagedFile, place, stage_file
+from ..files.writing import StagedFile, clear_up, output_lock, place, remove_folder, stage_file, staging_folder
 from ..operating_system import this_system
 from ..processes.process import Items, LostProcessError, Pool, Process
 from ..processes.worker import DefectError, Order

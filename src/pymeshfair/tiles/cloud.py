@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import FilterInputError
-from ..files.equal_rows import numbered
+from ..files.polygons import numbered
 from ..filters import outliers
 from ..filters.execution import part_of
 from ..filters.inspection.surface_measures import box_diagonal

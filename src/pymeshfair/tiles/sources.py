@@ -16,8 +16,7 @@ from ..files.errors import ContentsError
 from ..files.formats import extension
 from ..files.las import NORMAL, chunks, header_of, las_unit, opened, write_las_pieces
 from ..files.ply import CORNERS, PLACE, SCALAR
-from ..files.ply_header import PlyElement, PlyHeader, PlyProperty, header_bytes, read_header
-from ..files.ply_tables import row_type, row_type_at
+from ..files.ply_tables import PlyElement, PlyHeader, PlyProperty, header_bytes, read_header, row_type, row_type_at
 from ..files.ply_write import write_ply
 from ..files.writing import to_disk
 from .cells import Ranges, Results

@@ -22,7 +22,7 @@ from typing import Any, BinaryIO
 
 from ..errors import FilterInputError, Place, RunError, RunTimeout
 from ..files.errors import ContentsError, OutputError
-from ..files.staging import WORK_PREFIX, in_use, remove_folder
+from ..files.writing import WORK_PREFIX, in_use, remove_folder
 from ..filters.execution import ignore_progress
 from ..processes.cluster import LostSchedulerError, Scheduler, check_workers, conditions, open_client
 from ..processes.process import Items, LostProcessError, Pool

@@ -1,0 +1,332 @@
+"""What the readers of scenes share: XML within limits, the numbers in a text, and the parts that a scene places as one mesh."""
+
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+from xml.parsers import expat
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..filters.geometry import unit_vectors, vertex_normals_by_angle
+from ..filters.mesh import Floats, Longs
+from ..filters.topology import proper_faces
+from ..mesh_data import MeshData, Source, Texture
+from ..mesh_data.mesh_data import Array
+from .errors import ContentsError
+from .inputs import Reading, References, shown
+from .polygons import triangulated
+from .tokens import is_number
+
+#: levels of nested elements or parts; usual scenes have about ten
+DEEPEST = 200
+#: the most elements of a tree; they take two seconds and 300 MB
+_MOST_ELEMENTS = 500_000
+#: placements, and vertices and faces of all of them together, of one file
+MOST_PLACED, _MOST_MADE = 100_000, 100_000_000
+#: units of length in metres
+METRES = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
+#: values for a part without an attribute that another part has
+_DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}
+
+
+# ---------------------------------------------------------------------------------------------------------------------- XML
+
+
+def parse_xml(
+    data: bytes,
+    start: Callable[[str, dict[str, str]], object],
+    end: Callable[[str], object],
+    text: Callable[[str], object] | None = None,
+) -> None:
+    """Call functions for the elements, without prefixes, their ends and the text of a document without entities."""
+    depth = 0
+
+    def begin(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > DEEPEST:
+            raise ContentsError(f"it has elements more than {DEEPEST} levels deep")
+        start(tag.rpartition(":")[2], attributes)
+
+    def finish(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        end(tag.rpartition(":")[2])
+
+    def refuse_subset(name: str, system: str | None, public: str | None, has_subset: int) -> None:
+        if has_subset:
+            raise ContentsError("it declares entities or a document type of its own, which no mesh needs")
+
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    parser.StartDoctypeDeclHandler = refuse_subset
+    parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = begin, finish, text
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise ContentsError(f"its line {error.lineno:,} is no XML: {expat.ErrorString(error.code)}") from None
+    except ContentsError:
+        raise
+    except (LookupError, ValueError):
+        raise ContentsError("it is written in an encoding that is not known; save it as UTF-8") from None
+
+
+def read_tree(data: bytes) -> ElementTree.Element:
+    """A document as a tree."""
+    builder = ElementTree.TreeBuilder()
+    count = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal count
+        count += 1
+        if count > _MOST_ELEMENTS:
+            raise ContentsError(f"it has more than {_MOST_ELEMENTS:,} elements")
+        builder.start(tag, attributes)
+
+    parse_xml(data, start, builder.end, builder.data)
+    return builder.close()
+
+
+# ------------------------------------------------------------------------------------------------------------------ numbers
+
+
+def numbers(text: str, what: str, count: int | None = None) -> Floats:
+    """The `count` finite numbers of a text, parted by blanks; `what` names them in messages."""
+    words = text.split()
+    try:
+        if "_" in text or not text.isascii():  # of which Python makes numbers, too
+            raise ValueError
+        values = np.array(words, dtype=np.float64)
+    except ValueError:
+        strange = next(w for w in words if not is_number(w))
+        raise ContentsError(f"{shown(strange, 30)} among {what} is no number; decimals are written with a point") from None
+    if not np.isfinite(values).all():
+        raise ContentsError(f"number {int(np.argmin(np.isfinite(values))) + 1:,} of {what} is not finite")
+    if count is not None and len(values) != count:
+        raise ContentsError(f"{what} has {len(values):,} numbers and not {count}")
+    return values
+
+
+def rows(text: str, width: int, what: str) -> Floats:
+    """(n, width) the numbers of a text."""
+    values = numbers(text, what)
+    if len(values) % width:
+        raise ContentsError(f"{what} are {len(values):,} numbers, which are no whole number of {width}")
+    return values.reshape(-1, width)
+
+
+def indices(text: str, what: str) -> Longs:
+    """The whole numbers of a text."""
+    values = numbers(text, what)
+    whole = (values == np.rint(values)) & (np.abs(values) < 1 << 53)
+    if not whole.all():
+        raise ContentsError(f"number {int(np.argmin(whole)) + 1:,} of {what} is no whole number")
+    return values.astype(np.int64)
+
+
+def check_range(values: Longs, least: int, below: int, what: str) -> None:
+    """Refuse indices that name nothing."""
+    wrong = (values < least) | (values >= below)
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        raise ContentsError(f"number {k + 1:,} of {what} is {values[k]}, which is none of {below:,}")
+
+
+# -------------------------------------------------------------------------------------------------------------------- parts
+
+
+class Assembly:
+    """Collects the parts of a scene.
+
+    Attributes:
+        lost: contents of the scene that a mesh cannot have, in words, each once.
+    """
+
+    def __init__(self, references: References) -> None:
+        self.lost: dict[str, None] = {}
+        self._references = references
+        self._textures: dict[str, tuple[int, Texture]] = {}
+        self._parts: list[tuple[MeshData, Floats]] = []
+        self._open: set[Hashable] = set()
+        self._entered = self._made = 0
+
+    def __bool__(self) -> bool:
+        """Whether anything was placed."""
+        return bool(self._parts)
+
+    @contextmanager
+    def within(self, part: Hashable) -> Iterator[None]:
+        """Within a part of the scene. Parts are counted: ten nested groups of ten make 10^10 placements."""
+        self._entered += 1
+        if part in self._open:
+            raise ContentsError("a part of it is a part of itself")
+        if len(self._open) == DEEPEST:
+            raise ContentsError(f"its parts are more than {DEEPEST} levels deep")
+        if self._entered > MOST_PLACED:
+            raise ContentsError(f"it places more than {MOST_PLACED:,} parts")
+        self._open.add(part)
+        yield
+        self._open.discard(part)
+
+    def polygons(
+        self,
+        vertices: Floats,
+        corners: Longs,
+        lengths: Longs,
+        what: str,
+        of_corners: Mapping[str, Array],
+        of_polygons: Mapping[str, Array | None],
+    ) -> MeshData:
+        """A part made of polygons; what of it a mesh cannot hold is added to `lost`.
+
+        Args:
+            vertices: (n, 3) coordinates.
+            corners: (c,) indices of vertices, those of one polygon after those of another.
+            lengths: (p,) how many corners each polygon has.
+            what: the corners in a message.
+            of_corners: ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); normals
+                and colours become those of vertices if they are the same at all corners there, else colours those of faces if
+                possible. A row of nan is no value.
+            of_polygons: attributes of polygons, (p, ...). If ``texture`` is -1 in all, there are no texture coordinates either.
+        """
+        check_range(corners, 0, len(vertices), what)
+        if (lengths < 3).any():
+            k = int(np.argmax(lengths < 3))
+            raise ContentsError(f"{what}: face {k + 1:,} has {lengths[k]} corners")
+        places, of_face, face = triangulated(vertices[corners], np.arange(len(corners)), lengths)
+        textures = of_polygons.get("texture")
+        left_out = ("texture", "wedge_texture_coordinates") if textures is not None and (textures < 0).all() else ()
+        face |= {name: v[of_face] for name, v in of_polygons.items() if v is not None and name not in left_out}
+        vertex: dict[str, Array] = {}
+        for name, values in of_corners.items():
+            if name in left_out or np.isnan(values).all():
+                continue
+            if name == "wedge_texture_coordinates":
+                face[name] = np.nan_to_num(values[places])
+            elif (own := _of_vertices(values, corners, len(vertices))) is not None:
+                vertex[name] = levels(own) if name == "colors" else np.nan_to_num(own)
+            elif name == "colors" and ((all_levels := levels(values)[places]) == all_levels[:, :1]).all():
+                face["colors"] = all_levels[:, 0]
+            else:
+                self.lost[f"{'colours' if name == 'colors' else name} that differ at one vertex from face to face"] = None
+        faces = corners[places].astype(np.int32)
+        return MeshData(vertices=vertices, faces=faces, vertex_attributes=vertex, face_attributes=face)
+
+    def place(self, part: MeshData, matrix: Floats) -> None:
+        """Add a part, placed by a (4, 4) matrix."""
+        self._made += len(part.vertices) + len(part.faces)
+        if self._made > _MOST_MADE:
+            raise ContentsError(f"its parts have more than {_MOST_MADE:,} vertices and faces, each time that they are placed")
+        self._parts.append((part, matrix))
+
+    def texture(self, name: str, load: Callable[[str], Path | bytes | None] | None = None) -> int:
+        """The number of the texture of a name; its image is loaded once, from the folder of the mesh if nothing else is said."""
+        if name not in self._textures:
+            self._textures[name] = len(self._textures), Texture(name, (load or self._references.find_image)(name))
+        return self._textures[name][0]
+
+    def reading(self, path: Path, format: str, extras: Iterable[str], unit: str | None = None) -> Reading:
+        """All parts as one mesh, in the order in which they were placed; `extras` are contents besides those in `lost`."""
+        source = Source(path, format, extras=(*extras, *self.lost))
+        return Reading(replace(self._mesh(), unit=unit, source=source))
+
+    def _mesh(self) -> MeshData:
+        parts = [_placed(*part) for part in self._parts] or [MeshData(vertices=np.empty((0, 3)))]
+        self._parts.clear()
+        has_normals = any("normals" in p.vertex_attributes for p in parts)
+        first = 0
+        for k, part in enumerate(parts):
+            if has_normals and "normals" not in part.vertex_attributes:
+                parts[k] = part.with_attributes({"normals": vertex_normals_by_angle(part.vertices, part.faces)})
+            if (own := part.face_attributes.get("polygon")) is not None:
+                numbers = np.where(own < 0, -1, own + first).astype(np.int32)
+                parts[k] = parts[k].with_attributes(face={"polygon": numbers})
+                first += int(own.max(initial=-1)) + 1
+        starts = np.cumsum([0, *(len(p.vertices) for p in parts[:-1])])
+        return MeshData(
+            vertices=np.concatenate([p.vertices for p in parts]),
+            faces=np.concatenate([p.faces + start for p, start in zip(parts, starts, strict=True)]),
+            edges=np.concatenate([p.edges + start for p, start in zip(parts, starts, strict=True)]),
+            vertex_attributes=_joined([p.vertex_attributes for p in parts], [len(p.vertices) for p in parts]),
+            face_attributes=_joined([p.face_attributes for p in parts], [len(p.faces) for p in parts]),
+            keeps_normals=has_normals,
+            textures=tuple(texture for _, texture in self._textures.values()),
+        )
+
+
+def triangles_of(corners: Longs, lengths: Longs, *, fans: bool) -> Longs:
+    """(t, 3) which of the corners of strips or fans, one after another, make their triangles, without collapsed ones."""
+    counts = np.maximum(lengths - 2, 0)
+    first = np.repeat(np.cumsum(lengths) - lengths, counts)
+    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    odd = 0 if fans else step % 2
+    places = np.stack([first if fans else first + step + odd, first + step + 1 - odd, first + step + 2], axis=1)
+    return np.asarray(places[proper_faces(corners[places])])
+
+
+def placing(linear: Floats, move: Any = 0.0) -> Floats:
+    """(4, 4) the matrix of a (3, 3) linear map and a translation after it."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = linear, move
+    return matrix
+
+
+def turn(axis: Floats, angle: float) -> Floats:
+    """(3, 3) the rotation by an angle in radians about an axis of any length; none about an axis of none."""
+    x, y, z = axis / (np.linalg.norm(axis) or 1.0)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
+
+
+def turned_over(part: MeshData) -> MeshData:
+    """The part with its faces seen from the other side."""
+    wedges = part.face_attributes.get("wedge_texture_coordinates")
+    turned = replace(part, faces=part.faces[:, [0, 2, 1]])
+    return turned if wedges is None else turned.with_attributes(face={"wedge_texture_coordinates": wedges[:, [0, 2, 1]]})
+
+
+def levels(colors: Floats) -> NDArray[np.uint8]:
+    """(n, 4) colours as levels, of (n, 3) or (n, 4) shares from 0 to 1; nan is 1."""
+    whole = np.full((len(colors), 4), 255, np.uint8)
+    whole[:, : colors.shape[1]] = np.rint(255.0 * np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0))
+    return whole
+
+
+def _of_vertices(values: Floats, corners: Longs, count: int) -> Floats | None:
+    """(count, k) the values of corners as those of their vertices, nan where there is none; None if they differ at one."""
+    present = ~np.isnan(values).any(axis=1)
+    own = np.full((count, values.shape[1]), np.nan)
+    own[corners[present]] = values[present]
+    return own if (own[corners[present]] == values[present]).all() else None
+
+
+def _placed(part: MeshData, matrix: Floats) -> MeshData:
+    if (matrix == np.eye(4)).all():
+        return part
+    linear = matrix[:3, :3]
+    with np.errstate(all="ignore"):
+        placed = replace(part, vertices=part.vertices @ linear.T + matrix[:3, 3])
+        a, b, c = linear / (np.abs(linear).max() or 1.0)
+        side = np.sign(np.dot(a, np.cross(b, c)))
+        if (normals := part.vertex_attributes.get("normals")) is not None:
+            cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)]) * (side or 1.0)
+            placed = placed.with_attributes({"normals": unit_vectors(normals @ cofactors.T)})
+    return turned_over(placed) if side < 0 else placed
+
+
+def _joined(attributes: Sequence[Mapping[str, Array]], counts: Sequence[int]) -> dict[str, Array]:
+    """The attributes of all parts, one after another; a part that has none of a name gets its default."""
+    joined = {}
+    for name in dict.fromkeys(name for own in attributes for name in own):
+        like = next(own[name] for own in attributes if name in own)
+        missing = _DEFAULTS.get(name, 0)
+        each = [
+            own[name] if name in own else np.full((count, *like.shape[1:]), missing, like.dtype)
+            for own, count in zip(attributes, counts, strict=True)
+        ]
+        joined[name] = np.concatenate(each)
+    return joined
