@@ -58,8 +58,7 @@ class Door:
     def enter(self, meshes: Mapping[int, MeshData], visible: Mapping[int, bool], current: int | None) -> list[str]:
         """Bring layers in, in place of all that were inside; what MeshLab does not take of them, in words."""
         self._meshset = BASE(self._verbose)
-        self._filters = BuiltinFilters(self._meshset, self._measured)
-        self._filters.verbose = self._verbose
+        self._filters = BuiltinFilters(self._meshset, self._measured, verbose=self._verbose)
         self._ids, self._sent, self._painted, self._with_normals = {}, {}, False, False
         lost = []
         for number, mesh in meshes.items():
@@ -69,7 +68,7 @@ class Door:
             if count := int((~proper_faces(mesh.faces)).sum()):
                 lost.append(f"MeshLab leaves out faces of {mesh.label} with a vertex twice ({count:,})")
             if not visible[number]:
-                self._apply("set_mesh_visibility", isvisible=False)
+                BASE.set_current_mesh_visibility(self._meshset, False)
         if current is not None:
             BASE.set_current_mesh(self._meshset, self._ids[current])
         return lost
@@ -91,7 +90,7 @@ class Door:
         self._with_normals |= FilterClass.NORMAL in step.filter.classes
         if step.filter.python_name in table("unrepeatable")["leaves_state"]:
             use_up()
-        return parameters, self._filters.apply(step.filter, values)[0]
+        return parameters, self._filters.apply(step.filter, values)
 
     def layers(self, next_id: int) -> tuple[list[int], int | None, dict[int, bool]]:
         """The ids of the layers inside, new ones counted from `next_id`; the current one; which of them are visible."""

@@ -15,7 +15,7 @@ from PIL import Image
 
 from pymeshfair import MeshSet
 from pymeshfair.errors import UnknownNameError
-from pymeshfair.meshlab.errors import ForeignMeshError
+from pymeshfair.meshlab.base import ForeignMeshError
 from tests.meshes import icosphere, noisy, torus
 
 

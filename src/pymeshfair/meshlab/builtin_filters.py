@@ -9,8 +9,7 @@ import pymeshlab
 
 from ..declaration import Color, Enum, Filter, Float, Layer, Length, Matrix, Parameter, Percentage, Point
 from ..errors import ParameterError, UnknownNameError
-from .base import BASE, MESHLAB, apply_filter
-from .errors import FilterParameterError, UnknownFilterError
+from .base import BASE, MESHLAB, FilterParameterError, UnknownFilterError, apply_filter
 
 
 class BuiltinFilters:
@@ -20,24 +19,21 @@ class BuiltinFilters:
         verbose: whether the mesh set reports on stderr.
     """
 
-    def __init__(self, meshset: Any, current: Callable[[], Layer]) -> None:
+    def __init__(self, meshset: Any, current: Callable[[], Layer], *, verbose: bool = False) -> None:
         """See the class; `current` gives the current layer."""
-        self._meshset, self._current = meshset, current
-        self.verbose = False
+        self._meshset, self._current, self.verbose = meshset, current, verbose
 
-    def apply(self, declared: Filter, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Apply the filter; its report, and the values that it ran with. Absent values are MeshLab's defaults."""
+    def apply(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Apply the filter; its report. Absent values are MeshLab's defaults."""
         converted = self._for_meshlab(declared, values)
-        effective = self.effective(declared, values)
         try:
-            report = self.call(declared.python_name, converted)
+            return self.call(declared.python_name, converted)
         except pymeshlab.PyMeshLabException:
             _check_names(declared, values)
             raise
         except RuntimeError:
             self._check_types(declared, values, converted)
             raise
-        return report, effective
 
     def _check_types(self, declared: Filter, values: Mapping[str, Any], converted: Mapping[str, Any]) -> None:
         """Raise the error that names the parameter whose value pymeshlab cannot read; pymeshlab's own names a C++ type '?'."""
@@ -53,11 +49,10 @@ class BuiltinFilters:
         """Call pymeshlab's filter of that name; its report."""
         return apply_filter(self._meshset, name, values, verbose=self.verbose)
 
-    def ask(self, name: str, **values: Any) -> Mapping[str, Any]:
+    def ask(self, name: str, **values: Any) -> dict[str, Any]:
         """All values that pymeshlab's filter of that name would run with on the current layer."""
         with MESHLAB:
-            values_of_meshlab: Mapping[str, Any] = BASE.filter_parameter_values(self._meshset, name, **values)
-        return values_of_meshlab
+            return dict(BASE.filter_parameter_values(self._meshset, name, **values))
 
     def effective(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         """The values that the filter would run with, as declared; relative lengths stay relative.
@@ -80,7 +75,7 @@ class BuiltinFilters:
 
     def values(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         """The values that the filter would run with, as pymeshlab has them: lengths in mesh units."""
-        return dict(self.ask(declared.python_name, **self._for_meshlab(declared, values)))
+        return self.ask(declared.python_name, **self._for_meshlab(declared, values))
 
     def on_mesh(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         """As `effective`, with lengths in mesh units."""

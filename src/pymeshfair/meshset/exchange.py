@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..declaration import Floats, Ints
 from ..filters.geometry import unit_vectors
 from ..mesh_data import as_levels
-from ..meshlab.errors import ForeignMeshError
+from ..meshlab.base import ForeignMeshError
 from ..write_back import Workbench, custom_attributes
 
 #: the name of MeshLab's scalar among the values of another package

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..meshlab import errors
     from . import listing, methods
 else:  # importing them takes longer than importing pymeshlab
-    errors, registry = ImportedWhenUsed("pymeshfair.meshlab.errors"), ImportedWhenUsed("pymeshfair.registry")
+    errors, registry = ImportedWhenUsed("pymeshfair.meshlab.base"), ImportedWhenUsed("pymeshfair.registry")
     listing, methods = ImportedWhenUsed("pymeshfair.meshset.listing"), ImportedWhenUsed("pymeshfair.meshset.methods")
 
 

@@ -10,8 +10,8 @@ import pymeshlab
 from ..calling import StoppedError, call, check_needs, resolved
 from ..declaration import Arity, Filter, Percentage
 from ..errors import MeshError, ParameterError, UnknownNameError
+from ..meshlab.base import FilterFailedError, FilterParameterError, UnknownFilterError, reason
 from ..meshlab.builtin_filters import BuiltinFilters, as_length, constant_defaults
-from ..meshlab.errors import FilterFailedError, FilterParameterError, UnknownFilterError, reason
 from ..registry import is_known
 from ..scripts.script import Step
 from ..write_back import Workbench, without_helpers, write_edit
@@ -57,10 +57,10 @@ class FilterRunner:
         """The values of `pymeshlab.MeshSet.filter_parameter_values`, for filters of both kinds and for file formats."""
         if not is_known(filter_name):  # perhaps a file format, for which every file that is written asks many times
             with contextlib.suppress(pymeshlab.PyMeshLabException):
-                return without_helpers(dict(self.builtins.ask(filter_name, **values)))
+                return without_helpers(self.builtins.ask(filter_name, **values))
         declared = known_filter(filter_name)
         if declared is None:
-            return dict(self.builtins.ask(filter_name, **values))
+            return self.builtins.ask(filter_name, **values)
         if declared.is_builtin:
             return self.builtins.values(declared, values)
         return resolved(declared, {**declared.defaults, **self.check(declared, values)}, self._bench.current())
@@ -99,7 +99,8 @@ class FilterRunner:
             self._bench.check(mesh_id, f"{declared.python_name}: parameter {name!r}: ")
         if declared.is_builtin:
             self.builtins.verbose = self._bench.verbose
-            report, values = self.builtins.apply(declared, values)
+            values, given = self.builtins.effective(declared, values), values
+            report = self.builtins.apply(declared, given)
         else:
             report = self._apply_plugin(declared, values)
         return report, Step(declared, _with_ids(declared, values, self._bench.without_helpers))

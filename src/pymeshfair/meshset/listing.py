@@ -6,7 +6,7 @@ import pymeshlab
 
 from ..declaration import Filter
 from ..errors import UnknownNameError
-from ..meshlab.errors import UnknownFilterError
+from ..meshlab.base import UnknownFilterError
 from ..registry import all_filters, custom_filters, find_filter
 from .methods import shown_default
 

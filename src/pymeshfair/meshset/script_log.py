@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ..declaration import Layer, Length
 from ..errors import Place
-from ..meshlab.errors import ScriptStepFailedError, reason
+from ..meshlab.base import ScriptStepFailedError, reason
 from ..scripts import Script, Step, read_script, write_script
 from ..scripts.write import NOMINAL_DIAGONAL, NOMINAL_EDGE
 from .methods import length_text

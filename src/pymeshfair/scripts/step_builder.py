@@ -10,7 +10,7 @@ from typing import Any
 from .. import declaration
 from ..declaration import Enum, Filter, Length, Parameter, String, nearest
 from ..errors import ParameterError, UnknownNameError
-from ..meshlab.former import former_filter, former_parameters
+from ..meshlab.facts import former_filter, former_parameters
 from ..registry import find_filter
 from .expressions import expression_error, is_expression
 from .problems import MOST_PROBLEMS, Problem, ScriptError, shortened

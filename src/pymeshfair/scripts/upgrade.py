@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..declaration import Bool, Enum, FileOpen, Filter, Float, Length, Parameter, Percentage, Point
 from ..errors import UnknownNameError
-from ..meshlab.former import Former, former_filter, former_parameters
+from ..meshlab.facts import Former, former_filter, former_parameters
 from ..registry import find_filter
 from .problems import Change
 from .read import SECOND_DOCUMENT_TYPE, parse_document

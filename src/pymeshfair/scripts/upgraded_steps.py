@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from ..declaration import Arity
 from ..errors import UnknownNameError
-from ..meshlab.former import former_parameters
+from ..meshlab.facts import former_parameters
 from ..registry import find_filter
 from .problems import Change
 from .script import FilterElement, Script, Step

@@ -14,8 +14,7 @@ from ..declaration import Bools, Floats, Ints, Layer
 from ..errors import MeshError
 from ..mesh_data import as_levels
 from ..mesh_data.mesh_data import Has, Measures
-from ..meshlab.base import BASE, MESHLAB, apply_filter
-from ..meshlab.errors import UnknownLayerError
+from ..meshlab.base import BASE, MESHLAB, UnknownLayerError, apply_filter
 
 #: A morph is s + (t - s) in floating point; from what the first leaves over, the second reaches t exactly.
 _MOST_MORPHS = 3
