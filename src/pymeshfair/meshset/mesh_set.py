@@ -16,13 +16,13 @@ from .filter_methods import FilterMethods, LateMethods
 if TYPE_CHECKING:
     from .. import recipe, write_back
     from ..scripts.script import Script, Step
-    from . import exchange, filter_runner, listing, script_log
+    from . import exchange, filter_runner, methods
     from .pymeshlab_classes import _MeshSet as _Typed
 else:  # importing them takes longer than importing pymeshlab
     _Typed = BASE
     recipe, write_back = ImportedWhenUsed("pymeshfair.recipe"), ImportedWhenUsed("pymeshfair.write_back")
-    exchange, filter_runner, listing, script_log = (
-        ImportedWhenUsed(f"pymeshfair.meshset.{name}") for name in ("exchange", "filter_runner", "listing", "script_log")
+    exchange, filter_runner, methods = (
+        ImportedWhenUsed(f"pymeshfair.meshset.{name}") for name in ("exchange", "filter_runner", "methods")
     )
 
 
@@ -52,13 +52,13 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     @staticmethod
     def filter_list() -> list[str]:
         """The Python names of all filters, MeshLab's and the plugins', sorted."""
-        return listing.filter_list()
+        return methods.filter_list()
 
     def __init__(self, verbose: bool = False) -> None:
         BASE.__init__(self, verbose)
         self._bench = write_back.Workbench(self, verbose=verbose)
         self._filters = filter_runner.FilterRunner(self._bench)
-        self._script = script_log.ScriptLog()
+        self._script = filter_runner.ScriptLog()
 
     # ---------------------------------------------------------------------------------------------------------- filters
 
@@ -168,7 +168,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             results.append(result)
             self._script.steps.append(done)
 
-        script_log.ScriptLog(script).apply(apply)
+        filter_runner.ScriptLog(script).apply(apply)
         return results
 
     # ----------------------------------------------------------------------------------------------------------- meshes
