@@ -4,7 +4,7 @@ A layer is put back as it was when adding elements to it fails or is interrupted
 """
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -19,9 +19,8 @@ from ..errors import MeshError
 from ..mesh_data import MeshData, Texture, adds
 from ..mesh_data.apply_edit import check_deletable, faces_that_give, removes, with_additions
 from ..meshlab.base import BASE
-from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room
+from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room, move_points
 from .growth import check_growable, grow, shrink
-from .refill import move_points
 from .workbench import EDITABLE, Workbench, attributes_of, check_taken, read_array
 
 _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
@@ -69,36 +68,37 @@ class _Before:
         lacking = [name for name in ("face_scalars", "face_colors") if not getattr(mesh, f"has_{name[:-1]}")()]
         self._values = {name: read_array(mesh, name) for name in EDITABLE if name not in lacking}
         self._uv = mesh.vertex_tex_coord_matrix() if mesh.has_vertex_tex_coord() else None
-        self._wedges = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
+        self._wedges = _wedges(mesh)
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
         """Restore the current layer; the losses, in words."""
         lost = []
-        try:
-            shrink(bench, mesh, len(self._values["vertices"]), self._faces)
-        except _FAILURES:
-            lost.append("faces")
-        if self._wedges is not None and not lost:
-            now = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
-            for face in np.flatnonzero(((now != self._wedges) & ~np.isnan(self._wedges)).any(axis=(1, 2))):
-                with suppress(*_FAILURES):
-                    write_wedge_uv(bench, mesh, self._wedges, np.empty((0, 2)), int(face))
-            if not np.array_equal(mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2), self._wedges, equal_nan=True):
-                lost.append("texture coordinates")
-        if self._uv is not None and not lost:
+
+        def restore(what: str, write: Callable[..., None], *values: Any) -> None:
             try:
-                write_vertex_uv(bench, mesh, self._uv)
+                write(bench, mesh, *values)
             except _FAILURES:
-                lost.append("texture coordinates of vertices")
+                lost.append(what)
+
+        restore("faces", shrink, len(self._values["vertices"]), self._faces)
+        if not lost and self._wedges is not None:
+            restore("texture coordinates", self._put_back_wedges)
+        if not lost and self._uv is not None:
+            restore("texture coordinates of vertices", write_vertex_uv, self._uv)
         # Normals come last: they change with the coordinates. Helper attributes may use up the selection on their way in.
         for name in (*(name for name in EDITABLE if not name.endswith("selection")), "vertex_selection", "face_selection"):
             if name in self._values:
                 changes: dict[str, Any] = {name: self._values[name]}
-                try:
-                    write_values(bench, mesh, Edit(**changes))
-                except _FAILURES:
-                    lost.append(name.replace("_", " "))
+                restore(name.replace("_", " "), write_values, Edit(**changes))
         return lost
+
+    def _put_back_wedges(self, bench: Workbench, mesh: Any) -> None:
+        assert self._wedges is not None
+        differ = (_wedges(mesh) != self._wedges) & ~np.isnan(self._wedges)
+        for face in np.flatnonzero(differ.any(axis=(1, 2))):
+            with suppress(*_FAILURES):
+                write_wedge_uv(bench, mesh, self._wedges, np.empty((0, 2)), int(face))
+        check_taken(mesh, _wedges(mesh), self._wedges, "texture coordinates")
 
 
 def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
@@ -206,16 +206,21 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
     return replace(edit, **remaining), (TRIANGULATED,) if triangulated else ()
 
 
+def _wedges(mesh: Any) -> Any:
+    """(m, 3, 2) the texture coordinates of the corners of faces, None if there are none."""
+    return mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
+
+
 def _as_data(mesh: Any) -> MeshData:
     """The attributes that are continued into added elements."""
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
     of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
     textures: tuple[Texture, ...] = ()
-    if mesh.has_wedge_tex_coord():
-        of["face"]["wedge_texture_coordinates"] = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
+    if (wedges := _wedges(mesh)) is not None:
+        of["face"]["wedge_texture_coordinates"] = wedges
         # MeshLab gives its vertices texture coordinates on the way.
         uv = of["vertex"]["texture_coordinates"] = np.zeros((len(vertices), 2))
-        uv[faces.ravel()[::-1]] = of["face"]["wedge_texture_coordinates"].reshape(-1, 2)[::-1]
+        uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
         textures = _image(mesh)
     if mesh.has_vertex_tex_coord():
         of["vertex"]["texture_coordinates"] = mesh.vertex_tex_coord_matrix()
@@ -269,7 +274,7 @@ def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed
     }
     bench.apply("compute_texcoord_by_function_per_wedge", **expressions, onselected=True)
     wanted = np.concatenate([wedges, np.repeat(uv[:, None], 3, axis=1)])
-    check_taken(mesh, mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2), wanted, "texture coordinates")
+    check_taken(mesh, _wedges(mesh), wanted, "texture coordinates")
 
 
 _COLOR_CHANNELS = {"vertex": "xyza", "face": "rgba"}
