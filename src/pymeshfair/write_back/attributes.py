@@ -2,8 +2,8 @@
 
 pymeshlab can add a custom attribute, but neither change nor remove one, and it does not free the memory of one with its mesh
 (8 bytes a number). So a layer gets at most `MOST` of them; after that they are overwritten by way of the vertex normals, which is
-slower. The vertices are laid out on a line, vertex i at (i, 0, 0). A helper cloud with its points in the same places then hands its
-normals over point by point ("transfer attributes" takes the nearest point and copies its normal as it is), and MeshLab's
+slower. The vertices are laid out on a line, vertex i at (i, 0, 0). A helper cloud with its points in the same places then hands
+its normals over point by point ("transfer attributes" takes the nearest point and copies its normal as it is), and MeshLab's
 expressions copy normals to attributes. In the end coordinates and normals are put back. All of it is exact to the bit.
 
 Point attributes are never used: MeshLab reads freed memory for them.
