@@ -29,7 +29,7 @@ from .meshlab.facts import table
 from .processes.worker import use_up
 from .scripts.script import Step
 from .write_back.attributes import SAVED_AS, saved_attributes
-from .write_back.workbench import attributes_of, read_array
+from .write_back.workbench import attributes_of, read_array, wedges_of
 
 #: the custom attribute by which elements are known again, from 1; 0 is a new one
 _ID = "pymeshfair_id"
@@ -73,10 +73,10 @@ class Door:
             BASE.set_current_mesh(self._meshset, self._ids[current])
         return lost
 
-    def adopt(self, meshset: Any) -> None:
-        """Take a mesh set whose current mesh MeshLab has read itself; it becomes layer 0."""
+    def adopt(self, meshset: Any) -> MeshData:
+        """The current mesh of a mesh set, which MeshLab has read itself."""
         self._meshset = meshset
-        self._ids = {0: BASE.current_mesh_id(meshset)}
+        return self._read(BASE.current_mesh(meshset), None)
 
     def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         """Apply a step of one of MeshLab's filters; all values that it ran with, lengths in mesh units; what it reports."""
@@ -172,47 +172,42 @@ class Door:
         of_vertices, of_faces = _numbers(mesh, "vertex"), _numbers(mesh, "face")
         if sent is None or of_vertices is None or of_vertices.max(initial=-1) >= len(sent.vertices):
             sent, of_vertices = None, np.full(len(vertices), -1)
-        if sent is None or of_faces is None or of_faces.max(initial=-1) >= len(sent.faces):
+        before = MeshData(vertices=np.empty((0, 3))) if sent is None else sent
+        if of_faces is None or of_faces.max(initial=-1) >= len(before.faces):
             of_faces = np.full(len(faces), -1)
-        elif len(of_faces):
-            _drop_changed(of_faces, of_vertices, faces, sent.faces)
-        vertex = _carried(sent and sent.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
-        face = _carried(sent and sent.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
-        textures = () if sent is None else sent.textures
-        keeps_normals = sent is not None and sent.keeps_normals and len(faces) > 0
-        keeps_normals |= self._with_normals and len(faces) > 0
+        else:
+            _drop_changed(of_faces, of_vertices, faces, before.faces)
+        vertex = _carried(before.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
+        face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
+        keeps_normals = (before.keeps_normals or self._with_normals) and len(faces) > 0
         # those of a new curve are sums over the faces that a section cuts
-        of_points = not len(faces) and (not len(edges) or (sent is not None and "normals" in sent.vertex_attributes))
+        of_points = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)
         if keeps_normals or of_points:
             normals = read_array(mesh, "vertex_normals")
             if keeps_normals or normals.any():
                 vertex["normals"] = _unit(normals)
         vertex |= attributes_of(mesh, "vertex")
-        if mesh.has_vertex_tex_coord() and not (
-            mesh.has_wedge_tex_coord() and (sent is None or "texture_coordinates" not in sent.vertex_attributes)
-        ):
-            places = np.ascontiguousarray(mesh.vertex_tex_coord_matrix())
-            vertex["texture_coordinates"] = _as_sent(
-                places, sent and sent.vertex_attributes.get("texture_coordinates"), of_vertices
-            )
-        if len(faces):
-            face |= attributes_of(mesh, "face")
-            if mesh.has_wedge_tex_coord():
-                wedges = np.ascontiguousarray(mesh.wedge_tex_coord_matrix()).reshape(-1, 3, 2)
-                before = sent and sent.face_attributes.get("wedge_texture_coordinates")
-                face["wedge_texture_coordinates"] = _as_sent(wedges, before, of_faces)
+        wedges = wedges_of(mesh)
+        own = before.vertex_attributes.get("texture_coordinates")
+        if mesh.has_vertex_tex_coord() and (own is not None or wedges is None):
+            vertex["texture_coordinates"] = _as_sent(mesh.vertex_tex_coord_matrix(), own, of_vertices)
+        textures = before.textures
         if self._painted or (sent is None and mesh.texture_number()):
             textures = self._textures_of(mesh, textures)
-        if len(faces) and textures and mesh.has_wedge_tex_coord():
-            face["texture"] = self._texture_numbers(mesh, len(faces))
+        if len(faces):
+            face |= attributes_of(mesh, "face")
+            if wedges is not None:
+                own = before.face_attributes.get("wedge_texture_coordinates")
+                face["wedge_texture_coordinates"] = _as_sent(wedges, own, of_faces)
+                if textures:
+                    face["texture"] = self._texture_numbers(mesh, len(faces))
         for element, attributes in (("vertex", vertex), ("face", face)):
             for name in saved_attributes(self._meshset, SAVED_AS[element]):
                 if not name.startswith("pymeshfair_") and (values := _attribute(mesh, element, name)) is not None:
                     attributes[name] = values
         matrix = np.array(mesh.transform_matrix())
-        base = MeshData(vertices=vertices) if sent is None else sent
         return replace(
-            base,
+            before,
             vertices=vertices,
             faces=faces,
             edges=edges,
@@ -222,9 +217,9 @@ class Door:
             textures=textures,
             matrix=None if np.array_equal(matrix, np.eye(4)) else matrix,
             label=mesh.label(),
-            vertex_ids=_composed(base.vertex_ids, of_vertices, None if sent is None else len(sent.vertices)),
-            face_ids=_composed(base.face_ids, of_faces, None if sent is None else len(sent.faces)),
-            edge_ids=base.edge_ids if np.array_equal(edges, base.edges) else np.full(len(edges), -1),
+            vertex_ids=_composed(before.vertex_ids, of_vertices, len(before.vertices)),
+            face_ids=_composed(before.face_ids, of_faces, len(before.faces)),
+            edge_ids=before.edge_ids if np.array_equal(edges, before.edges) else np.full(len(edges), -1),
         )
 
     def _textures_of(self, mesh: Any, before: tuple[Texture, ...]) -> tuple[Texture, ...]:
@@ -312,14 +307,14 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 def _carried(attributes: Any, ids: NDArray[np.int64], inside: frozenset[str]) -> dict[str, Any]:
     """The attributes that waited outside, by the numbers of the elements; 0 for new ones, which are parts of no polygon."""
     carried: dict[str, Any] = {}
-    for name, values in (attributes or {}).items():
+    for name, values in attributes.items():
         if name not in inside:
             carried[name] = values[ids]
             carried[name][ids < 0] = -1 if name == "polygon" else 0
     return carried
 
 
-def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int | None) -> NDArray[np.int64] | None:
+def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int) -> NDArray[np.int64] | None:
     """The elements of the source that elements are, through both numberings; None if they are all there in their order."""
     if first is None:
         return None if len(second) == count and np.array_equal(second, np.arange(len(second))) else second
@@ -406,8 +401,6 @@ def load_unchecked(path: Path, folder: Path) -> Reading:
     except Exception as error:  # pymeshlab raises several unrelated types
         raise ContentsError(f"MeshLab says: {' '.join(str(error).split('Error details:')[-1].split())}") from error
     count = BASE.mesh_number(meshset)
-    door = Door(folder, verbose=False)
-    door.adopt(meshset)
-    mesh = door.fetch(0).without_matrix()
+    mesh = Door(folder, verbose=False).adopt(meshset).without_matrix()
     doubts = (f"it holds {count} meshes; one is cleaned and written, the others are not",) if count > 1 else ()
     return Reading(replace(mesh, source=Source(path, path.suffix[1:].lower())), doubts)

@@ -1,8 +1,8 @@
 """The mesh that a checked edit makes of another one: attributes are kept, or continued into added elements.
 
-To n vertices and (m, 3) `faces` are added a vertices and (b, 3) `added_faces`, whose indices are from 0 to n + a - 1. For each added
-element there is an old one, its donor, whose value it takes where none can be continued. Colours and textures are continued so that
-a filling looks like its surroundings.
+To n vertices and (m, 3) `faces` are added a vertices and (b, 3) `added_faces`, whose indices are from 0 to n + a - 1. For each
+added element there is an old one, its donor, whose value it takes where none can be continued. Colours and textures are continued
+so that a filling looks like its surroundings.
 """
 
 import io
@@ -231,9 +231,9 @@ def _extended(values: NDArray[Any], count: int, by: int = 0) -> NDArray[Any]:
 def _find_donors(
     points: Floats, faces: Ints, added_faces: Ints, old: int, may_give: Bools
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """(a,) for an added vertex the nearest old vertex that added faces use, (b,) for an added face an old face next to its centre.
+    """(a,) for an added vertex the nearest old vertex that added faces use, (b,) for an added face an old one next to its centre.
 
-    That is one at the nearest of these vertices. If added faces use no old vertex, all old vertices of faces may give. `points`
+    It is one at the nearest of these vertices. If added faces use no old vertex, all old vertices of faces may give. `points`
     are the (n + a, 3) vertices, `old` is n, and `may_give`, (m,), marks the faces that may be donors, with their vertices; at
     least one.
     """

@@ -65,7 +65,7 @@ def table(name: str) -> dict[str, Any]:
 
 
 def _filter(own: str, name: str, classes: int, requires: int, changes: int, arity: int, parameters: list[list[Any]]) -> Filter:
-    kinds = {"classes": FilterClass(classes), "requires": MeshElement(requires), "changes": MeshElement(changes)}
+    kinds: dict[str, Any] = {"classes": FilterClass(classes), "requires": MeshElement(requires), "changes": MeshElement(changes)}
     return Filter(
         python_name=own, name=name, **kinds, arity=Arity(arity), parameters=tuple(_parameter(*row) for row in parameters)
     )

@@ -18,7 +18,7 @@ from ..calling import call, check_needs, resolved
 from ..declaration import Arity
 from ..declaration import Mesh as MeshParameter
 from ..errors import MeshError
-from ..mesh_data import MeshData, apply_edit, as_layer
+from ..mesh_data import MeshData, View, apply_edit, as_layer
 from ..meshlab.loading import load_pymeshlab
 from ..scripts.script import Step
 
@@ -119,7 +119,7 @@ class Document:
 
     def _apply_plugin(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         mesh = MeshData(vertices=np.empty((0, 3))) if self.current_id is None else self.current
-        layer = _View(self, mesh)
+        layer = View(mesh, self.mesh)
         check_needs(step.filter, layer)
         parameters = resolved(step.filter, {**step.filter.defaults, **step.values}, layer)
         edit = call(step.filter, parameters, layer, self._on_progress)
@@ -160,18 +160,3 @@ class Document:
             ids, self.current_id, self._visible = self._door.layers(self._next_id)
             self._meshes = dict.fromkeys(ids)
             self._next_id = max([self._next_id, *(number + 1 for number in ids)])
-
-
-class _View:
-    """A mesh of a document as the `Layer` that a filter reads."""
-
-    def __init__(self, document: Document, mesh: MeshData) -> None:
-        self._document = document
-        self._mesh = mesh
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._mesh, name)
-
-    def other(self, mesh_id: int) -> Any:
-        """Another layer."""
-        return _View(self._document, self._document.mesh(mesh_id))

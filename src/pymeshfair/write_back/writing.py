@@ -21,7 +21,7 @@ from ..mesh_data.apply_edit import check_deletable, faces_that_give, removes, wi
 from ..meshlab.base import BASE
 from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room, move_points
 from .growth import check_growable, grow, shrink
-from .workbench import EDITABLE, Workbench, attributes_of, check_taken, read_array
+from .workbench import EDITABLE, Workbench, attributes_of, check_taken, read_array, wedges_of
 
 _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
 
@@ -68,7 +68,7 @@ class _Before:
         lacking = [name for name in ("face_scalars", "face_colors") if not getattr(mesh, f"has_{name[:-1]}")()]
         self._values = {name: read_array(mesh, name) for name in EDITABLE if name not in lacking}
         self._uv = mesh.vertex_tex_coord_matrix() if mesh.has_vertex_tex_coord() else None
-        self._wedges = _wedges(mesh)
+        self._wedges = wedges_of(mesh)
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
         """Restore the current layer; the losses, in words."""
@@ -94,11 +94,11 @@ class _Before:
 
     def _put_back_wedges(self, bench: Workbench, mesh: Any) -> None:
         assert self._wedges is not None
-        differ = (_wedges(mesh) != self._wedges) & ~np.isnan(self._wedges)
+        differ = (wedges_of(mesh) != self._wedges) & ~np.isnan(self._wedges)
         for face in np.flatnonzero(differ.any(axis=(1, 2))):
             with suppress(*_FAILURES):
                 write_wedge_uv(bench, mesh, self._wedges, np.empty((0, 2)), int(face))
-        check_taken(mesh, _wedges(mesh), self._wedges, "texture coordinates")
+        check_taken(mesh, wedges_of(mesh), self._wedges, "texture coordinates")
 
 
 def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
@@ -206,17 +206,12 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
     return replace(edit, **remaining), (TRIANGULATED,) if triangulated else ()
 
 
-def _wedges(mesh: Any) -> Any:
-    """(m, 3, 2) the texture coordinates of the corners of faces, None if there are none."""
-    return mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
-
-
 def _as_data(mesh: Any) -> MeshData:
     """The attributes that are continued into added elements."""
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
     of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
     textures: tuple[Texture, ...] = ()
-    if (wedges := _wedges(mesh)) is not None:
+    if (wedges := wedges_of(mesh)) is not None:
         of["face"]["wedge_texture_coordinates"] = wedges
         # MeshLab gives its vertices texture coordinates on the way.
         uv = of["vertex"]["texture_coordinates"] = np.zeros((len(vertices), 2))
@@ -274,7 +269,7 @@ def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed
     }
     bench.apply("compute_texcoord_by_function_per_wedge", **expressions, onselected=True)
     wanted = np.concatenate([wedges, np.repeat(uv[:, None], 3, axis=1)])
-    check_taken(mesh, _wedges(mesh), wanted, "texture coordinates")
+    check_taken(mesh, wedges_of(mesh), wanted, "texture coordinates")
 
 
 _COLOR_CHANNELS = {"vertex": "xyza", "face": "rgba"}
