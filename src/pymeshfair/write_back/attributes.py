@@ -44,7 +44,6 @@ _TAKEN: dict[Element, set[str]] = {
     "vertex": {"_pi", "_e", "vi", "x", "y", "z", "nx", "ny", "nz"},
     "face": {"_pi", "_e", "fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
 }
-_ALLOWED = "MeshLab computes with names of the letters a to z, digits and _, no digit first, that are no words of its expressions"
 #: How many spellings of each kind are tried, ten microseconds each; enough for every one of a name of twelve letters.
 _MOST_SPELLINGS = 2**12
 
@@ -94,10 +93,7 @@ def _refill_vertices(bench: Workbench, mesh: Any, names: Sequence[str], arrays: 
     """Set the vertex attributes `names` of the current layer to the arrays. Face normals become those of the geometry."""
     with _on_a_line(bench, mesh) as line:
         for first in range(0, len(arrays), 3):
-            columns = np.zeros((line.length, 3))
-            for column, values in enumerate(arrays[first : first + 3]):
-                columns[:, column] = values
-            line.send(columns)
+            line.send(arrays[first : first + 3])
             _compute(bench, "vertex", dict(zip(names[first : first + 3], _AXES, strict=False)))
 
 
@@ -105,7 +101,7 @@ def _refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Seq
     """Set the face attributes `names` of the current layer to the arrays.
 
     A face finds its number at one of its corners: in every round each vertex carries the index and two numbers of one of its
-    faces, until all have been served, after three rounds or so.
+    faces, until all have been served.
     """
     faces = read_array(mesh, "faces")
     targets = [*zip(names, arrays, strict=False)]
@@ -116,11 +112,7 @@ def _refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Seq
             pair = targets[first : first + 2]
             _compute(bench, "face", {name: "0" for name, _ in pair})
             for carried in _rounds(faces, line.length):
-                columns = np.zeros((line.length, 3))
-                columns[:, 0] = carried
-                for column, (_, values) in enumerate(pair, 1):
-                    columns[:, column] = values[carried]
-                line.send(columns)
+                line.send([carried, *(values[carried] for _, values in pair)])
                 found = {
                     n: f"nx0==fi?{a}0:(nx1==fi?{a}1:(nx2==fi?{a}2:{n}))" for (n, _), a in zip(pair, ("ny", "nz"), strict=False)
                 }
@@ -168,52 +160,40 @@ def _on_a_line(bench: Workbench, mesh: Any) -> Iterator[_Line]:
 
 
 class _Line:
-    """The vertices of a layer, to be laid out on a line and put back.
-
-    Attributes:
-        length: the number of vertices.
-        places: (length + 1, 3) where vertex i goes, and one more.
-        points: where they were, and where they will be put.
-        face_normals: those of the faces if putting back loses them, because they do not follow from
-            the geometry; else None.
-    """
+    """The vertices of a layer, to be laid out on a line and put back."""
 
     def __init__(self, bench: Workbench, mesh: Any) -> None:
-        self._bench = bench
-        self._id = int(mesh.id())
+        self._bench, self._id = bench, int(mesh.id())
+        #: where the vertices were, and where they will be put
         self.points, self._normals = read_array(mesh, "vertices"), read_array(mesh, "vertex_normals")
         self.length = len(self.points)
+        #: those of the faces if putting back loses them, because they do not follow from the geometry
         self.face_normals: Floats | None = None
         if mesh.face_number():
             before = read_array(mesh, "face_normals")
             bench.apply("compute_coord_by_function", x="x", y="y", z="z")
             self.face_normals = None if np.array_equal(read_array(mesh, "face_normals"), before) else before
         # One place more than vertices: MeshLab's search would not end in the empty box around a single point.
-        self.places = np.zeros((self.length + 1, 3))
-        self.places[:, 0] = np.arange(self.length + 1)
+        self.places = np.eye(1, 3) * np.arange(self.length + 1.0)[:, None]
 
-    def send(self, columns: Floats) -> None:
-        """Set the normals of the vertices to these three numbers each."""
-        normals = np.vstack([columns, np.zeros((1, 3))])
+    def send(self, columns: Sequence[NDArray[Any]]) -> None:
+        """Set the normals of the vertices to these numbers, at most three each."""
+        normals = np.zeros((self.length + 1, 3))
+        for axis, values in enumerate(columns):
+            normals[:-1, axis] = values
         cloud = pymeshlab.Mesh(vertex_matrix=self.places, v_normals_matrix=normals)
+        which: dict[str, Any] = {
+            f"{kind}transfer": kind == "normal" for kind in ("geom", "normal", "color", "quality", "selection")
+        }
         with self._bench.helper_layer(cloud) as helper:
-            self._bench.apply(
-                "transfer_attributes_per_vertex",
-                sourcemesh=helper,
-                targetmesh=self._id,
-                geomtransfer=False,
-                normaltransfer=True,
-                colortransfer=False,
-                qualitytransfer=False,
-                selectiontransfer=False,
-                upperbound=pymeshlab.PureValue(0.5),
-            )
+            which |= {"sourcemesh": helper, "targetmesh": self._id, "upperbound": pymeshlab.PureValue(0.5)}
+            self._bench.apply("transfer_attributes_per_vertex", **which)
 
     def put_back(self) -> None:
         """Give the vertices their places and normals again."""
-        self.send(self._normals)
+        self.send(list(self._normals.T))
         _compute(self._bench, "vertex", dict(zip(_SPARE, _AXES, strict=True)))
-        self.send(self.points)
+        self.send(list(self.points.T))
         for filter_name, columns in (("compute_coord_by_function", _AXES), ("compute_normal_by_function_per_vertex", _SPARE)):
             self._bench.apply(filter_name, **dict(zip("xyz", columns, strict=True)))
 
@@ -232,8 +212,9 @@ def check_names(bench: Workbench, mesh: Any) -> None:
     for element, listed, points, name in _own(bench, mesh):
         if name is None or not _WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
             raise MeshError(
-                f"nothing can be added to {mesh.label()!r} because of the name of its custom {element} attribute "
-                f"{name or listed!r}: {_ALLOWED}; save the mesh without it, or give it another name"
+                f"{mesh.label()!r} cannot be changed because of the name of its custom {element} attribute {name or listed!r}: "
+                "MeshLab computes with names of the letters a to z, digits and _, no digit first, that are no words of its "
+                "expressions; save the mesh without it, or give it another name"
             )
 
 
@@ -296,14 +277,3 @@ def _spellings(listed: str) -> Iterator[str]:
         yield "".join(letter.upper() if place in chosen else letter for place, letter in enumerate(listed))
     for other in " -":
         yield from islice(map(other.join, product(*words)), _MOST_SPELLINGS)
-
-
-def explain(bench: Workbench, error: Exception) -> MeshError:
-    """The error to raise when one of MeshLab's "by function" filters has failed during a write-back."""
-    own = [name or listed for _, listed, _, name in _own(bench, BASE.current_mesh(bench.meshset))]
-    if own and "unknown exception" in str(error):
-        return MeshError(
-            f"MeshLab cannot compute on this mesh, most likely because of its custom attributes ({', '.join(map(repr, own))}): "
-            f"{_ALLOWED}; save the mesh without the attribute that has another name"
-        )
-    return MeshError(f"MeshLab could not take the result: {error}")

@@ -19,7 +19,7 @@ from ..errors import MeshError
 from ..mesh_data import MeshData, Texture, adds
 from ..mesh_data.apply_edit import check_deletable, faces_that_give, removes, with_additions
 from ..meshlab.base import BASE
-from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room, move_points
+from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, has_room, move_points
 from .growth import check_growable, grow, shrink
 from .workbench import EDITABLE, Workbench, attributes_of, check_taken, read_array, wedges_of
 
@@ -37,8 +37,7 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
         MeshError: something failed, and something else could not be put back.
     """
     layers = {layer.id() for layer in BASE.__iter__(bench.meshset)}
-    matrix = mesh.transform_matrix()
-    before: _Before | None = None
+    matrix, before = mesh.transform_matrix(), None
     try:
         with bench.matrix_aside(mesh):
             before = _Before(mesh)
@@ -102,18 +101,12 @@ class _Before:
 
 
 def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
-    """Apply an edit, which has been checked (`checked_edit`), to the current layer.
+    """Apply an edit, which has been checked (`checked_edit`), to the current layer; sentences about losses, for the user.
 
     Coordinates keep every bit except the sign of a zero. The normals of a mesh with faces follow from new coordinates, as after
     any filter of MeshLab. New layers come last and the first becomes the current one.
 
     If adding elements fails or is interrupted, the mesh is put back (`undone_on_failure`); an interrupted deletion is not.
-
-    Returns:
-        Sentences about losses, for the user.
-
-    Raises:
-        MeshError: MeshLab cannot hold the new values, or cannot delete the elements.
     """
     mesh = BASE.current_mesh(bench.meshset) if BASE.mesh_number(bench.meshset) else None
     notes: tuple[str, ...] = ()
@@ -130,7 +123,8 @@ def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
                     write_values(bench, mesh, edit)
             _delete(bench, mesh, edit)
         except (pymeshlab.PyMeshLabException, RuntimeError) as error:  # pymeshlab's two ways to say that a filter failed
-            raise explain(bench, error) from error
+            check_names(bench, mesh)
+            raise MeshError(f"MeshLab could not take the result: {error}") from error
     for index, layer in enumerate(edit.new_layers):
         _add_layer(bench, layer, current=index == 0)
     return notes
@@ -171,18 +165,11 @@ def _add_layer(bench: Workbench, layer: NewLayer, *, current: bool) -> None:
     BASE.add_mesh(bench.meshset, mesh, layer.label, current)
 
 
-TRIANGULATED = "the mesh had polygons and no triangle; it has triangles alone now"
-
-
 def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[str, ...]]:
     """Add the edit's vertices and faces to the current layer, which has faces and no matrix.
 
-    Returns:
-        An edit of the larger mesh with everything that remains to be written, such as coordinates and selection, and sentences
-        about losses.
-
-    Raises:
-        MeshError: the mesh has elements that MeshLab would not keep, or attributes that it cannot compute with.
+    Gives an edit of the larger mesh with everything that remains to be written, such as coordinates and selection, and sentences
+    about losses.
     """
     check_growable(mesh)
     check_names(bench, mesh)
@@ -203,7 +190,8 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
         write_wedge_uv(bench, mesh, wedges, made.face_attributes["wedge_texture_coordinates"][len(faces) :, 0], seed)
     if (uv := made.vertex_attributes.get("texture_coordinates")) is not None:
         write_vertex_uv(bench, mesh, uv)
-    return replace(edit, **remaining), (TRIANGULATED,) if triangulated else ()
+    notes = ("the mesh had polygons and no triangle; it has triangles alone now",) if triangulated else ()
+    return replace(edit, **remaining), notes
 
 
 def _as_data(mesh: Any) -> MeshData:
@@ -276,11 +264,7 @@ _COLOR_CHANNELS = {"vertex": "xyza", "face": "rgba"}
 
 
 def write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:
-    """Write the edit's scalars, colours, selection, coordinates and normals to the current layer, in this order.
-
-    Raises:
-        MeshError: MeshLab did not take them exactly.
-    """
+    """Write the edit's scalars, colours, selection, coordinates and normals to the current layer, in this order."""
     for element in ELEMENTS:
         if (scalars := getattr(edit, f"{element}_scalars")) is not None:
             _write_numbers(bench, mesh, element, "scalar", scalars)
@@ -347,8 +331,8 @@ def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bo
     if np.array_equal(read_array(mesh, name), selection):
         return
     if selection.all() or not selection.any():
-        simply = "set_selection_all" if selection.any() else "set_selection_none"
-        bench.apply(simply, allverts=element == "vertex", allfaces=element == "face")
+        alike = "all" if selection.any() else "none"
+        bench.apply(f"set_selection_{alike}", allverts=element == "vertex", allfaces=element == "face")
     else:
         (attribute,) = bring_in(bench, mesh, element, [selection.astype(np.float64)])
         bench.apply(f"compute_selection_by_condition_per_{element}", condselect=f"{attribute}>0.5")
