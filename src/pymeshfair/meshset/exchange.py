@@ -23,8 +23,6 @@ _SCALAR, _NORMALS, _COLORS = "scalar", ("normals", "normal"), ("rgb", "rgba", "c
 _VARIABLES = frozenset(
     ("x", "y", "z", "nx", "ny", "nz", "r", "g", "b", "a", "q", "rad", "vi", "fi", "vsel", "fsel", "vtu", "vtv", "ti")
 )
-#: for each kind of cell in meshio, its triangles as corners of the cell
-_TRIANGLES = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 
 
 @dataclass(eq=False)
@@ -47,25 +45,6 @@ class Arrays:
         gone = [words.replace("_", " ") for words, there in what.items() if there is not None and len(there)]
         if gone:
             self.lost.append(f"a mesh of {package} does not take its {', '.join(gone)}")
-
-    def named(self, normals: str, colors: str) -> tuple[Values, Values]:
-        """The values of vertices and of faces, with normals and colours under these names."""
-        of_vertices, of_faces = {normals: np.asarray(self.normals), **self.of_vertices}, dict(self.of_faces)
-        for values, own in ((of_vertices, self.colors), (of_faces, self.face_colors)):
-            if own is not None:
-                values[colors] = as_levels(own)
-        return of_vertices, of_faces
-
-    def take_by_name(self) -> None:
-        """Move values named as normals or colours to the fields for them."""
-        for name, values in list(self.of_vertices.items()):
-            if name.lower() in _NORMALS and values.shape == self.vertices.shape:
-                self.normals = _numbers(self.of_vertices.pop(name))
-            elif name.lower() in _COLORS and values.shape[1:] in ((3,), (4,)):
-                self.colors = _rgba(self.of_vertices.pop(name), len(self.vertices))
-        for name, values in list(self.of_faces.items()):
-            if name.lower() in _COLORS and values.shape[1:] in ((3,), (4,)):
-                self.face_colors = _rgba(self.of_faces.pop(name), len(self.faces))
 
 
 # ------------------------------------------------------------------------------------------------------------------ MeshLab
@@ -185,37 +164,24 @@ def to_open3d(arrays: Arrays) -> Any:
     return made
 
 
-def to_meshio(arrays: Arrays) -> Any:
-    """A `meshio.Mesh` with triangles and lines, or vertices where there are neither, and values of points and cells."""
-    meshio = importlib.import_module("meshio")
-    kinds: dict[str, Any] = {"triangle": arrays.faces, "line": arrays.edges}
-    cells = [(kind, rows) for kind, rows in kinds.items() if len(rows)]
-    of_points, of_faces = arrays.named("normals", "rgba")
-    arrays.lose("meshio", texture_coordinates=arrays.uv)
-    of_cells = {name: [v, _blank(v, arrays.edges)] if len(cells) > 1 else [v] for name, v in of_faces.items()}
-    cells = cells or [("vertex", np.arange(len(arrays.vertices)).reshape(-1, 1))]
-    return meshio.Mesh(arrays.vertices, cells, point_data=of_points, cell_data=of_cells)
-
-
 def to_pyvista(arrays: Arrays) -> Any:
     """A `pyvista.PolyData` with triangles and lines, colours as ``RGBA``, texture coordinates and all values."""
     pyvista = importlib.import_module("pyvista")
     parts = {"lines": (2, arrays.edges), "faces": (3, arrays.faces)}
     cells = {name: np.insert(rows, 0, size, axis=1).ravel() for name, (size, rows) in parts.items() if len(rows)}
     made = pyvista.PolyData(arrays.vertices, **cells)
-    of_points, of_faces = arrays.named("Normals", "RGBA")
-    for name, values in of_points.items():
+    made.point_data["Normals"] = arrays.normals
+    for name, values in arrays.of_vertices.items():
         made.point_data[name] = values
+    if arrays.colors is not None:
+        made.point_data["RGBA"] = as_levels(arrays.colors)
     if arrays.uv is not None:
         made.active_texture_coordinates = arrays.uv
-    for name, values in of_faces.items():  # the cells of lines come first
-        made.cell_data[name] = np.concatenate([_blank(values, arrays.edges), values])
+    if arrays.face_colors is not None:
+        arrays.of_faces["RGBA"] = as_levels(arrays.face_colors)
+    for name, values in arrays.of_faces.items():  # the cells of lines come first
+        made.cell_data[name] = np.concatenate([np.zeros((len(arrays.edges), *values.shape[1:]), values.dtype), values])
     return made
-
-
-def _blank(values: NDArray[Any], edges: Ints) -> NDArray[Any]:
-    """What edges have of values of faces."""
-    return np.zeros((len(edges), *values.shape[1:]), values.dtype)
 
 
 # ------------------------------------------------------------------------------------------------------------ taken from others
@@ -225,14 +191,12 @@ def taken(mesh: Any) -> Arrays:
     """The arrays of a mesh of another package.
 
     Raises:
-        ForeignMeshError: it is no mesh of these packages, or has cells that are no triangles, quads, lines or vertices.
+        ForeignMeshError: it is no mesh of these packages.
     """
     if hasattr(mesh, "to_legacy"):  # Open3D's tensors
         mesh = mesh.to_legacy()
     if hasattr(mesh, "GetPointData"):
         return _of_pyvista(mesh)
-    if hasattr(mesh, "points") and hasattr(mesh, "cells"):
-        return _of_meshio(mesh)
     if hasattr(mesh, "geometry") and hasattr(mesh, "graph"):
         return _of_scene(mesh)
     if hasattr(mesh, "vertices") and (hasattr(mesh, "faces") or hasattr(mesh, "colors")):
@@ -240,9 +204,7 @@ def taken(mesh: Any) -> Arrays:
     if hasattr(mesh, "triangles") or (hasattr(mesh, "points") and hasattr(mesh, "normals")):
         return _of_open3d(mesh)
     kind = f"{type(mesh).__module__}.{type(mesh).__qualname__}"
-    raise ForeignMeshError(
-        f"add_mesh takes a pymeshlab.Mesh, or a mesh or cloud of trimesh, Open3D, meshio or PyVista, got a {kind}"
-    )
+    raise ForeignMeshError(f"add_mesh takes a pymeshlab.Mesh, or a mesh or cloud of trimesh, Open3D or PyVista, got a {kind}")
 
 
 def _of_scene(scene: Any) -> Arrays:
@@ -296,32 +258,6 @@ def _of_open3d(mesh: Any) -> Arrays:
     return arrays
 
 
-def _of_meshio(mesh: Any) -> Arrays:
-    arrays = Arrays(_in_space(mesh.points), of_vertices=_values(getattr(mesh, "point_data", None)))
-    faces, edges = [arrays.faces], [arrays.edges]
-    from_cell: list[Ints] = [np.zeros(0, dtype=np.int32)]  # for each triangle, the number of its cell
-    start = 0
-    for block in mesh.cells:
-        kind, cells = (block.type, block.data) if hasattr(block, "type") else block
-        numbers = _indices(np.arange(start, start + len(cells)))
-        start += len(cells)
-        if kind in _TRIANGLES:
-            faces += [_indices(np.asarray(cells)[:, corners]) for corners in _TRIANGLES[kind]]
-            from_cell += [numbers for _ in _TRIANGLES[kind]]
-        elif kind == "line":
-            edges.append(_indices(cells))
-        elif kind != "vertex":
-            raise ForeignMeshError(
-                f"the meshio mesh has cells of type {kind!r}; supported are triangles, quads (as two triangles) and lines"
-            )
-    arrays.faces, arrays.edges = np.concatenate(faces), np.concatenate(edges)
-    chosen = np.concatenate(from_cell)
-    of_cells = getattr(mesh, "cell_data", None) or {}
-    arrays.of_faces = {name: np.concatenate([*map(np.asarray, parts)])[chosen] for name, parts in of_cells.items()}
-    arrays.take_by_name()
-    return arrays
-
-
 def _of_pyvista(mesh: Any) -> Arrays:
     if not hasattr(mesh, "regular_faces"):
         mesh = mesh.extract_surface()
@@ -340,7 +276,14 @@ def _of_pyvista(mesh: Any) -> Arrays:
     if uv is not None:
         arrays.uv = _numbers(uv)
         arrays.of_vertices = {n: a for n, a in arrays.of_vertices.items() if a.shape != uv.shape or (a != uv).any()}
-    arrays.take_by_name()
+    for name, values in list(arrays.of_vertices.items()):
+        if name.lower() in _NORMALS and values.shape == arrays.vertices.shape:
+            arrays.normals = _numbers(arrays.of_vertices.pop(name))
+        elif name.lower() in _COLORS and values.shape[1:] in ((3,), (4,)):
+            arrays.colors = _rgba(arrays.of_vertices.pop(name), len(arrays.vertices))
+    for name, values in list(arrays.of_faces.items()):
+        if name.lower() in _COLORS and values.shape[1:] in ((3,), (4,)):
+            arrays.face_colors = _rgba(arrays.of_faces.pop(name), len(arrays.faces))
     return arrays
 
 

@@ -183,12 +183,12 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         BASE.set_current_mesh(self, new_curr_id)
 
     def add_mesh(self, mesh: Any, mesh_name: str = "", set_as_current: bool = True) -> Any:
-        """Add a mesh as a layer: pymeshlab's, or one of trimesh, Open3D, meshio or PyVista; see `to_trimesh` for the way back.
+        """Add a mesh as a layer: pymeshlab's, or one of trimesh, Open3D or PyVista; see `to_trimesh` for the way back.
 
         What MeshLab does not take of another package's mesh is named by a warning of the logger ``pymeshfair``.
 
         Raises:
-            ForeignMeshError: it is no mesh of these packages, or has cells that are no triangles, quads, lines or vertices.
+            ForeignMeshError: it is no mesh of these packages.
         """
         if isinstance(mesh, pymeshlab.Mesh):
             return _locked(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
@@ -201,17 +201,13 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def to_trimesh(self) -> Any:
         """The current mesh as a `trimesh.Trimesh`, without faces as a `Path3D` or a `PointCloud`, with colours and values.
 
-        What trimesh does not take is named by a warning of the logger ``pymeshfair``; so by the next three.
+        What trimesh does not take is named by a warning of the logger ``pymeshfair``; so by the next two.
         """
         return self._given(exchange.to_trimesh)
 
     def to_open3d(self) -> Any:
         """The current mesh as an `open3d.geometry.TriangleMesh`, or a `PointCloud`, with vertex normals and colours."""
         return self._given(exchange.to_open3d)
-
-    def to_meshio(self) -> Any:
-        """The current mesh as a `meshio.Mesh` of triangles and lines, with normals, colours and values of points and cells."""
-        return self._given(exchange.to_meshio)
 
     def to_pyvista(self) -> Any:
         """The current mesh as a `pyvista.PolyData` with normals, colours, texture coordinates and values of points and cells."""
