@@ -6,6 +6,7 @@ carries its number through the filters as a custom attribute. A filter that make
 
 import re
 import shutil
+import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -41,46 +42,45 @@ _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class Door:
-    """One mesh set of MeshLab's; layers have the ids of the caller."""
+    """A mesh set of MeshLab's with layers that have the ids of the caller.
 
-    def __init__(self, folder: Path, *, verbose: bool = True) -> None:
-        """See the class; `folder` takes the files that are handed over, and is kept as long as the meshes are."""
-        self._folder = folder
-        self._verbose = verbose
-        self._entries = 0
-        self._meshset: Any = None
-        self._filters: BuiltinFilters | None = None
+    Attributes:
+        lost: what MeshLab did not take of them, in words.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        meshes: Mapping[int, MeshData],
+        visible: Mapping[int, bool],
+        current: int | None,
+        *,
+        verbose: bool = True,
+    ) -> None:
+        """Bring layers in; `folder` takes the files that are handed over, and is kept as long as the meshes are."""
+        self._folder, self._meshset, self.lost = folder, BASE(verbose), list[str]()
+        self._filters = BuiltinFilters(self._meshset, self._measured, verbose=verbose)
         self._ids: dict[int, int] = {}  # MeshLab's id by ours
-        self._sent: dict[int, MeshData] = {}
-        self._painted = False
-        self._with_normals = False
-
-    def enter(self, meshes: Mapping[int, MeshData], visible: Mapping[int, bool], current: int | None) -> list[str]:
-        """Bring layers in, in place of all that were inside; what MeshLab does not take of them, in words."""
-        self._meshset = BASE(self._verbose)
-        self._filters = BuiltinFilters(self._meshset, self._measured, verbose=self._verbose)
-        self._ids, self._sent, self._painted, self._with_normals = {}, {}, False, False
-        lost = []
+        self._sent = meshes
+        self._painted = self._with_normals = False
         for number, mesh in meshes.items():
             self._send(mesh)
             self._ids[number] = BASE.current_mesh_id(self._meshset)
-            self._sent[number] = mesh
             if count := int((~proper_faces(mesh.faces)).sum()):
-                lost.append(f"MeshLab leaves out faces of {mesh.label} with a vertex twice ({count:,})")
+                self.lost.append(f"MeshLab leaves out faces of {mesh.label} with a vertex twice ({count:,})")
             if not visible[number]:
                 BASE.set_current_mesh_visibility(self._meshset, False)
         if current is not None:
             BASE.set_current_mesh(self._meshset, self._ids[current])
-        return lost
 
-    def adopt(self, meshset: Any) -> MeshData:
-        """The current mesh of a mesh set, which MeshLab has read itself."""
-        self._meshset = meshset
-        return self._read(BASE.current_mesh(meshset), None)
+    def load(self, path: Path) -> tuple[MeshData, int]:
+        """The mesh of a file, which MeshLab reads itself, and how many meshes the file has."""
+        options = {"load_in_a_single_layer": True} if path.suffix.lower() == ".3ds" else {}
+        BASE.load_new_mesh(self._meshset, str(path), **options)
+        return self._read(BASE.current_mesh(self._meshset), None), BASE.mesh_number(self._meshset)
 
     def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         """Apply a step of one of MeshLab's filters; all values that it ran with, lengths in mesh units; what it reports."""
-        assert self._filters is not None
         values = {**constant_defaults(step.filter), **_with_ids(step.filter, step.values, self._ids)}
         effective = self._filters.on_mesh(step.filter, values)
         parameters = _with_ids(step.filter, effective, {inside: number for number, inside in self._ids.items()})
@@ -121,9 +121,7 @@ class Door:
     # ----------------------------------------------------------------------------------------------------------------- in
 
     def _send(self, mesh: MeshData) -> None:
-        folder = self._folder / f"in-{self._entries}"
-        self._entries += 1
-        folder.mkdir(parents=True)
+        folder = self._new_folder()
         path = folder / "mesh.ply"
         names = [_place_texture(texture, folder, k) for k, texture in enumerate(mesh.textures)]
         with path.open("xb") as file:
@@ -141,6 +139,10 @@ class Door:
                 self._apply("apply_selection_inverse", invfaces=True, invverts=True)
         if mesh.matrix is not None:
             self._apply("set_matrix", transformmatrix=mesh.matrix, compose=False, freeze=False)
+
+    def _new_folder(self) -> Path:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        return Path(tempfile.mkdtemp(dir=self._folder))
 
     def _bring_custom(self, name: str) -> None:
         """Give the current layer the custom attribute of that name, if the mesh outside has one: an expression may name it."""
@@ -225,16 +227,15 @@ class Door:
     def _textures_of(self, mesh: Any, before: tuple[Texture, ...]) -> tuple[Texture, ...]:
         """The textures of a layer on which a step may have painted."""
         names = {f"texture-{k}{_suffix(texture)}": texture for k, texture in enumerate(before)}
-        textures = []
+        textures, folder = [], self._new_folder()
         for number, (name, image) in enumerate(mesh.textures().items()):
             meant = names[name].name if name in names else name
             if Path(meant).suffix.lower() not in (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"):
                 meant += ".png"
-            path = self._folder / f"out-{self._entries}-{number}{Path(meant).suffix}"
+            path = folder / f"texture-{number}{Path(meant).suffix}"
             if image.width() and image.height():
                 image.save(str(path))
             textures.append(Texture(meant, path if path.exists() else None))
-        self._entries += 1
         return tuple(textures)
 
     def _texture_numbers(self, mesh: Any, count: int) -> NDArray[np.int32]:
@@ -392,15 +393,11 @@ def _for_meshlab(mesh: MeshData, textures: list[str]) -> MeshData:
 
 def load_unchecked(path: Path, folder: Path) -> Reading:
     """A file of a format that only MeshLab's own reader understands."""
-    meshset = BASE(False)
-    options = {"load_in_a_single_layer": True} if path.suffix.lower() == ".3ds" else {}
     try:
-        BASE.load_new_mesh(meshset, str(path), **options)
+        mesh, count = Door(folder, {}, {}, None, verbose=False).load(path)
     except MemoryError:
         raise
     except Exception as error:  # pymeshlab raises several unrelated types
         raise ContentsError(f"MeshLab says: {' '.join(str(error).split('Error details:')[-1].split())}") from error
-    count = BASE.mesh_number(meshset)
-    mesh = Door(folder, verbose=False).adopt(meshset).without_matrix()
     doubts = (f"it holds {count} meshes; one is cleaned and written, the others are not",) if count > 1 else ()
-    return Reading(replace(mesh, source=Source(path, path.suffix[1:].lower())), doubts)
+    return Reading(replace(mesh.without_matrix(), source=Source(path, path.suffix[1:].lower())), doubts)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,6 +53,7 @@ class Document:
         self._meshes: dict[int, MeshData | None] = {}  # None: the door has it
         self._visible: dict[int, bool] = {}
         self._next_id = 0
+        self._door: Door  # since layers were handed over
         self._is_inside = False
         self.current_id: int | None = None  # of the current layer; None if there is none
         self.losses: list[str] = []  # contents that MeshLab did not take, in words
@@ -137,19 +137,16 @@ class Document:
 
     # ------------------------------------------------------------------------------------------------------------ MeshLab
 
-    @cached_property
-    def _door(self) -> Door:
-        load_pymeshlab()
-        from ..door import Door
-
-        return Door(self._folder)
-
     def _enter(self) -> None:
         """Hand all layers over to MeshLab, unless it has them as they are."""
         if self._is_inside:
             return
+        load_pymeshlab()
+        from ..door import Door
+
         meshes = {number: self.mesh(number) for number in self._meshes}
-        self.losses += self._door.enter(meshes, self._visible, self.current_id)
+        self._door = Door(self._folder, meshes, self._visible, self.current_id)
+        self.losses += self._door.lost
         self._is_inside = True
 
     def _apply_builtin(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
