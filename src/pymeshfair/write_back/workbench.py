@@ -18,19 +18,11 @@ from ..meshlab.base import BASE, MESHLAB, UnknownLayerError, apply_filter
 
 #: A morph is s + (t - s) in floating point; from what the first leaves over, the second reaches t exactly.
 _MOST_MORPHS = 3
-#: by the names of `Layer`, pymeshlab's method that gives an array, and its type
-_ARRAYS: dict[str, tuple[str, type]] = {
-    "vertices": ("vertex_matrix", np.float64),
-    "faces": ("face_matrix", np.int32),
-    "edges": ("edge_matrix", np.int32),
-    "vertex_selection": ("vertex_selection_array", np.bool_),
-    "face_selection": ("face_selection_array", np.bool_),
-    "vertex_scalars": ("vertex_scalar_array", np.float64),
-    "face_scalars": ("face_scalar_array", np.float64),
-    "vertex_colors": ("vertex_color_matrix", np.float64),
-    "face_colors": ("face_color_matrix", np.float64),
-    "vertex_normals": ("vertex_normal_matrix", np.float64),
-    "face_normals": ("face_normal_matrix", np.float64),
+_KINDS = {"selection": "selection_array", "scalars": "scalar_array", "colors": "color_matrix", "normals": "normal_matrix"}
+#: by the names of `Layer`, pymeshlab's method that gives an array
+_ARRAYS = {
+    **{"vertices": "vertex_matrix", "faces": "face_matrix", "edges": "edge_matrix"},
+    **{f"{element}_{kind}": f"{element}_{method}" for kind, method in _KINDS.items() for element in ("vertex", "face")},
 }
 #: What an `Edit` can change without adding or removing elements; a layer has attributes of the same names.
 EDITABLE = tuple(name for name in _ARRAYS if name not in ("faces", "edges"))
@@ -41,14 +33,13 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
 
     Face normals are right only while the mesh has no matrix; see `Workbench.matrix_aside`.
     """
-    method, dtype = _ARRAYS[name]
     try:
-        return np.ascontiguousarray(getattr(mesh, method)(), dtype=dtype)
+        return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
     except pymeshlab.MissingCompactnessException:
         # Deleted elements still have their places, as in a mesh edited through other bindings; MeshLab itself compacts
         # after each filter.
         mesh.compact()
-        return np.ascontiguousarray(getattr(mesh, method)(), dtype=dtype)
+        return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
 
 
 def check_taken(mesh: Any, now: NDArray[Any], wanted: NDArray[Any], what: str) -> None:
