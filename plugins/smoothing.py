@@ -216,9 +216,8 @@ def apply_coord_spike_removal(
         steepness: A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike.
             Larger removes thinner spikes alone; below 1 the corners of boxes go.
     """
-    vertices, spikes = diffusion.remove_spikes(
-        layer.vertices, layer.faces, steepness=steepness, movable=movable_vertices(layer, selected), progress=progress
-    )
+    how: dict[str, Any] = {"steepness": steepness, "movable": movable_vertices(layer, selected), "progress": progress}
+    vertices, spikes = diffusion.remove_spikes(layer.vertices, layer.faces, **how)
     return Edit(vertices=vertices, values={"spikes": int(np.count_nonzero(spikes))})
 
 
@@ -296,16 +295,10 @@ class Diffusion:
         """The values of vertices, (n,) or (n, k), after the diffusion."""
         if self.step == 0.0:
             raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
-        return diffusion.perona_malik(
-            values,
-            layer.faces,
-            edge_stop=self.range_kernel,
-            contrast=self.range_sigma or None,
-            step=self.step * diffusion.longest_step(layer.faces),
-            iterations=self.iterations,
-            movable=movable_vertices(layer, self.selected),
-            progress=progress,
-        )
+        how: dict[str, Any] = {"edge_stop": self.range_kernel, "contrast": self.range_sigma or None}
+        how |= {"step": self.step * diffusion.longest_step(layer.faces), "iterations": self.iterations}
+        how |= {"movable": movable_vertices(layer, self.selected), "progress": progress}
+        return diffusion.perona_malik(values, layer.faces, **how)
 
 
 #: declares a filter that smooths attributes of vertices
