@@ -24,8 +24,7 @@ from typing import Any
 import pymeshlab
 
 from pymeshfair.declaration import Bool, Enum, Float, Int, Percentage
-from pymeshfair.meshlab.facts import table
-from pymeshfair.meshlab.former import Former, former_filters
+from pymeshfair.meshlab.facts import Former, former_filters, table
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import ScriptError, Upgrade, format_script
 from pymeshfair.scripts.upgrade import upgrade_script

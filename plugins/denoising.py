@@ -1,4 +1,4 @@
-"""Two-step denoising: robust filters of face normals, and vertices that follow them."""
+"""Denoising that keeps edges: in two steps, by face normals that vertices follow, and by bilateral filters of positions."""
 
 import inspect
 from collections.abc import Set as AbstractSet
@@ -7,16 +7,17 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Float, Floats, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Float, Int, Layer, MeshElement, Percentage, mesh_filter
 from pymeshfair.errors import MeshError
 from pymeshfair.filters import denoising
-from pymeshfair.filters.choosing import compare_smoothers
+from pymeshfair.filters.choosing import Projection, chosen_projection, compare_smoothers
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.inspection import folded_faces, triangle_shapes
+from pymeshfair.filters.mesh import Bools, Floats
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import BorderPolicy, border_vertices, referenced_vertices
 
-from .moving_vertices import Selected, movable_vertices, reported, vertex_smoother
+from .moving_vertices import NOTHING_TO_REMOVE, Selected, movable_vertices, reported, vertex_smoother
 
 #: the ways to choose parameters without a value
 Chooser: TypeAlias = Literal["held_out", "fixed"]
@@ -27,6 +28,7 @@ CHOICE = Enum(
 #: 'constant' comes first
 SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)
 
+ITERATIONS = Int(minimum=0, maximum=10_000, help="How many steps are taken. More are smoother, slower, and shrink more.")
 Auto: TypeAlias = Literal["auto"]
 
 
@@ -83,16 +85,11 @@ NO_EVIDENCE_AT_BORDER = (
     "farther from the truth than they were"
 )
 #: the defaults of `normal_filtering`, where neither the caller nor the mesh decides
+_STEPS = inspect.signature(denoising.normal_filtering).parameters
 DEFAULTS: dict[str, Any] = {
     **{field.name: field.default for field in fields(denoising.NormalFilter) if field.name in STEP_ONE},
-    **{
-        name: inspect.signature(denoising.normal_filtering).parameters[name].default
-        for name in ("vertex_iterations", "outer_iterations", "vertex_update")
-    },
-    "outliers": "keep",
-    "rounding": "keep",
-    "relaxation": 0,
-    "relaxation_direction": "all",
+    **{name: _STEPS[name].default for name in ("vertex_iterations", "outer_iterations", "vertex_update")},
+    **dict(zip(BEFORE, ("keep", "keep", 0, "all"), strict=True)),
 }
 
 
@@ -165,10 +162,8 @@ def apply_coord_normal_filtering(
         rest = part_of(progress, CHOOSING if findings else 0.0, 1.0)
         vertices = denoising.denoised(layer.vertices, layer.faces, **how, border=border, movable=movable, progress=rest)
     else:
-        share = part_of(progress, 0.0, CHOOSING if compare else 1.0)
-        vertices, made = denoising.denoise_automatically(
-            layer.vertices, layer.faces, border=border, movable=movable, progress=share
-        )
+        how = {"border": border, "movable": movable, "progress": part_of(progress, 0.0, CHOOSING if compare else 1.0)}
+        vertices, made = denoising.denoise_automatically(layer.vertices, layer.faces, **how)
         effective, findings = _parameters(made.setting), _findings(made)
         if compare:
             findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
@@ -177,17 +172,8 @@ def apply_coord_normal_filtering(
         elif made.kind == "correlated" and made.setting.rounding == "keep" and border_vertices(layer.faces, len(vertices)).any():
             notes = (NO_EVIDENCE_AT_BORDER,)
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
-    return Edit(
-        vertices=vertices,
-        values={
-            **effective,
-            **findings,
-            "drift": _mean_displacement(layer, vertices),
-            "folded_before": before,
-            "folded_after": after,
-        },
-        notes=(*notes, *_warnings(layer, before, after)),
-    )
+    told = {"drift": _mean_displacement(layer, vertices), "folded_before": before, "folded_after": after}
+    return Edit(vertices=vertices, values={**effective, **findings, **told}, notes=(*notes, *_warnings(layer, before, after)))
 
 
 @mesh_filter(
@@ -299,3 +285,130 @@ def _mean_displacement(layer: Layer, vertices: Floats) -> float:
     # In edges first, so that squares neither overflow nor vanish.
     moved = (vertices - layer.vertices)[used] / layer.mean_edge
     return float(np.linalg.norm(moved, axis=1).mean())
+
+
+# ----------------------------------------------------------------------------------------------------------- of positions
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kernels:
+    """Kernels and scales: the parameters that bilateral filters share.
+
+    Attributes:
+        range_kernel: How a neighbour counts that disagrees. With 'gaussian', 'tukey', 'hampel', 'lorentzian' and the truncated
+            kernels it counts little or nothing far beyond the range sigma: features stay. 'huber' and 'l1' respect them less,
+            'l2' not at all.
+        space_kernel: How neighbours count by their distance; beyond 1.4 times the space sigma none does. 'gaussian' is the
+            paper's, 'l2' counts all alike, 'l1' favours the nearest.
+        range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger noise,
+            and flattens larger features. 'auto' estimates it from the mesh.
+    """
+
+    range_kernel: Annotated[KernelName, Enum()] = "gaussian"
+    space_kernel: Annotated[KernelName, Enum()] = "gaussian"
+    range_sigma: Annotated[float, Percentage(automatic=0, default="auto")]
+
+    space_sigma: Annotated[float, Percentage(automatic=0, default="auto")]
+
+    def arguments(self) -> dict[str, Any]:
+        """The arguments of a bilateral filter; a scale of 0 is estimated."""
+        return {**asdict(self), "range_sigma": self.range_sigma or None, "space_sigma": self.space_sigma or None}
+
+
+@vertex_smoother(name="Bilateral Denoising along Normals (Fleishman)", references=("fleishman2003",))
+def apply_coord_bilateral_fleishman(
+    layer: Layer,
+    *,
+    kernels: Kernels,
+    iterations: Annotated[int, ITERATIONS] = 2,
+    border: Annotated[BorderPolicy, Enum()] = "along",
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Removes noise and keeps features: every vertex moves along its normal to the mean height of neighbours that roughly agree.
+
+    Fast, and enough for light noise; triangles keep their shape. The surface shrinks a little with each iteration.
+
+    Args:
+        space_sigma: How far away neighbours count. Larger averages over more, is smoother and slower. 'auto': 1.4 mean edges.
+        border: What the vertices of open borders do: 'fixed' stay; 'along' see their neighbours on the border alone; 'free' see
+            all of their neighbours.
+    """
+    how: dict[str, Any] = {**kernels.arguments(), "iterations": iterations, "border": border}
+    how |= {"movable": movable_vertices(layer, selected), "progress": progress}
+    return Edit(vertices=denoising.bilateral_fleishman(layer.vertices, layer.faces, **how))
+
+
+@vertex_smoother(name="Bilateral Denoising by Triangle Predictors (Jones)", references=("jones2003",))
+def apply_coord_bilateral_jones(
+    layer: Layer,
+    *,
+    kernels: Kernels,
+    border: Annotated[denoising.JonesBorder, Enum()] = "free",
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Removes noise and keeps features in one step: every vertex goes to the mean of its projections to the planes of triangles.
+
+    Near triangles that roughly agree count most. Triangles are found by place, so that non-manifold meshes and loose triangles
+    are filtered too; curved surfaces shrink less than along normals.
+
+    Args:
+        space_sigma: How far away triangles count. Larger averages over more, is smoother and slower. 'auto': 2 mean edges.
+        border: What the vertices of open borders do: 'fixed' stay; 'free' move like any other vertex.
+    """
+    how: dict[str, Any] = {**kernels.arguments(), "border": border, "progress": progress}
+    movable = movable_vertices(layer, selected)
+    return Edit(vertices=denoising.bilateral_jones(layer.vertices, layer.faces, **how, movable=movable))
+
+
+@vertex_smoother(
+    name="Bilateral Projection of Points",
+    classes=FilterClass.SMOOTHING | FilterClass.POINT_SET,
+    requires=MeshElement.NONE,
+    references=("fleishman2003", "cazals2005"),
+)
+def apply_coord_bilateral_projection_of_points(
+    layer: Layer,
+    *,
+    neighbors: Annotated[int, Int(label="Neighbours", minimum=3)] = 18,
+    kernels: Kernels,
+    iterations: Annotated[int, Int(minimum=0, maximum=10_000, automatic=-1)] = 2,
+    degree: Annotated[int, Int(minimum=1, maximum=2)] = 1,
+    use_normals: Annotated[bool, Bool(label="Use the points' normals")] = False,
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Removes noise from a point cloud: every point moves along its normal to where neighbours that roughly agree expect it.
+
+    Triangles, if there are any, play no part. The normals themselves are not changed: compute them anew afterwards. With
+    automatic iterations it returns what was chosen and what was tried, with errors in spacings; a cloud without noise stays as it
+    is.
+
+    Args:
+        neighbors: How many nearest points count. More are smoother, slower, and round off edges. Chosen too with automatic
+            iterations.
+        space_sigma: How neighbours count by their distance. Larger weighs distant ones more like near ones. 'auto' takes it from
+            the mean distance of the farthest neighbour.
+        iterations: How many steps are taken. More are smoother, slower, and shrink more. 'auto' takes the iterations, the
+            neighbours, the degree and, if that is automatic, the range sigma that best predict points which the filter has not
+            seen.
+        degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. Quadrics
+            follow curved surfaces, which then shrink less, but need 40 neighbours and more. Chosen too with automatic iterations.
+        use_normals: Move along the normals that the points have, in all iterations. Otherwise normals are estimated from the same
+            neighbours, anew in each iteration.
+    """
+    how: dict[str, Any] = {"normals": layer.vertex_normals if use_normals else None, **kernels.arguments()}
+    how["movable"] = movable_vertices(layer, selected)
+    values: dict[str, Any] = {}
+    if iterations < 0:
+        choice = chosen_projection(layer.vertices, **how, progress=part_of(progress, 0.0, 0.8))
+        chosen = Projection() if choice is None else choice.chosen.label
+        values = {"chosen": chosen._asdict(), "tried": reported(choice, Projection._asdict)}
+        if chosen.iterations == 0:
+            progress(1.0)
+            return Edit(vertices=layer.vertices, values=values, notes=(NOTHING_TO_REMOVE,))
+        neighbors, how["range_sigma"], iterations, degree = chosen
+        progress = part_of(progress, 0.8, 1.0)
+    how |= {"neighbors": neighbors, "iterations": iterations, "degree": degree}
+    return Edit(vertices=denoising.bilateral_projection(layer.vertices, **how, progress=progress), values=values)

@@ -14,20 +14,8 @@ from pymeshfair.filters.holes import remesh_region
 from pymeshfair.filters.inspection import surface_measures
 from pymeshfair.filters.mesh import Bools, Floats, Ints
 
-from .moving_vertices import (
-    ADDS_ELEMENTS,
-    DETAIL_SIZE,
-    MOVES_VERTICES,
-    Border,
-    Selected,
-    additions,
-    displacement,
-    irregular_note,
-    movable_vertices,
-    no_amount,
-    smoothed_by_size,
-    vertex_smoother,
-)
+from . import moving_vertices as moving
+from .moving_vertices import ADDS_ELEMENTS, MOVES_VERTICES, Border, Selected, additions, displacement, vertex_smoother
 
 Features: TypeAlias = Literal["none", "curvature", "scalar"]
 
@@ -36,7 +24,7 @@ Features: TypeAlias = Literal["none", "curvature", "scalar"]
 def apply_coord_bilaplacian_smoothing(
     layer: Layer,
     *,
-    detail_size: Annotated[float, DETAIL_SIZE],
+    detail_size: Annotated[float, moving.DETAIL_SIZE],
     weight: Annotated[float, Float(minimum=0, advanced=True)] = 0.0,
     features: Annotated[Features, Enum()] = "none",
     feature_angle: Annotated[float, Float(minimum=1, maximum=179)] = 30.0,
@@ -65,7 +53,7 @@ def apply_coord_bilaplacian_smoothing(
             Larger spares higher values alone.
     """
     if weight == 0.0 and detail_size == 0.0:
-        raise no_amount("weight")
+        raise moving.no_amount("weight")
     before = 0.3 if features == "curvature" else 0.0
     weights = _feature_weights(layer, features, feature_angle, feature_scalar, lambda done: progress(before * done))
     if weight:  # as a length, whose fourth power may leave the range of numbers
@@ -78,17 +66,18 @@ def apply_coord_bilaplacian_smoothing(
 
     def smooth(points: Floats, faces: Ints, size: float, **how: Any) -> Floats:
         notes.clear()
-        how |= {"feature_weights": weights, "border": border, "on_irregular": lambda count: notes.add(irregular_note(count))}
+        how |= {
+            "feature_weights": weights,
+            "border": border,
+            "on_irregular": lambda count: notes.add(moving.irregular_note(count)),
+        }
         return fairing.bilaplacian_smoothing(points, faces, detail_size=size, **how)
 
-    done = smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=part_of(progress, before, 1.0))
+    done = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=part_of(progress, before, 1.0))
+    if done.amount:
+        done = done._replace(notes=(*notes, *done.notes))
     held = fairing.weight_of_detail_size(done.amount) if done.amount else math.inf
-    moved = displacement(layer.vertices, done.vertices)
-    return Edit(
-        vertices=done.vertices,
-        values={"weight": held, **moved, **done.values},
-        notes=(*notes, *done.notes) if done.amount else done.notes,
-    )
+    return done.edit(weight=held, **displacement(layer.vertices, done.vertices))
 
 
 def _feature_weights(layer: Layer, features: Features, angle: float, scalar: float, progress: Progress) -> Floats | None:
@@ -137,42 +126,24 @@ def apply_coord_tangential_smoothing(
             range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes.
     """
     textured = flip_edges and layer.has_wedge_tex_coords
-    vertices, faces = fairing.tangential_smoothing(
-        layer.vertices,
-        layer.faces,
-        weight=weight,
-        iterations=iterations,
-        max_deviation=max_deviation,
-        flip_edges=flip_edges and not textured,
-        movable=movable_vertices(layer, selected),
-        progress=progress,
-    )
+    how: dict[str, Any] = {"weight": weight, "iterations": iterations, "max_deviation": max_deviation}
+    how["flip_edges"] = flip_edges and not textured
+    movable = moving.movable_vertices(layer, selected)
+    vertices, faces = fairing.tangential_smoothing(layer.vertices, layer.faces, **how, movable=movable, progress=progress)
     replaced = (np.sort(faces, axis=1) != np.sort(layer.faces, axis=1)).any(axis=1)
-    return Edit(
-        vertices=vertices,
-        **_replacement(layer, faces, replaced),
-        values={
-            "triangle_quality_before": surface_measures(layer.vertices, layer.faces).triangle_quality,
-            "triangle_quality_after": surface_measures(vertices, faces).triangle_quality,
-            "changed_triangles": int(replaced.sum()),
-            **displacement(layer.vertices, vertices),
-        },
-        notes=("No edge was flipped: the triangles are textured, and flipped ones would lose their texture.",)
-        if textured
-        else (),
-    )
-
-
-def _replacement(layer: Layer, faces: Ints, replaced: Bools) -> dict[str, Any]:
-    """The fields of an `Edit` that replace triangles; new ones are selected if those in their rows were."""
-    new = int(replaced.sum())
-    if new == 0:
-        return {}
-    return {
-        "added_faces": faces[replaced],
-        "delete_faces": np.concatenate([replaced, np.zeros(new, dtype=np.bool_)]),
-        "face_selection": np.concatenate([layer.face_selection, layer.face_selection[replaced]]),
+    exchange: dict[str, Any] = {}
+    if new := int(replaced.sum()):  # new triangles are selected if those in their rows were
+        exchange["added_faces"] = faces[replaced]
+        exchange["delete_faces"] = np.append(replaced, np.zeros(new, dtype=np.bool_))
+        exchange["face_selection"] = np.append(layer.face_selection, layer.face_selection[replaced])
+    values = {
+        "triangle_quality_before": surface_measures(layer.vertices, layer.faces).triangle_quality,
+        "triangle_quality_after": surface_measures(vertices, faces).triangle_quality,
+        "changed_triangles": new,
+        **displacement(layer.vertices, vertices),
     }
+    note = "No edge was flipped: the triangles are textured, and flipped ones would lose their texture."
+    return Edit(vertices=vertices, **exchange, values=values, notes=(note,) if textured else ())
 
 
 # A note is given if the area of a region falls below this share.
@@ -231,34 +202,24 @@ def apply_coord_region_fairing(
         )
     if remesh:
         return _remade(layer, chosen, energy, max(3, iterations), progress)
-    vertices = layer.vertices
-    area_share = 1.0
+    vertices, area_share = layer.vertices, 1.0
     for i in range(iterations):
         partial = part_of(progress, i / iterations, (i + 1) / iterations)
         faired = fairing.fair_region(vertices, layer.faces, chosen, energy=energy, progress=partial)
-        vertices = faired.vertices
-        area_share *= faired.area_share
+        vertices, area_share = faired.vertices, area_share * faired.area_share
     moved = int(faired.free.sum())
     notes = []
     if moved < chosen.sum():
         notes.append(_staying(chosen, moved))
     if faired.irregular:
-        notes.append(irregular_note(faired.irregular))
+        notes.append(moving.irregular_note(faired.irregular))
     if area_share < _SHRUNK:
         notes.append(
             f"The region's area shrank to {area_share:.2g} of what it was: the vertices that stay around it span less than it "
             "covered. Select less if it was to keep its size."
         )
-    return Edit(
-        vertices=faired.vertices,
-        values={
-            "moved": moved,
-            "backward_error": faired.backward_error,
-            "last_correction": faired.last_correction,
-            "refinements": faired.refinements,
-        },
-        notes=tuple(notes),
-    )
+    report = {name: getattr(faired, name) for name in ("backward_error", "last_correction", "refinements")}
+    return Edit(vertices=faired.vertices, values={"moved": moved, **report}, notes=tuple(notes))
 
 
 def _staying(chosen: Bools, moved: int) -> str:

@@ -70,24 +70,15 @@ def meshing_close_holes_by_fairing(
             others 0, in place of the scalars that faces had; 'color' paints them orange, and the others white if faces had no
             colours; 'none' leaves both as they are.
     """
-    filling = close_holes(
-        layer.vertices,
-        layer.faces,
-        max_edges=max_edges,
-        energy=energy,
-        refine=refine,
-        rounds=rounds,
-        islands=islands,
-        selected=_touched(layer) if selected else None,
-        progress=progress,
-    )
+    how: dict[str, Any] = {"max_edges": max_edges, "energy": energy, "refine": refine, "rounds": rounds, "islands": islands}
+    touched = _touched(layer) if selected else None
+    filling = close_holes(layer.vertices, layer.faces, **how, selected=touched, progress=progress)
     added = additions(layer, filling.new_vertices, filling.new_faces)
-    return Edit(
-        **added,
-        **_marks(layer, filling, added["face_selection"], mark),
-        values=_values(filling, energy),
-        notes=_closed(layer, filling) + _lowered(filling, energy) + (_notes(layer, filling) or _no_hole(layer, filling)),
-    )
+    notes = [*_closed(layer, filling), *_lowered(filling, energy), *_left_open(layer, filling)]
+    if not (filling.closed or filling.left_open):
+        notes.append(_no_hole(layer))
+    marks = _marks(layer, filling, added["face_selection"], mark)
+    return Edit(**added, **marks, values=_values(filling, energy), notes=tuple(notes))
 
 
 def _touched(layer: Layer) -> Bools:
@@ -132,63 +123,62 @@ def _lower(filling: HoleFilling, energy: HoleEnergy) -> list[int]:
     return [k for k, used in enumerate(filling.energies) if used != energy and k in refined]
 
 
-def _lowered(filling: HoleFilling, energy: HoleEnergy) -> tuple[str, ...]:
+def _lowered(filling: HoleFilling, energy: HoleEnergy) -> list[str]:
     """One sentence for each hole that was placed by a lower energy than that of the parameter."""
-    holes = _lower(filling, energy)
+    reasons = (
+        f"the equations of {energy!r} are too ill-conditioned there, as at triangles without area",
+        f"that of {energy!r} would reach further out of its rim than the rim is wide, as beside a spike",
+    )
     notes = [
         f"the filling of the rim of {len(filling.closed[k])} edges through vertex {filling.closed[k][0]} was placed with energy "
-        f"{filling.energies[k]!r}: "
-        + (
-            f"that of {energy!r} would reach further out of its rim than the rim is wide, as beside a spike"
-            if filling.thrown_out[k]
-            else f"the equations of {energy!r} are too ill-conditioned there, as at triangles without area"
-        )
-        for k in holes[:MOST_NAMED]
+        f"{filling.energies[k]!r}: {reasons[bool(filling.thrown_out[k])]}"
+        for k in _lower(filling, energy)
     ]
-    if len(holes) > MOST_NAMED:
-        notes.append(f"{len(holes) - MOST_NAMED} more fillings were placed with a lower energy")
-    return tuple(notes)
+    return _cut(notes, MOST_NAMED, "{} more fillings were placed with a lower energy")
 
 
-def _closed(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
+def _cut(notes: list[str], most: int, more: str) -> list[str]:
+    """The first notes, and a sentence on how many `more` there are."""
+    return notes if len(notes) <= most else [*notes[:most], more.format(len(notes) - most)]
+
+
+def _closed(layer: Layer, filling: HoleFilling) -> list[str]:
     """One sentence a closed hole, the largest first."""
     largest = sorted(filling.closed, key=lambda rim: -len(rim))
-    notes = [f"closed a hole of {len(rim)} edges around {_place(layer, rim)}" for rim in largest[:MOST_CLOSED_NAMED]]
-    if len(largest) > MOST_CLOSED_NAMED:
-        notes.append(f"closed {len(largest) - MOST_CLOSED_NAMED} more, of at most {len(largest[MOST_CLOSED_NAMED])} edges")
-    return tuple(notes)
+    notes = [f"closed a hole of {len(rim)} edges around {_place(layer, rim)}" for rim in largest]
+    size = len(largest[MOST_CLOSED_NAMED]) if len(largest) > MOST_CLOSED_NAMED else 0
+    return _cut(notes, MOST_CLOSED_NAMED, f"closed {{}} more, of at most {size} edges")
 
 
-def _no_hole(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
+def _no_hole(layer: Layer) -> str:
     """A sentence on a mesh without any border, which may be hidden by faces that are there twice."""
-    if filling.closed or filling.left_open:
-        return ()
     crowded = len(non_manifold_edges(layer.faces))
     if crowded == 0:
-        return ("there is no hole: every edge has two faces",)
+        return "there is no hole: every edge has two faces"
     return (
         f"no hole was found: no edge has one face alone, but {crowded} have more than two; faces that are there twice hide "
-        "holes, so remove duplicate faces first",
+        "holes, so remove duplicate faces first"
     )
 
 
-def _notes(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
+def _left_open(layer: Layer, filling: HoleFilling) -> list[str]:
     """One sentence a rim for those that a user may want closed, the largest first, and one on outer borders."""
     named: list[OpenRim] = [rim for rim in filling.left_open if rim.reason not in ("selection", "outer")]
     named.sort(key=lambda rim: -len(rim.vertices))
-    notes = [f"{rim.message}; it is around {_place(layer, rim.vertices)}" for rim in named[:MOST_NAMED]]
-    if len(named) > MOST_NAMED:
-        notes.append(f"{len(named) - MOST_NAMED} more rims were left open, of at most {len(named[MOST_NAMED].vertices)} edges")
+    size = len(named[MOST_NAMED].vertices) if len(named) > MOST_NAMED else 0
+    notes = [f"{rim.message}; it is around {_place(layer, rim.vertices)}" for rim in named]
+    notes = _cut(notes, MOST_NAMED, f"{{}} more rims were left open, of at most {size} edges")
     if not filling.closed and filling.left_open and not named:
         unselected = any(rim.reason == "selection" for rim in filling.left_open)
-        also = " and rims without a selected vertex" if unselected else ""
-        notes.append(f"no hole was closed: there are only outer borders{also}")
+        notes.append(
+            f"no hole was closed: there are only outer borders{' and rims without a selected vertex' if unselected else ''}"
+        )
     outer = sorted((len(rim.vertices) for rim in filling.left_open if rim.reason == "outer"), reverse=True)
     if len(outer) == 1:
         notes.append(f"left the outer border of an open sheet, of {outer[0]} edges")
     elif outer:
         notes.append(f"left {len(outer)} outer borders of open sheets, of {outer[0]} edges and fewer")
-    return tuple(notes)
+    return notes
 
 
 def _place(layer: Layer, vertices: Ints) -> str:

@@ -1,6 +1,5 @@
 """Inspection: measures, curvature, reflection lines, triangle shape, displacement."""
 
-from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 from typing import Annotated, Any
@@ -60,8 +59,7 @@ def compute_scalar_by_mean_curvature_per_vertex(
         operator: 'cotangent' is the Laplace-Beltrami operator, right on every mesh; 'uniform' is the mean of the neighbours, calm
             at slivers, but wrong where vertices are spread unevenly.
     """
-    values = inspection.mean_curvature(layer.vertices, layer.faces, operator=operator)
-    return _seen(layer, values, inspection.symmetric_limits, inspection.diverging_colors, color)
+    return _seen(layer, inspection.mean_curvature(layer.vertices, layer.faces, operator=operator), color)
 
 
 @vertex_look(name="Gaussian Curvature by Angle Deficit", references=("meyer2003",))
@@ -82,9 +80,7 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
             which adds up to 2 pi times the Euler characteristic.
     """
     values = inspection.gaussian_curvature(layer.vertices, layer.faces, measure=measure)
-    return _seen(
-        layer, values, inspection.symmetric_limits, inspection.diverging_colors, color, sum=float(values[_used(layer)].sum())
-    )
+    return _seen(layer, values, color, sum=float(values[_used(layer)].sum()))
 
 
 @mesh_filter(
@@ -101,11 +97,8 @@ def compute_scalar_by_triangle_shape_per_face(layer: Layer, *, color: Colored = 
     """
     shapes = inspection.triangle_shapes(layer.vertices, layer.faces)
     limits = inspection.Limits(0.0, 1.0)
-    return Edit(
-        face_scalars=shapes,
-        face_colors=inspection.sequential_colors(shapes, limits) if color else None,
-        values=_statistics(shapes, limits),
-    )
+    colors = inspection.sequential_colors(shapes, limits) if color else None
+    return Edit(face_scalars=shapes, face_colors=colors, values=_statistics(shapes, limits))
 
 
 @vertex_look(name="Reflection Lines")
@@ -170,9 +163,7 @@ def compute_scalar_by_displacement_per_vertex(
             "distance_95": float(np.quantile(d, 0.95)),
             "largest_distance": float(d.max()),
         }
-    if signed:
-        return _seen(layer, result.signed, inspection.symmetric_limits, inspection.diverging_colors, color, **values)
-    return _seen(layer, result.distances, inspection.robust_limits, inspection.sequential_colors, color, **values)
+    return _seen(layer, result.signed if signed else result.distances, color, signed=signed, **values)
 
 
 def _used(layer: Layer) -> Bools:
@@ -180,22 +171,12 @@ def _used(layer: Layer) -> Bools:
     return referenced_vertices(layer.faces, len(layer.vertices)) if len(layer.faces) else np.ones(len(layer.vertices), dtype=bool)
 
 
-def _seen(
-    layer: Layer,
-    values: Floats,
-    limits_of: Callable[[Floats], inspection.Limits],
-    colors_of: Callable[[Floats, inspection.Limits], Floats],
-    color: bool,
-    **more: Any,
-) -> Edit:
+def _seen(layer: Layer, values: Floats, color: bool, *, signed: bool = True, **more: Any) -> Edit:
     """Values of vertices as their scalar and, if `color`, their colour."""
     counted = values[_used(layer)]
-    limits = limits_of(counted)
-    return Edit(
-        vertex_scalars=values,
-        vertex_colors=colors_of(values, limits) if color else None,
-        values=_statistics(counted, limits) | more,
-    )
+    limits = (inspection.symmetric_limits if signed else inspection.robust_limits)(counted)
+    colors = (inspection.diverging_colors if signed else inspection.sequential_colors)(values, limits) if color else None
+    return Edit(vertex_scalars=values, vertex_colors=colors, values=_statistics(counted, limits) | more)
 
 
 def _statistics(values: Floats, limits: inspection.Limits) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Enum, FilterClass, Float, Int, Layer, MeshElement, Percentage, mesh_filter
+from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Int, Layer, MeshElement, Percentage, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.choosing import DETAIL_SIZES, chosen_amount
 from pymeshfair.filters.denoising import unfolded
@@ -46,9 +46,8 @@ Iterations: TypeAlias = Annotated[
 ]
 
 
-#: the wavelength at which a low-pass filter halves the amplitude, and the expert's parameter of implicit steps, which replaces it
-DETAIL_SIZE = Percentage(default="6edge", automatic=-1)
-TIME_STEP = Float(minimum=0, advanced=True)
+#: the wavelength at which a low-pass filter halves the amplitude
+DETAIL_SIZE, SIZE_ON_CURVES = Percentage(default="6edge", automatic=-1), Percentage(default="12edge", of_edges=True)
 
 
 def no_amount(other: str) -> FilterInputError:
@@ -64,34 +63,29 @@ class Smoothed(NamedTuple):
     values: dict[str, Any]
     notes: tuple[str, ...]
 
+    def edit(self, **values: Any) -> Edit:
+        """The edit, which reports these values, too."""
+        return Edit(vertices=self.vertices, values={**values, **self.values}, notes=self.notes)
+
 
 def smoothed_by_amount(
     layer: Layer, amount: float, smooth: Smooth, tried: Sequence[float], *, unit: float = 1.0, selected: bool, progress: Progress
 ) -> Smoothed:
     """Smooths by `amount`; "auto", below 0, takes the best of `tried` (`chosen_amount`), and folds no more faces over.
 
-    Args:
-        layer: the mesh.
-        amount: how much.
-        smooth: the filter, see `Smooth`.
-        tried: amounts for a mesh whose mean edge is 1.
-        unit: their factor for the layer.
-        selected: whether the selected vertices alone move.
-        progress: called with the share that is done.
+    `tried` are amounts for a mesh whose mean edge is 1, `unit` is their factor for the layer.
     """
     movable = movable_vertices(layer, selected)
     if amount >= 0.0:
         return Smoothed(smooth(layer.vertices, layer.faces, amount, movable=movable, progress=progress), amount, {}, ())
     if not len(layer.faces):
         raise FilterInputError("an automatic amount needs faces, and there are none: say how much to smooth")
-    choice = chosen_amount(
-        layer.vertices,
-        layer.faces,
-        lambda points, faces, much, moves: smooth(points, faces, much, movable=moves, progress=ignore_progress),
-        tried,
-        movable=movable,
-        progress=part_of(progress, 0.0, 0.8),
-    )
+
+    def silent(points: Floats, faces: Ints, much: float, moves: Bools | None) -> Floats:
+        return smooth(points, faces, much, movable=moves, progress=ignore_progress)
+
+    choosing = part_of(progress, 0.0, 0.8)
+    choice = chosen_amount(layer.vertices, layer.faces, silent, tried, movable=movable, progress=choosing)
     amount = 0.0 if choice is None else choice.chosen.label * unit
     values = {"chosen": amount, "tried": reported(choice, lambda much: {"amount": much})}
     if amount == 0.0:

@@ -1,7 +1,7 @@
 """Selecting points that do not belong to the surface."""
 
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -23,16 +23,11 @@ point_selection = partial(
 _SOME = 10_000
 
 
-def _counted(selected: Bools, kind: str) -> tuple[str, ...]:
-    """The count of points of a kind, in words; empty if there are none."""
+def _selection(selected: Bools, kind: str, scalars: Floats | None = None, **more: float) -> Edit:
+    """The selection, and how many points are in it, in words too if there are any: they are of a `kind`."""
     count = int(np.count_nonzero(selected))
-    return (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
-
-
-def _selection(selected: Bools, notes: tuple[str, ...], scalars: Floats | None = None, **more: float) -> Edit:
-    """The selection, and how many vertices are in it."""
-    values = {"selected_vertices": int(np.count_nonzero(selected)), **more}
-    return Edit(vertex_selection=selected, vertex_scalars=scalars, values=values, notes=notes)
+    notes = (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
+    return Edit(vertex_selection=selected, vertex_scalars=scalars, values={"selected_vertices": count, **more}, notes=notes)
 
 
 @point_selection(
@@ -66,9 +61,9 @@ def compute_selection_by_outlier_probability_per_vertex(
     """
     probabilities = local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
     selected = probabilities > threshold
-    notes = _counted(selected, f"outliers of their neighbourhood by a probability above {threshold:g}")
+    kind = f"outliers of their neighbourhood by a probability above {threshold:g}"
     largest, mean = float(probabilities.max()), float(probabilities.mean())
-    return _selection(selected, notes, probabilities, largest_probability=largest, mean_probability=mean)
+    return _selection(selected, kind, probabilities, largest_probability=largest, mean_probability=mean)
 
 
 @point_selection(name="Select Stray Points")
@@ -99,11 +94,9 @@ def compute_selection_by_stray_points_per_vertex(
             f"this is a mesh of {len(layer.faces)} faces, not a point cloud, and would get holes: the recipe 'clean_range_map' "
             "removes floating pieces of a mesh, 'denoise' its noise"
         )
-    selected = stray_points(
-        layer.vertices, neighbors=neighbors, sparseness=sparseness, smallest_part=smallest_part, progress=progress
-    )
+    how: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
     kind = f"part of no surface: alone, in a haze, or in clumps of fewer than {smallest_part:,}"
-    return _selection(selected, _counted(selected, kind))
+    return _selection(stray_points(layer.vertices, **how, progress=progress), kind)
 
 
 @point_selection(name="Select Surplus Points")
@@ -118,8 +111,7 @@ def compute_selection_by_grid_per_vertex(layer: Layer, *, side: Annotated[float,
     """
     if side == 0.0:
         raise FilterInputError("side is 0: nothing to do; give the side of a cell, such as '0.1' in mesh units")
-    selected = surplus_points(layer.vertices, side)
-    return _selection(selected, _counted(selected, f"not the first in their cell of {side:g}"))
+    return _selection(surplus_points(layer.vertices, side), f"not the first in their cell of {side:g}")
 
 
 @point_selection(
@@ -158,7 +150,7 @@ def compute_selection_by_distance_from_cloud_per_vertex(
             f"farther than {0.5 * spacings:g}, and bridges gaps",
             *_left_out(cloud, of_points, layer.vertices, layer.faces[furthest <= spacings], spacings),
         )
-    return _selection(selected, notes)
+    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
 
 
 def _left_out(cloud: Floats, of_points: Floats, vertices: Floats, faces: Ints, spacings: float) -> tuple[str, ...]:

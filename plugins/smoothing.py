@@ -1,4 +1,4 @@
-"""Smoothing by diffusion: of vertices, explicit, implicit and Taubin's; of scalars and colours that stops at edges."""
+"""Smoothing by diffusion: of vertices, explicit, implicit and Taubin's; of curves; of scalars and colours that stops at edges."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,24 +11,16 @@ from pymeshfair.declaration import Bool, Edit, Enum, Equivalent, FilterClass, Fl
 from pymeshfair.filters import diffusion
 from pymeshfair.filters.checks import FilterInputError, UnstableStepError
 from pymeshfair.filters.choosing import PASSES
+from pymeshfair.filters.curves import CurveBorder, CurveMethod, CurveWeights, curve_smoothing
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.mesh import Floats, Ints
 from pymeshfair.filters.operators import OperatorName
 
-from .moving_vertices import (
-    DETAIL_SIZE,
-    TIME_STEP,
-    Border,
-    Iterations,
-    Selected,
-    movable_vertices,
-    no_amount,
-    smoothed_by_amount,
-    smoothed_by_size,
-    squared_mean_edge,
-    vertex_smoother,
-)
+from . import moving_vertices as moving
+from .moving_vertices import Border, Iterations, Selected, movable_vertices, vertex_smoother
 
+#: the expert's parameter of implicit steps, which replaces the detail size
+TIME_STEP = Float(minimum=0, advanced=True)
 #: operators that approximate the Laplace-Beltrami operator, for which a wavelength has a meaning
 GEOMETRIC_OPERATORS = ("cotangent", "robust")
 
@@ -42,7 +34,7 @@ def apply_coord_implicit_fairing(
     layer: Layer,
     *,
     operator: Annotated[diffusion.ImplicitOperator, Enum()] = "cotangent",
-    detail_size: Annotated[float, DETAIL_SIZE],
+    detail_size: Annotated[float, moving.DETAIL_SIZE],
     time_step: Annotated[float, TIME_STEP] = 0.0,
     iterations: Annotated[int, Int(minimum=1, maximum=10_000)] = 1,
     flow: Annotated[diffusion.Flow, Enum()] = "linear",
@@ -75,34 +67,27 @@ def apply_coord_implicit_fairing(
         keep_dimensions: Give back along the normals what whole parts of the shape have lost: limbs keep their thickness and the
             shape its size, open or closed. Not for point clouds.
     """
-    faired = partial(
-        diffusion.implicit_fairing,
-        operator=operator,
-        iterations=iterations,
-        flow=flow,
-        preserve_volume=preserve_volume,
-        keep_dimensions=keep_dimensions,
-        border=border,
-    )
-    time_of = partial(diffusion.time_step_of_detail_size, iterations=iterations, keep_dimensions=keep_dimensions)
+    how: dict[str, Any] = {"operator": operator, "iterations": iterations, "flow": flow, "border": border}
+    how |= {"preserve_volume": preserve_volume, "keep_dimensions": keep_dimensions}
     if time_step:
-        time = time_step if operator in ("uniform", "inverse_length") else time_step * squared_mean_edge(layer)
-        movable = movable_vertices(layer, selected)
-        vertices = faired(layer.vertices, layer.faces, time_step=time, movable=movable, progress=progress)
-        return Edit(vertices=vertices, values={"time_step": time})
+        time = time_step if operator in ("uniform", "inverse_length") else time_step * moving.squared_mean_edge(layer)
+        how |= {"movable": movable_vertices(layer, selected), "progress": progress}
+        return Edit(
+            vertices=diffusion.implicit_fairing(layer.vertices, layer.faces, time_step=time, **how), values={"time_step": time}
+        )
     if operator not in GEOMETRIC_OPERATORS:
         raise FilterInputError(f"operator {operator!r} sees the triangulation, not lengths: give a time_step, for example 1.0")
     if detail_size == 0.0:
-        raise no_amount("time_step")
-    done = smoothed_by_size(
-        layer,
-        detail_size,
-        lambda points, faces, size, **how: faired(points, faces, time_step=time_of(size), **how),
-        selected=selected,
-        progress=progress,
-    )
-    time = time_of(done.amount) if done.amount else 0.0
-    return Edit(vertices=done.vertices, values={"time_step": time, **done.values}, notes=done.notes)
+        raise moving.no_amount("time_step")
+
+    def time_of(size: float) -> float:
+        return diffusion.time_step_of_detail_size(size, iterations=iterations, keep_dimensions=keep_dimensions)
+
+    def smooth(points: Floats, faces: Ints, size: float, **which: Any) -> Floats:
+        return diffusion.implicit_fairing(points, faces, time_step=time_of(size), **how, **which)
+
+    done = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=progress)
+    return done.edit(time_step=time_of(done.amount) if done.amount else 0.0)
 
 
 #: operators whose L has the unit 1 / length^2, so that their step is a squared length
@@ -150,19 +135,11 @@ def apply_coord_explicit_smoothing(
         update: 'euler' takes the step above. 'meshlab' repeats the rule of MeshLab's own Laplacian Smooth, where the vertex
             itself is averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.
     """
-    unit = squared_mean_edge(layer) if operator in DIMENSIONAL_OPERATORS else 1.0
+    unit = moving.squared_mean_edge(layer) if operator in DIMENSIONAL_OPERATORS else 1.0
+    how: dict[str, Any] = {"operator": operator, "iterations": iterations, "update": update, "border": border}
+    how |= {"movable": movable_vertices(layer, selected), "progress": progress}
     try:
-        vertices = diffusion.explicit_smoothing(
-            layer.vertices,
-            layer.faces,
-            operator=operator,
-            step=step * unit,
-            iterations=iterations,
-            update=update,
-            border=border,
-            movable=movable_vertices(layer, selected),
-            progress=progress,
-        )
+        return Edit(vertices=diffusion.explicit_smoothing(layer.vertices, layer.faces, step=step * unit, **how))
     except UnstableStepError as error:
         largest = error.largest_stable / unit
         raise UnstableStepError(
@@ -170,7 +147,6 @@ def apply_coord_explicit_smoothing(
             "(squared mean edges), or use Implicit Fairing, which has no limit",
             largest_stable=largest,
         ) from error
-    return Edit(vertices=vertices)
 
 
 #: lambda, which smooths, mu, which goes back, and the pass band, which gives mu for a lambda
@@ -218,11 +194,10 @@ def apply_coord_taubin_fairing(
     """
     faired = partial(diffusion.taubin_fairing, operator=operator, step=step, mu=mu, pass_band=pass_band or None, border=border)
 
-    def smooth(points: Floats, faces: Ints, passes: float, **how: Any) -> Floats:
-        return faired(points, faces, iterations=int(passes), **how)
+    def smooth(points: Floats, faces: Ints, passes: float, **which: Any) -> Floats:
+        return faired(points, faces, iterations=int(passes), **which)
 
-    done = smoothed_by_amount(layer, iterations, smooth, PASSES, selected=selected, progress=progress)
-    return Edit(vertices=done.vertices, values=done.values, notes=done.notes)
+    return moving.smoothed_by_amount(layer, iterations, smooth, PASSES, selected=selected, progress=progress).edit()
 
 
 @vertex_smoother(name="Remove Spikes", classes=FilterClass.SMOOTHING | FilterClass.CLEANING)
@@ -241,10 +216,62 @@ def apply_coord_spike_removal(
         steepness: A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike.
             Larger removes thinner spikes alone; below 1 the corners of boxes go.
     """
-    vertices, spikes = diffusion.remove_spikes(
-        layer.vertices, layer.faces, steepness=steepness, movable=movable_vertices(layer, selected), progress=progress
-    )
+    how: dict[str, Any] = {"steepness": steepness, "movable": movable_vertices(layer, selected), "progress": progress}
+    vertices, spikes = diffusion.remove_spikes(layer.vertices, layer.faces, **how)
     return Edit(vertices=vertices, values={"spikes": int(np.count_nonzero(spikes))})
+
+
+@vertex_smoother(name="Curve Smoothing", requires=MeshElement.EDGENUMBER, references=("taubin1995", "desbrun1999"))
+def apply_coord_curve_smoothing(
+    layer: Layer,
+    *,
+    method: Annotated[CurveMethod, Enum()] = "implicit",
+    weights: Annotated[CurveWeights, Enum()] = "inverse_length",
+    detail_size: Annotated[float, moving.SIZE_ON_CURVES],
+    time_step: Annotated[float, TIME_STEP] = 0.0,
+    step: Annotated[float, TAUBIN_STEP] = 0.5,
+    mu: Annotated[float, TAUBIN_MU] = -0.53,
+    pass_band: Annotated[float, TAUBIN_PASS_BAND] = 0.0,
+    iterations: Annotated[int, Int(minimum=1, maximum=100_000)] = 10,
+    border: Annotated[CurveBorder, Enum(label="Ends")] = "fixed",
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Smooths polylines: sections, contours, borders; open or closed, several in one layer, in the plane or in space.
+
+    Planar curves stay in their plane. Where a curve branches, a vertex goes towards the mean of all its neighbours. Faces of the
+    same layer are not looked at.
+
+    Args:
+        method: 'explicit': every vertex goes a step towards its neighbours; closed curves shrink. 'implicit': waves below the
+            detail size vanish, in steps that are stable however long; closed curves shrink a little. 'taubin': a step and a
+            longer one back, so that curves keep their size.
+        weights: 'inverse_length': near neighbours pull more, so that uneven sampling stays as it is and straight parts do not
+            move. 'uniform': all neighbours pull alike, which evens out the distances along the curve.
+        detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is
+            smoother. Mean edges are those of the curves. For 'implicit' with 'inverse_length'; not used when a time step is
+            given.
+        time_step: For 'implicit': how strong one iteration is, a pure number; with uniform weights it must be given. Larger is
+            smoother; any value is stable. 0: not used, the detail size decides.
+        step: For 'explicit' and 'taubin': the share of the way towards the neighbours' mean that a vertex goes, above 0. Larger
+            is smoother.
+        mu: For 'taubin': the step back, below minus the first one. Nearer to -lambda is smoother; not used when a pass band is
+            given.
+        pass_band: For 'taubin': frequencies below it are kept, above it damped; on a closed curve of n vertices a wave that runs
+            m times round it has 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides.
+        iterations: How many steps. More are smoother; with a detail size they cut off more sharply instead.
+        border: What the ends of open curves do: 'fixed' stay; 'free' draw in towards their neighbours.
+    """
+    by_size = method == "implicit" and time_step == 0.0
+    if by_size and weights == "uniform":
+        raise FilterInputError("uniform weights know no lengths: give a time_step, for example 10, or take 'inverse_length'")
+    if by_size and detail_size == 0.0:
+        raise moving.no_amount("time_step")
+    how: dict[str, Any] = {"method": method, "weights": weights, "step": step, "mu": mu, "pass_band": pass_band or None}
+    how |= {"time_step": time_step if method == "implicit" and not by_size else None}
+    how |= {"detail_size": detail_size if by_size else None, "iterations": iterations, "border": border}
+    movable = movable_vertices(layer, selected)
+    return Edit(vertices=curve_smoothing(layer.vertices, layer.edges, **how, movable=movable, progress=progress))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -264,29 +291,25 @@ class Diffusion:
     iterations: Iterations = 10
     selected: Selected = False
 
-
-def _diffused(values: Floats, layer: Layer, how: Diffusion, progress: Progress) -> Floats:
-    """The values of vertices, (n,) or (n, k), after the diffusion."""
-    if how.step == 0.0:
-        raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
-    return diffusion.perona_malik(
-        values,
-        layer.faces,
-        edge_stop=how.range_kernel,
-        contrast=how.range_sigma or None,
-        step=how.step * diffusion.longest_step(layer.faces),
-        iterations=how.iterations,
-        movable=movable_vertices(layer, how.selected),
-        progress=progress,
-    )
+    def of(self, values: Floats, layer: Layer, progress: Progress) -> Floats:
+        """The values of vertices, (n,) or (n, k), after the diffusion."""
+        if self.step == 0.0:
+            raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
+        how: dict[str, Any] = {"edge_stop": self.range_kernel, "contrast": self.range_sigma or None}
+        how |= {"step": self.step * diffusion.longest_step(layer.faces), "iterations": self.iterations}
+        how |= {"movable": movable_vertices(layer, self.selected), "progress": progress}
+        return diffusion.perona_malik(values, layer.faces, **how)
 
 
-@mesh_filter(
+#: declares a filter that smooths attributes of vertices
+attribute_smoother = partial(mesh_filter, references=("perona1990", "black1998"))
+
+
+@attribute_smoother(
     name="Anisotropic Diffusion of Vertex Scalars",
     classes=FilterClass.SMOOTHING | FilterClass.QUALITY,
     requires=MeshElement.FACENUMBER | MeshElement.VERTQUALITY,
     changes=MeshElement.VERTQUALITY,
-    references=("perona1990", "black1998"),
 )
 def apply_scalar_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusion, progress: Progress = ignore_progress) -> Edit:
     """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move.
@@ -295,15 +318,14 @@ def apply_scalar_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusio
         range_sigma: Differences between neighbours above it are edges, and stay. Larger smooths stronger noise and blurs more
             edges. 'auto' takes it from the median difference.
     """
-    return Edit(vertex_scalars=_diffused(layer.vertex_scalars, layer, how, progress))
+    return Edit(vertex_scalars=how.of(layer.vertex_scalars, layer, progress))
 
 
-@mesh_filter(
+@attribute_smoother(
     name="Anisotropic Diffusion of Vertex Colors",
     classes=FilterClass.SMOOTHING | FilterClass.VERTEX_COLORING,
     requires=MeshElement.FACENUMBER | MeshElement.VERTCOLOR,
     changes=MeshElement.VERTCOLOR,
-    references=("perona1990", "black1998"),
 )
 def apply_color_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusion, progress: Progress = ignore_progress) -> Edit:
     """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays.
@@ -313,5 +335,5 @@ def apply_color_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusion
             smooths stronger noise and blurs more edges. 'auto' takes it from the median difference.
     """
     colors = np.array(layer.vertex_colors)
-    colors[:, :3] = _diffused(colors[:, :3], layer, how, progress)
+    colors[:, :3] = how.of(colors[:, :3], layer, progress)
     return Edit(vertex_colors=colors)

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import fields
-from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -14,14 +13,7 @@ from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.mesh import Floats, Ints
 from pymeshfair.filters.operators import SurfaceOperatorName
 
-from .moving_vertices import (
-    DETAIL_SIZE,
-    Selected,
-    movable_vertices,
-    no_amount,
-    smoothed_by_size,
-    vertex_smoother,
-)
+from .moving_vertices import DETAIL_SIZE, Selected, movable_vertices, no_amount, smoothed_by_size, vertex_smoother
 
 ORDER = Int(minimum=min(spectral.ORDERS), maximum=max(spectral.ORDERS), advanced=True)
 OPERATOR = Enum(
@@ -80,25 +72,17 @@ def apply_coord_spectral_filter(
             f"detail_size 'auto' is for the response 'low_pass', not {response!r}: give a size such as '6edge'"
         )
     filtered: spectral.SpectralResult | None = None
-    passed = partial(
-        spectral.spectral_filter,
-        response=response,
-        largest_size=largest_size or None,
-        modes=modes or None,
-        gain=gain if response == "enhance" else None,
-        order=order,
-        method=method,
-        operator=operator,
-    )
+    same: dict[str, Any] = {"response": response, "order": order, "method": method, "operator": operator}
+    same |= {"largest_size": largest_size or None, "modes": modes or None, "gain": gain if response == "enhance" else None}
 
     def smooth(points: Floats, faces: Ints, size: float, **how: Any) -> Floats:
         nonlocal filtered
-        filtered = passed(points, faces, detail_size=None if modes else size, **how)
+        filtered = spectral.spectral_filter(points, faces, detail_size=None if modes else size, **same, **how)
         return filtered.vertices
 
     done = smoothed_by_size(layer, 0.0 if modes else detail_size, smooth, selected=selected, progress=progress)
     if filtered is None or not (modes or done.amount):
-        return Edit(vertices=done.vertices, values=done.values, notes=done.notes)
+        return done.edit()
     report = {f.name: getattr(filtered, f.name) for f in fields(filtered) if f.name not in ("vertices", "explanation")}
     return Edit(vertices=filtered.vertices, values={**report, **done.values}, notes=(_in_words(response, filtered),))
 
@@ -139,17 +123,9 @@ def apply_coord_detail_enhancement(
         most: How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that is
             less. Larger lets thin parts change more.
     """
-    enhanced = spectral.enhance_details(
-        layer.vertices,
-        layer.faces,
-        gain=gain,
-        detail_size=detail_size or None,
-        largest_size=largest_size or None,
-        most=most,
-        operator=operator,
-        movable=movable_vertices(layer, selected),
-        progress=progress,
-    )
+    how: dict[str, Any] = {"gain": gain, "most": most, "operator": operator, "progress": progress}
+    how |= {"detail_size": detail_size or None, "largest_size": largest_size or None}
+    enhanced = spectral.enhance_details(layer.vertices, layer.faces, **how, movable=movable_vertices(layer, selected))
     notes: tuple[str, ...] = ("nothing was enhanced: no triangle has an area",)
     if enhanced.detail_size > 0.0:
         edge = layer.mean_edge
@@ -194,15 +170,9 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
             f"this mode lives on one of {harmonic.n_components} components, with {100.0 * harmonic.share_of_area:.2g} % of the "
             "area: take another mode, or remove small components first",
         )
-    return Edit(
-        vertex_scalars=harmonic.values,
-        values={
-            "frequency": frequency,
-            "wavelength": 2.0 * math.pi / frequency if frequency > 0.0 else math.inf,
-            "eigenvalue": harmonic.eigenvalue,
-        },
-        notes=notes,
-    )
+    wavelength = 2.0 * math.pi / frequency if frequency > 0.0 else math.inf
+    values = {"frequency": frequency, "wavelength": wavelength, "eigenvalue": harmonic.eigenvalue}
+    return Edit(vertex_scalars=harmonic.values, values=values, notes=notes)
 
 
 @mesh_filter(

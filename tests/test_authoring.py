@@ -15,7 +15,7 @@ import pymeshfair
 from pymeshfair import MeshSet, Recipe
 from pymeshfair.declaration import Length
 from pymeshfair.errors import GuardBroken, ParameterError, UnknownNameError
-from pymeshfair.meshlab.errors import ScriptStepFailedError
+from pymeshfair.meshlab.base import ScriptStepFailedError
 from pymeshfair.recipe import load_recipe
 from pymeshfair.scripts import parse_script
 from tests.meshes import icosphere

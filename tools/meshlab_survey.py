@@ -21,7 +21,7 @@ from typing import Any
 
 from pymeshfair.declaration import Length
 from pymeshfair.errors import PymeshfairError
-from pymeshfair.meshlab.facts import python_name, table, table_version
+from pymeshfair.meshlab.facts import differing_names, python_name, table, table_version
 from pymeshfair.meshlab.loading import load_pymeshlab
 
 #: the bounding-box diagonal of MeshLab's unit cube, on which defaults and bounds are listed
@@ -168,11 +168,9 @@ def differences_from_table(installed: Survey) -> list[str]:
     if installed.version != table_version():
         differences.append(f"pymeshlab {installed.version} is installed; the table of its filters is of {table_version()}")
     expected = {row[0]: row[-1] for row in table("filters")["filters"]}
-    differences += [f"filter {name!r} is not in the table" for name in sorted(installed.filters.keys() - expected.keys())]
+    differences += differing_names(installed.filters, expected)
     for name, rows in expected.items():
-        if name not in installed.filters:
-            differences.append(f"filter {name!r} is not installed")
-        else:
+        if name in installed.filters:
             differences += [f"filter {name!r}: {text}" for text in _parameter_differences(rows, installed.filters[name])]
     return differences
 

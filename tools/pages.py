@@ -15,7 +15,7 @@ from unicodedata import normalize
 
 from pymeshfair.declaration import Filter, Parameter, Percentage, nearest
 from pymeshfair.errors import UnknownNameError
-from pymeshfair.meshlab.former import Former, former_filters, parameter_facts
+from pymeshfair.meshlab.facts import Former, former_filters, parameter_facts
 from pymeshfair.recipe import TASKS, load_recipe, shipped_heads, shipped_recipes, superseded_recipes
 from pymeshfair.registry import custom_filters
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pymeshlab
 
 from pymeshfair.meshlab.facts import meshlab_filters
-from pymeshfair.meshset import listing
+from pymeshfair.meshset import methods
 
 STUB = Path(__file__).parents[1] / "src/pymeshfair/meshset/pymeshlab_classes.pyi"
 _HEAD = '''\
@@ -34,7 +34,7 @@ def format_stub() -> str:
     exceptions = [f"class {name}(Exception): ..." for name, kind in public.items() if _is(kind, error=True)]
     classes = [_class(name, kind) for name, kind in public.items() if _is(kind, error=False)]
     functions = [
-        _signature(f.__doc__ or "", "") for name, f in public.items() if inspect.isbuiltin(f) and not hasattr(listing, name)
+        _signature(f.__doc__ or "", "") for name, f in public.items() if inspect.isbuiltin(f) and not hasattr(methods, name)
     ]
     return "\n".join([_HEAD, *sorted(exceptions), "", *sorted(classes), *sorted(functions), ""])
 

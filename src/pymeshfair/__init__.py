@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .authoring import Recipe, run
     from .errors import PymeshfairError
     from .meshset import MeshSet
-    from .meshset.listing import filter_list, print_filter_list, print_filter_parameter_list, search
+    from .meshset.methods import filter_list, print_filter_list, print_filter_parameter_list, search
     from .meshset.pymeshlab_classes import *  # noqa: F403
     from .registry import reload_plugins
     from .running.job import RunResult
@@ -55,7 +55,7 @@ _OURS = {
     "RunResult": "running.job",
     "PymeshfairError": "errors",
     "reload_plugins": "registry",
-    **dict.fromkeys(("filter_list", "print_filter_list", "print_filter_parameter_list", "search"), "meshset.listing"),
+    **dict.fromkeys(("filter_list", "print_filter_list", "print_filter_parameter_list", "search"), "meshset.methods"),
 }
 
 

@@ -6,6 +6,7 @@ carries its number through the filters as a custom attribute. A filter that make
 
 import re
 import shutil
+import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -29,7 +30,7 @@ from .meshlab.facts import table
 from .processes.worker import use_up
 from .scripts.script import Step
 from .write_back.attributes import SAVED_AS, saved_attributes
-from .write_back.workbench import attributes_of, read_array
+from .write_back.workbench import attributes_of, read_array, wedges_of
 
 #: the custom attribute by which elements are known again, from 1; 0 is a new one
 _ID = "pymeshfair_id"
@@ -41,47 +42,45 @@ _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class Door:
-    """One mesh set of MeshLab's; layers have the ids of the caller."""
+    """A mesh set of MeshLab's with layers that have the ids of the caller.
 
-    def __init__(self, folder: Path, *, verbose: bool = True) -> None:
-        """See the class; `folder` takes the files that are handed over, and is kept as long as the meshes are."""
-        self._folder = folder
-        self._verbose = verbose
-        self._entries = 0
-        self._meshset: Any = None
-        self._filters: BuiltinFilters | None = None
+    Attributes:
+        lost: what MeshLab did not take of them, in words.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        meshes: Mapping[int, MeshData],
+        visible: Mapping[int, bool],
+        current: int | None,
+        *,
+        verbose: bool = True,
+    ) -> None:
+        """Bring layers in; `folder` takes the files that are handed over, and is kept as long as the meshes are."""
+        self._folder, self._meshset, self.lost = folder, BASE(verbose), list[str]()
+        self._filters = BuiltinFilters(self._meshset, self._measured, verbose=verbose)
         self._ids: dict[int, int] = {}  # MeshLab's id by ours
-        self._sent: dict[int, MeshData] = {}
-        self._painted = False
-        self._with_normals = False
-
-    def enter(self, meshes: Mapping[int, MeshData], visible: Mapping[int, bool], current: int | None) -> list[str]:
-        """Bring layers in, in place of all that were inside; what MeshLab does not take of them, in words."""
-        self._meshset = BASE(self._verbose)
-        self._filters = BuiltinFilters(self._meshset, self._measured)
-        self._filters.verbose = self._verbose
-        self._ids, self._sent, self._painted, self._with_normals = {}, {}, False, False
-        lost = []
+        self._sent = meshes
+        self._painted = self._with_normals = False
         for number, mesh in meshes.items():
             self._send(mesh)
             self._ids[number] = BASE.current_mesh_id(self._meshset)
-            self._sent[number] = mesh
             if count := int((~proper_faces(mesh.faces)).sum()):
-                lost.append(f"MeshLab leaves out faces of {mesh.label} with a vertex twice ({count:,})")
+                self.lost.append(f"MeshLab leaves out faces of {mesh.label} with a vertex twice ({count:,})")
             if not visible[number]:
-                self._apply("set_mesh_visibility", isvisible=False)
+                BASE.set_current_mesh_visibility(self._meshset, False)
         if current is not None:
             BASE.set_current_mesh(self._meshset, self._ids[current])
-        return lost
 
-    def adopt(self, meshset: Any) -> None:
-        """Take a mesh set whose current mesh MeshLab has read itself; it becomes layer 0."""
-        self._meshset = meshset
-        self._ids = {0: BASE.current_mesh_id(meshset)}
+    def load(self, path: Path) -> tuple[MeshData, int]:
+        """The mesh of a file, which MeshLab reads itself, and how many meshes the file has."""
+        options = {"load_in_a_single_layer": True} if path.suffix.lower() == ".3ds" else {}
+        BASE.load_new_mesh(self._meshset, str(path), **options)
+        return self._read(BASE.current_mesh(self._meshset), None), BASE.mesh_number(self._meshset)
 
     def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         """Apply a step of one of MeshLab's filters; all values that it ran with, lengths in mesh units; what it reports."""
-        assert self._filters is not None
         values = {**constant_defaults(step.filter), **_with_ids(step.filter, step.values, self._ids)}
         effective = self._filters.on_mesh(step.filter, values)
         parameters = _with_ids(step.filter, effective, {inside: number for number, inside in self._ids.items()})
@@ -91,7 +90,7 @@ class Door:
         self._with_normals |= FilterClass.NORMAL in step.filter.classes
         if step.filter.python_name in table("unrepeatable")["leaves_state"]:
             use_up()
-        return parameters, self._filters.apply(step.filter, values)[0]
+        return parameters, self._filters.apply(step.filter, values)
 
     def layers(self, next_id: int) -> tuple[list[int], int | None, dict[int, bool]]:
         """The ids of the layers inside, new ones counted from `next_id`; the current one; which of them are visible."""
@@ -122,9 +121,7 @@ class Door:
     # ----------------------------------------------------------------------------------------------------------------- in
 
     def _send(self, mesh: MeshData) -> None:
-        folder = self._folder / f"in-{self._entries}"
-        self._entries += 1
-        folder.mkdir(parents=True)
+        folder = self._new_folder()
         path = folder / "mesh.ply"
         names = [_place_texture(texture, folder, k) for k, texture in enumerate(mesh.textures)]
         with path.open("xb") as file:
@@ -142,6 +139,10 @@ class Door:
                 self._apply("apply_selection_inverse", invfaces=True, invverts=True)
         if mesh.matrix is not None:
             self._apply("set_matrix", transformmatrix=mesh.matrix, compose=False, freeze=False)
+
+    def _new_folder(self) -> Path:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        return Path(tempfile.mkdtemp(dir=self._folder))
 
     def _bring_custom(self, name: str) -> None:
         """Give the current layer the custom attribute of that name, if the mesh outside has one: an expression may name it."""
@@ -173,47 +174,42 @@ class Door:
         of_vertices, of_faces = _numbers(mesh, "vertex"), _numbers(mesh, "face")
         if sent is None or of_vertices is None or of_vertices.max(initial=-1) >= len(sent.vertices):
             sent, of_vertices = None, np.full(len(vertices), -1)
-        if sent is None or of_faces is None or of_faces.max(initial=-1) >= len(sent.faces):
+        before = MeshData(vertices=np.empty((0, 3))) if sent is None else sent
+        if of_faces is None or of_faces.max(initial=-1) >= len(before.faces):
             of_faces = np.full(len(faces), -1)
-        elif len(of_faces):
-            _drop_changed(of_faces, of_vertices, faces, sent.faces)
-        vertex = _carried(sent and sent.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
-        face = _carried(sent and sent.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
-        textures = () if sent is None else sent.textures
-        keeps_normals = sent is not None and sent.keeps_normals and len(faces) > 0
-        keeps_normals |= self._with_normals and len(faces) > 0
+        else:
+            _drop_changed(of_faces, of_vertices, faces, before.faces)
+        vertex = _carried(before.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
+        face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
+        keeps_normals = (before.keeps_normals or self._with_normals) and len(faces) > 0
         # those of a new curve are sums over the faces that a section cuts
-        of_points = not len(faces) and (not len(edges) or (sent is not None and "normals" in sent.vertex_attributes))
+        of_points = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)
         if keeps_normals or of_points:
             normals = read_array(mesh, "vertex_normals")
             if keeps_normals or normals.any():
                 vertex["normals"] = _unit(normals)
         vertex |= attributes_of(mesh, "vertex")
-        if mesh.has_vertex_tex_coord() and not (
-            mesh.has_wedge_tex_coord() and (sent is None or "texture_coordinates" not in sent.vertex_attributes)
-        ):
-            places = np.ascontiguousarray(mesh.vertex_tex_coord_matrix())
-            vertex["texture_coordinates"] = _as_sent(
-                places, sent and sent.vertex_attributes.get("texture_coordinates"), of_vertices
-            )
-        if len(faces):
-            face |= attributes_of(mesh, "face")
-            if mesh.has_wedge_tex_coord():
-                wedges = np.ascontiguousarray(mesh.wedge_tex_coord_matrix()).reshape(-1, 3, 2)
-                before = sent and sent.face_attributes.get("wedge_texture_coordinates")
-                face["wedge_texture_coordinates"] = _as_sent(wedges, before, of_faces)
+        wedges = wedges_of(mesh)
+        own = before.vertex_attributes.get("texture_coordinates")
+        if mesh.has_vertex_tex_coord() and (own is not None or wedges is None):
+            vertex["texture_coordinates"] = _as_sent(mesh.vertex_tex_coord_matrix(), own, of_vertices)
+        textures = before.textures
         if self._painted or (sent is None and mesh.texture_number()):
             textures = self._textures_of(mesh, textures)
-        if len(faces) and textures and mesh.has_wedge_tex_coord():
-            face["texture"] = self._texture_numbers(mesh, len(faces))
+        if len(faces):
+            face |= attributes_of(mesh, "face")
+            if wedges is not None:
+                own = before.face_attributes.get("wedge_texture_coordinates")
+                face["wedge_texture_coordinates"] = _as_sent(wedges, own, of_faces)
+                if textures:
+                    face["texture"] = self._texture_numbers(mesh, len(faces))
         for element, attributes in (("vertex", vertex), ("face", face)):
             for name in saved_attributes(self._meshset, SAVED_AS[element]):
                 if not name.startswith("pymeshfair_") and (values := _attribute(mesh, element, name)) is not None:
                     attributes[name] = values
         matrix = np.array(mesh.transform_matrix())
-        base = MeshData(vertices=vertices) if sent is None else sent
         return replace(
-            base,
+            before,
             vertices=vertices,
             faces=faces,
             edges=edges,
@@ -223,24 +219,23 @@ class Door:
             textures=textures,
             matrix=None if np.array_equal(matrix, np.eye(4)) else matrix,
             label=mesh.label(),
-            vertex_ids=_composed(base.vertex_ids, of_vertices, None if sent is None else len(sent.vertices)),
-            face_ids=_composed(base.face_ids, of_faces, None if sent is None else len(sent.faces)),
-            edge_ids=base.edge_ids if np.array_equal(edges, base.edges) else np.full(len(edges), -1),
+            vertex_ids=_composed(before.vertex_ids, of_vertices, len(before.vertices)),
+            face_ids=_composed(before.face_ids, of_faces, len(before.faces)),
+            edge_ids=before.edge_ids if np.array_equal(edges, before.edges) else np.full(len(edges), -1),
         )
 
     def _textures_of(self, mesh: Any, before: tuple[Texture, ...]) -> tuple[Texture, ...]:
         """The textures of a layer on which a step may have painted."""
         names = {f"texture-{k}{_suffix(texture)}": texture for k, texture in enumerate(before)}
-        textures = []
+        textures, folder = [], self._new_folder()
         for number, (name, image) in enumerate(mesh.textures().items()):
             meant = names[name].name if name in names else name
             if Path(meant).suffix.lower() not in (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"):
                 meant += ".png"
-            path = self._folder / f"out-{self._entries}-{number}{Path(meant).suffix}"
+            path = folder / f"texture-{number}{Path(meant).suffix}"
             if image.width() and image.height():
                 image.save(str(path))
             textures.append(Texture(meant, path if path.exists() else None))
-        self._entries += 1
         return tuple(textures)
 
     def _texture_numbers(self, mesh: Any, count: int) -> NDArray[np.int32]:
@@ -313,14 +308,14 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 def _carried(attributes: Any, ids: NDArray[np.int64], inside: frozenset[str]) -> dict[str, Any]:
     """The attributes that waited outside, by the numbers of the elements; 0 for new ones, which are parts of no polygon."""
     carried: dict[str, Any] = {}
-    for name, values in (attributes or {}).items():
+    for name, values in attributes.items():
         if name not in inside:
             carried[name] = values[ids]
             carried[name][ids < 0] = -1 if name == "polygon" else 0
     return carried
 
 
-def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int | None) -> NDArray[np.int64] | None:
+def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int) -> NDArray[np.int64] | None:
     """The elements of the source that elements are, through both numberings; None if they are all there in their order."""
     if first is None:
         return None if len(second) == count and np.array_equal(second, np.arange(len(second))) else second
@@ -398,17 +393,11 @@ def _for_meshlab(mesh: MeshData, textures: list[str]) -> MeshData:
 
 def load_unchecked(path: Path, folder: Path) -> Reading:
     """A file of a format that only MeshLab's own reader understands."""
-    meshset = BASE(False)
-    options = {"load_in_a_single_layer": True} if path.suffix.lower() == ".3ds" else {}
     try:
-        BASE.load_new_mesh(meshset, str(path), **options)
+        mesh, count = Door(folder, {}, {}, None, verbose=False).load(path)
     except MemoryError:
         raise
     except Exception as error:  # pymeshlab raises several unrelated types
         raise ContentsError(f"MeshLab says: {' '.join(str(error).split('Error details:')[-1].split())}") from error
-    count = BASE.mesh_number(meshset)
-    door = Door(folder, verbose=False)
-    door.adopt(meshset)
-    mesh = door.fetch(0).without_matrix()
     doubts = (f"it holds {count} meshes; one is cleaned and written, the others are not",) if count > 1 else ()
-    return Reading(replace(mesh, source=Source(path, path.suffix[1:].lower())), doubts)
+    return Reading(replace(mesh.without_matrix(), source=Source(path, path.suffix[1:].lower())), doubts)

@@ -246,7 +246,7 @@ def test_triangles_of_a_polygon_cover_it(corners: int, seed: int) -> None:
     flat = np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1)
     frame = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     faces, polygon, _ = triangulated(flat @ frame[:2] + rng.normal(size=3), np.arange(corners), np.array([corners]))
-    assert polygon is not None
+    assert isinstance(polygon, np.ndarray)
     assert polygon.tolist() == [0] * (corners - 2)
     x, y = flat.T
     area = 0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)

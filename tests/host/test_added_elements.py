@@ -13,7 +13,7 @@ from matplotlib.image import imsave
 from pymeshfair.declaration import Edit
 from pymeshfair.errors import MeshError
 from pymeshfair.meshset import MeshSet
-from pymeshfair.write_back import Workbench, attributes, refill, write_edit, writing
+from pymeshfair.write_back import Workbench, attributes, write_edit, writing
 from tests.host.snapshots import PER_FACE, PER_VERTEX, add_attributes, differences, everything, give_back, same, sample, wild
 from tests.host.test_write_back import as_read, coloured_ply, textured_obj
 from tests.meshes import icosphere
@@ -313,7 +313,7 @@ def test_ids_of_layers_in_scripts_are_those_without_additions() -> None:
     assert meshes._bench.without_helpers(meshes.current_mesh_id()) == 3
     meshes.set_current_mesh(1)
     offered = pymeshlab.MeshSet.filter_parameter_values(meshes, "ply")
-    assert all(sum(refill.PREFIX in k and kind in k for k in offered) <= attributes.MOST for kind in ("_vs_", "_fs_"))
+    assert all(sum(attributes.PREFIX in k and kind in k for k in offered) <= attributes.MOST for kind in ("_vs_", "_fs_"))
 
 
 @pytest.mark.parametrize(
@@ -521,4 +521,4 @@ def test_a_saved_file_has_the_additions_and_the_texture(make: Any, extension: st
     assert (again.current_mesh().vertex_number(), again.current_mesh().face_number()) == (n + 6, m + 10)
     assert set(again.current_mesh().textures()) == set(meshes.current_mesh().textures())
     assert again.current_mesh().has_wedge_tex_coord() == (extension == "obj")
-    assert refill.PREFIX.encode() not in file.read_bytes()
+    assert attributes.PREFIX.encode() not in file.read_bytes()

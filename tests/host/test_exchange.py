@@ -15,7 +15,7 @@ from PIL import Image
 
 from pymeshfair import MeshSet
 from pymeshfair.errors import UnknownNameError
-from pymeshfair.meshlab.errors import ForeignMeshError
+from pymeshfair.meshlab.base import ForeignMeshError
 from tests.meshes import icosphere, noisy, torus
 
 
@@ -87,26 +87,6 @@ def test_open3d_gets_its_mesh_back(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_array_equal(meshes.to_open3d().points, vertices)
 
 
-def test_meshio_meshes_give_triangles_quads_and_lines(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A quad is two triangles, flat points lie in the plane z = 0, and cells that are no surface are refused by name."""
-    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    blocks = [SimpleNamespace(type="quad", data=np.array([[0, 1, 2, 3]])), ("line", np.array([[0, 2]]))]
-    found = taken(SimpleNamespace(points=square, cells=blocks))
-    assert found.face_matrix().tolist() == [[0, 1, 2], [0, 2, 3]]
-    assert found.edge_matrix().tolist() == [[0, 2]]
-    assert found.vertex_matrix()[:, 2].tolist() == [0.0] * 4
-    with pytest.raises(ForeignMeshError, match="'tetra'"):
-        taken(SimpleNamespace(points=square, cells=[("tetra", np.array([[0, 1, 2, 3]]))]))
-    meshio = ModuleType("meshio")
-    meshio.Mesh = lambda points, cells, point_data, cell_data: (points, cells, point_data)  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "meshio", meshio)
-    meshes = MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(*icosphere(0)))
-    points, cells, data = meshes.to_meshio()
-    assert points.shape == data["normals"].shape == (12, 3)
-    assert [(kind, len(rows)) for kind, rows in cells] == [("triangle", 20)]
-
-
 def test_values_of_trimesh_are_kept_both_ways() -> None:
     """Attributes of vertices and faces become MeshLab's custom ones, under names that its expressions can hold, and come back."""
     vertices, faces = icosphere(1)
@@ -162,20 +142,6 @@ def test_what_another_package_does_not_take_is_named(caplog: pytest.LogCaptureFi
     assert "its coordinates are kept" in caplog.text
 
 
-def test_meshio_keeps_values_of_points_and_cells() -> None:
-    """Those of a quad go to both of its triangles; they come back with colours and scalars."""
-    meshio = pytest.importorskip("meshio")
-    points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    cells = [("quad", np.array([[0, 1, 2, 3]])), ("line", np.array([[0, 2]]))]
-    mesh = meshio.Mesh(points, cells, point_data={"heat": np.arange(4.0)}, cell_data={"part": [np.array([7.0]), np.array([8.0])]})
-    meshes = MeshSet()
-    meshes.add_mesh(mesh)
-    back = meshes.to_meshio()
-    np.testing.assert_array_equal(back.point_data["heat"], np.arange(4.0))
-    np.testing.assert_array_equal(back.cell_data["part"][0], [7.0, 7.0])
-    assert [block.type for block in back.cells] == ["triangle", "line"]
-
-
 def test_pyvista_meshes_keep_everything_both_ways() -> None:
     """Triangles, lines, colours, texture coordinates, and values of points and cells."""
     pyvista = pytest.importorskip("pyvista")
@@ -203,7 +169,7 @@ def test_pyvista_meshes_keep_everything_both_ways() -> None:
 
 def test_what_is_no_mesh_is_refused_by_its_type() -> None:
     """The message names the type and the packages that are known."""
-    with pytest.raises(TypeError, match=r"trimesh, Open3D, meshio or PyVista, got a builtins\.str"):
+    with pytest.raises(TypeError, match=r"trimesh, Open3D or PyVista, got a builtins\.str"):
         MeshSet().add_mesh("scan.ply")
 
 

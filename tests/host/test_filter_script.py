@@ -13,7 +13,7 @@ import pytest
 from pymeshfair import Recipe
 from pymeshfair.declaration import Edit, Length
 from pymeshfair.errors import PymeshfairError, StepFailedError
-from pymeshfair.meshlab.errors import FilterFailedError, ScriptStepFailedError
+from pymeshfair.meshlab.base import FilterFailedError, ScriptStepFailedError
 from pymeshfair.meshset import MeshSet
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Script, ScriptError, Step, read_script, write_script

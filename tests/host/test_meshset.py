@@ -30,7 +30,7 @@ from pymeshfair.declaration import (
 )
 from pymeshfair.errors import ConvergenceError, FilterInputError, Place, StepFailedError
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.meshlab.errors import (
+from pymeshfair.meshlab.base import (
     FilterFailedError,
     FilterParameterError,
     ScriptStepFailedError,

@@ -9,9 +9,8 @@ import pymeshlab
 import pytest
 
 from pymeshfair.errors import StepFailedError
-from pymeshfair.meshlab.errors import FilterParameterError, UnknownLayerError
-from pymeshfair.meshset.filter_runner import FilterRunner
-from pymeshfair.meshset.script_log import ScriptLog
+from pymeshfair.meshlab.base import FilterParameterError, UnknownLayerError
+from pymeshfair.meshset.filter_runner import FilterRunner, ScriptLog
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Step
 from pymeshfair.write_back import Workbench

@@ -10,7 +10,7 @@ import pytest
 from stubs import STUB, format_stub, method_text
 
 from pymeshfair.declaration import Bool, Filter, FilterClass, Matrix, Point, Shot
-from pymeshfair.meshlab.errors import FilterParameterError, UnknownFilterError
+from pymeshfair.meshlab.base import FilterParameterError, UnknownFilterError
 from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.meshset import MeshSet
 from pymeshfair.registry import custom_filters

@@ -14,7 +14,7 @@ from pymeshfair.declaration import Filter, MeshElement
 from pymeshfair.filters.denoising.bilateral import bilateral_fleishman, bilateral_jones
 from pymeshfair.filters.denoising.clouds import bilateral_projection
 from pymeshfair.filters.diffusion.anisotropic import perona_malik
-from pymeshfair.plugins import bilateral, smoothing
+from pymeshfair.plugins import denoising, smoothing
 from tests.meshes import Mesh, icosphere, noisy
 
 Floats = NDArray[np.float64]
@@ -26,7 +26,7 @@ NAMES = (
     "apply_scalar_anisotropic_diffusion_per_vertex",
     "apply_color_anisotropic_diffusion_per_vertex",
 )
-DECLARED: list[Filter] = [getattr(bilateral if name in NAMES[:3] else smoothing, name) for name in NAMES]
+DECLARED: list[Filter] = [getattr(denoising if name in NAMES[:3] else smoothing, name) for name in NAMES]
 
 
 def mesh_set(mesh: Mesh, **attributes: Any) -> pymeshfair.MeshSet:

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 import pymeshfair
 from pymeshfair.declaration import MeshElement
 from pymeshfair.filters.curves import curve_smoothing
-from pymeshfair.meshlab.errors import FilterFailedError
-from pymeshfair.plugins.curves import apply_coord_curve_smoothing
+from pymeshfair.meshlab.base import FilterFailedError
+from pymeshfair.plugins.smoothing import apply_coord_curve_smoothing
 from pymeshfair.recipe import load_recipe
 
 BUNNY = Path(pymeshlab.__file__).parent / "tests/sample_meshes/bunny.obj"

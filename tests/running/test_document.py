@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -163,6 +164,19 @@ def test_an_expression_may_name_an_attribute_of_the_file(tmp_path: Path) -> None
     np.testing.assert_array_equal(document.current.vertex_attributes["twice"], 2 * mesh.vertices[:, 2])
     document.apply(step("apply_coord_taubin_fairing"))
     np.testing.assert_array_equal(document.current.vertex_attributes["twice"], 2 * mesh.vertices[:, 2])
+
+
+def test_a_hidden_layer_stays_hidden(tmp_path: Path) -> None:
+    """Steps of MeshLab's after one of ours find each layer visible or not, as it was."""
+    document = Document(tmp_path)
+    document.add(read_file(BONE).mesh)
+    document.add(read_file(BONE).mesh)
+    assert document.state is not None
+    document.restore(replace(document.state, visible={0: False, 1: True}))
+    document.apply(step("apply_coord_taubin_smoothing"))
+    document.mesh(0), document.mesh(1)
+    assert document.state is not None
+    assert document.state.visible == {0: False, 1: True}
 
 
 def test_layers_have_the_ids_of_meshlab(tmp_path: Path) -> None:

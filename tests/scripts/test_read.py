@@ -11,7 +11,7 @@ import pytest
 
 from pymeshfair.declaration import Length
 from pymeshfair.errors import UnknownNameError
-from pymeshfair.meshlab.former import former_filters
+from pymeshfair.meshlab.facts import former_filters
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Problem, ScriptError, parse_script, read_script
 from tests.scripts.texts import apply_coord_every_kind, one_filter, problems, script, step, taubin

@@ -10,7 +10,7 @@ import pymeshlab
 import pytest
 
 from pymeshfair.declaration import Length
-from pymeshfair.meshlab.former import former_filter, former_filters, parameter_facts
+from pymeshfair.meshlab.facts import former_filter, former_filters, parameter_facts
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import ScriptError, Upgrade, format_script, upgrade_script
 from pymeshfair.scripts.suggestions import same_but_case

@@ -1,5 +1,11 @@
-"""The mesh that a checked edit makes of another one: attributes are kept, carried on to added elements, or named as dropped."""
+"""The mesh that a checked edit makes of another one: attributes are kept, or continued into added elements.
 
+To n vertices and (m, 3) `faces` are added a vertices and (b, 3) `added_faces`, whose indices are from 0 to n + a - 1. For each
+added element there is an old one, its donor, whose value it takes where none can be continued. Colours and textures are continued
+so that a filling looks like its surroundings.
+"""
+
+import io
 from dataclasses import replace
 from typing import Any
 
@@ -8,19 +14,16 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Edit, Floats, Ints, Layer, NewLayer
 from ..errors import MeshError
-from .continuation import (
-    continued_face_colors,
-    continued_texture,
-    continued_vertex_colors,
-    faces_with_most_used_texture,
-    find_donors,
-    read_pixels,
-)
+from ..filters.libraries import spatial
 from .mesh_data import MeshData, Texture, numbered
 
 _WIDTHS = {"vertices": 3, "added_vertices": 3, "vertex_normals": 3, "face_normals": 3, "vertex_colors": 4, "face_colors": 4}
 _FLAGS = ("vertex_selection", "face_selection", "delete_vertices", "delete_faces")
 _NUMBERS = (*_WIDTHS, "vertex_scalars", "face_scalars")
+#: Added faces show the texture of old ones that are at most so many rings away from them.
+_RINGS = 4
+#: Where a face's texture is looked at, as shares of its corners: its middle, and half way from there to each corner.
+_WITHIN = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0
 
 
 def checked_edit(edit: Any, layer: Layer) -> Edit:
@@ -32,35 +35,27 @@ def checked_edit(edit: Any, layer: Layer) -> Edit:
     """
     if not isinstance(edit, Edit):
         raise MeshError(f"gave back {type(edit).__name__} instead of an Edit")
-    changes: dict[str, Any] = _added(edit, layer)
+    changes: dict[str, Any] = {}
     rows = {"vertex": len(layer.vertices), "face": len(layer.faces)}
     if edit.vertices is not None:
         changes["vertices"] = _checked("vertices", edit.vertices, rows["vertex"])
-    if adds(edit):
-        rows["vertex"] += len(changes.get("added_vertices", ()))
-        rows["face"] += len(changes.get("added_faces", ()))
-    for name in (*_NUMBERS, *_FLAGS):
-        value = getattr(edit, name)
-        if value is not None and name not in changes:
-            per_face = name == "delete_faces" or name.startswith("face_")
-            changes[name] = _checked(name, value, rows["face" if per_face else "vertex"])
-    return replace(edit, **changes) if changes else edit
-
-
-def _added(edit: Edit, layer: Layer) -> dict[str, Any]:
-    """The added vertices and faces, checked; by name, those that are not None."""
-    added: dict[str, Any] = {}
     if edit.added_vertices is not None:
-        added["added_vertices"] = _checked("added_vertices", edit.added_vertices, len(np.atleast_1d(edit.added_vertices)))
+        changes["added_vertices"] = _checked("added_vertices", edit.added_vertices, len(np.atleast_1d(edit.added_vertices)))
+        rows["vertex"] += len(changes["added_vertices"])
     if edit.added_faces is not None:
-        count = len(layer.vertices) + len(added.get("added_vertices", ()))
-        added["added_faces"] = _checked_faces(np.asarray(edit.added_faces), count)
+        changes["added_faces"] = _checked_faces(np.asarray(edit.added_faces), rows["vertex"])
+        rows["face"] += len(changes["added_faces"])
     if adds(edit) and not len(layer.faces):
         raise MeshError(
             f"gave back elements to add to {layer.label!r}, which has no faces; MeshLab can add to meshes with faces alone, "
             "others need a new layer"
         )
-    return added
+    for name in (*_NUMBERS, *_FLAGS):
+        value = getattr(edit, name)
+        if value is not None and name not in changes:
+            per_face = name == "delete_faces" or name.startswith("face_")
+            changes[name] = _checked(name, value, rows["face" if per_face else "vertex"])
+    return replace(edit, **changes)
 
 
 def _checked_faces(faces: NDArray[Any], vertices: int) -> NDArray[np.int32]:
@@ -109,14 +104,10 @@ def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
         mesh = with_additions(mesh, edit, faces_that_give(mesh, edit.added_faces))
     if edit.vertices is not None:
         mesh = moved(mesh, np.concatenate([edit.vertices, mesh.vertices[len(edit.vertices) :]]))
-    vertex: dict[str, Any] = {}
-    face: dict[str, Any] = {}
-    for element, attributes in (("vertex", vertex), ("face", face)):
+    for element in ("vertex", "face"):
         for name in ("selection", "scalars", "normals", "colors"):
             if (values := getattr(edit, f"{element}_{name}")) is not None:
-                attributes[name] = as_levels(values) if name == "colors" else values
-    if vertex or face:
-        mesh = mesh.with_attributes(vertex, face)
+                mesh = mesh.with_attributes(**{element: {name: as_levels(values) if name == "colors" else values}})
     if not removes(edit):
         return mesh
     check_deletable(edit, mesh.edges, mesh.label)
@@ -158,67 +149,6 @@ def as_levels(colors: Floats) -> NDArray[np.uint8]:
     return np.rint(np.asarray(colors) * 255.0).astype(np.uint8)
 
 
-def faces_that_give(mesh: MeshData, added_faces: Ints | None) -> Bools:
-    """(m,) the faces that may give added ones their texture; see `faces_with_most_used_texture`."""
-    wedges, numbers = (mesh.face_attributes.get(name) for name in ("wedge_texture_coordinates", "texture"))
-    if wedges is None:
-        return np.ones(len(mesh.faces), np.bool_)
-    added: Ints = np.empty((0, 3), np.int32) if added_faces is None else added_faces
-    return faces_with_most_used_texture(mesh.faces, added, wedges, numbers)
-
-
-def with_additions(mesh: MeshData, edit: Edit, may_give: Bools) -> MeshData:
-    """The mesh with the added vertices and faces, and with what near elements, those of faces that `may_give`, give them."""
-    added_vertices = np.empty((0, 3)) if edit.added_vertices is None else edit.added_vertices
-    added_faces: Ints = np.empty((0, 3), np.int32) if edit.added_faces is None else edit.added_faces
-    old_vertices = mesh.vertices if edit.vertices is None else edit.vertices
-    points = np.concatenate([old_vertices, added_vertices])
-    donors = find_donors(points, mesh.faces, added_faces, len(mesh.vertices), may_give)
-
-    vertex: dict[str, NDArray[Any]] = {}
-    for name, values in mesh.vertex_attributes.items():
-        if name == "colors":
-            vertex[name] = as_levels(continued_vertex_colors(values / 255.0, added_faces, donors.vertices))
-        elif name in ("scalars", "texture_coordinates"):
-            vertex[name] = np.concatenate([values, values[donors.vertices]])
-        elif name != "normals":
-            vertex[name] = _extended(values, len(added_vertices))
-    face: dict[str, NDArray[Any]] = {}
-    for name, values in mesh.face_attributes.items():
-        if name == "colors":
-            continued = continued_face_colors(values / 255.0, mesh.faces, added_faces, len(mesh.vertices), donors.faces)
-            face[name] = as_levels(continued)
-        elif name in ("scalars", "texture"):
-            face[name] = np.concatenate([values, values[donors.faces]])
-        elif name == "wedge_texture_coordinates":
-            image = _pixels(mesh.textures, mesh.face_attributes.get("texture"), donors.faces)
-            shown = continued_texture(image, values, mesh.faces, added_faces, may_give, donors.faces)
-            face[name] = np.concatenate([values, np.repeat(shown[:, None], 3, axis=1)])
-        elif name == "polygon":
-            face[name] = np.concatenate([values, np.full(len(added_faces), -1, values.dtype)])
-        elif name != "normals":
-            face[name] = _extended(values, len(added_faces))
-    return replace(
-        mesh,
-        vertices=points,
-        faces=np.concatenate([mesh.faces, added_faces]),
-        vertex_attributes=vertex,
-        face_attributes=face,
-        vertex_ids=np.append(numbered(mesh.vertex_ids, len(mesh.vertices)), np.full(len(added_vertices), -1)),
-        face_ids=np.append(numbered(mesh.face_ids, len(mesh.faces)), np.full(len(added_faces), -1)),
-    )
-
-
-def _pixels(textures: tuple[Texture, ...], numbers: Any, donors: NDArray[np.intp]) -> Any:
-    """The pixels of the texture that the donors show; None if it cannot be read."""
-    number = 0 if numbers is None or not len(donors) else int(numbers[donors[0]])
-    return read_pixels(textures[number]) if 0 <= number < len(textures) else None
-
-
-def _extended(values: NDArray[Any], count: int) -> NDArray[Any]:
-    return np.concatenate([values, np.zeros((count, *values.shape[1:]), values.dtype)])
-
-
 def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
     """Refuse to delete vertices at which (e, 2) edges end."""
     if edit.delete_vertices is not None and (lost := edit.delete_vertices[edges].any(axis=1)).any():
@@ -226,3 +156,178 @@ def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
             f"the {int(lost.sum())} edges of {label!r} that end in vertices to be deleted would lose an end; "
             "select the vertices and build the polyline anew from the others"
         )
+
+
+# ---------------------------------------------------------------------------------------------------------- added elements
+
+
+def faces_that_give(mesh: MeshData, added_faces: Ints | None) -> Bools:
+    """(m,) the faces that may give added ones their texture: those of the one that most vertices of the rim have.
+
+    Their texture coordinates are finite. All faces where there are none.
+    """
+    everywhere = np.ones(len(mesh.faces), np.bool_)
+    wedges = mesh.face_attributes.get("wedge_texture_coordinates")
+    if wedges is None:
+        return everywhere
+    finite = np.isfinite(wedges).all(axis=(1, 2))
+    numbers = mesh.face_attributes.get("texture", np.zeros(len(mesh.faces), np.int32))
+    candidates = [finite & (numbers == number) for number in np.unique(numbers)]
+    used = np.unique(np.empty(0, np.int32) if added_faces is None else added_faces)
+    shares = [np.isin(used, mesh.faces[those]).sum() + those.any() for those in candidates]
+    best = candidates[int(np.argmax(shares))]
+    return best if best.any() else everywhere
+
+
+def with_additions(mesh: MeshData, edit: Edit, may_give: Bools) -> MeshData:
+    """The mesh with the added vertices and faces, and with what near elements, those of faces that `may_give`, give them."""
+    added_vertices = np.empty((0, 3)) if edit.added_vertices is None else edit.added_vertices
+    added_faces: Ints = np.empty((0, 3), np.int32) if edit.added_faces is None else edit.added_faces
+    points = np.concatenate([mesh.vertices if edit.vertices is None else edit.vertices, added_vertices])
+    of_vertices, of_faces = _find_donors(points, mesh.faces, added_faces, len(mesh.vertices), may_give)
+
+    vertex: dict[str, NDArray[Any]] = {}
+    for name, values in mesh.vertex_attributes.items():
+        if name == "colors":
+            continued = np.concatenate([values, values[of_vertices]]) / 255.0
+            vertex[name] = as_levels(_harmonic(continued, added_faces, np.arange(len(points)) < len(values)))
+        elif name in ("scalars", "texture_coordinates"):
+            vertex[name] = np.concatenate([values, values[of_vertices]])
+        elif name != "normals":
+            vertex[name] = _extended(values, len(added_vertices))
+    face: dict[str, NDArray[Any]] = {}
+    for name, values in mesh.face_attributes.items():
+        if name == "colors":
+            used = np.zeros(len(mesh.vertices), dtype=np.bool_)
+            used[mesh.faces] = True
+            shades = values / 255.0
+            blend = _blend(shades, mesh.faces, added_faces, used, shades[of_faces])
+            face[name] = as_levels(np.concatenate([shades, blend]))
+        elif name in ("scalars", "texture"):
+            face[name] = np.concatenate([values, values[of_faces]])
+        elif name == "wedge_texture_coordinates":
+            numbers = mesh.face_attributes.get("texture")
+            number = 0 if numbers is None or not len(of_faces) else int(numbers[of_faces[0]])
+            image = read_pixels(mesh.textures[number]) if 0 <= number < len(mesh.textures) else None
+            shown = _continued_texture(image, values, mesh.faces, added_faces, may_give, of_faces)
+            face[name] = np.concatenate([values, np.repeat(shown[:, None], 3, axis=1)])
+        elif name != "normals":
+            face[name] = _extended(values, len(added_faces), -1 if name == "polygon" else 0)
+    return replace(
+        mesh,
+        vertices=points,
+        faces=np.concatenate([mesh.faces, added_faces]),
+        vertex_attributes=vertex,
+        face_attributes=face,
+        vertex_ids=_extended(numbered(mesh.vertex_ids, len(mesh.vertices)), len(added_vertices), -1),
+        face_ids=_extended(numbered(mesh.face_ids, len(mesh.faces)), len(added_faces), -1),
+    )
+
+
+def _extended(values: NDArray[Any], count: int, by: int = 0) -> NDArray[Any]:
+    return np.concatenate([values, np.full((count, *values.shape[1:]), by, values.dtype)])
+
+
+def _find_donors(
+    points: Floats, faces: Ints, added_faces: Ints, old: int, may_give: Bools
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """(a,) for an added vertex the nearest old vertex that added faces use, (b,) for an added face an old one next to its centre.
+
+    It is one at the nearest of these vertices. If added faces use no old vertex, all old vertices of faces may give. `points`
+    are the (n + a, 3) vertices, `old` is n, and `may_give`, (m,), marks the faces that may be donors, with their vertices; at
+    least one.
+    """
+    givers = np.flatnonzero(may_give)
+    at, first = np.unique(faces[givers], return_index=True)  # the first corner at each vertex
+    rim = np.isin(at, added_faces[added_faces < old])
+    if rim.any():
+        at, first = at[rim], first[rim]
+    # Squares of distances must neither overflow nor vanish; a power of two leaves every digit as it is.
+    points = np.ldexp(points, -np.frexp(np.abs(points).max())[1])
+    tree = spatial.cKDTree(points[at])
+    _, near_vertex = tree.query(points[old:])
+    _, near_face = tree.query(points[added_faces].mean(axis=1))
+    return at[near_vertex], givers[first[near_face] // 3]
+
+
+def _continued_texture(
+    pixels: NDArray[np.uint8] | None, wedges: Floats, faces: Ints, added_faces: Ints, may_give: Bools, of: NDArray[np.intp]
+) -> Floats:
+    """(b, 2) for each added face a place of the texture, well inside an old face, whose colour continues those around.
+
+    The image has no pixels for added faces. So an added face shows one colour: of the old faces near the added ones, that
+    of the middle of the one whose colour is nearest to a blend of the colours around. Without an image, (height, width, 3)
+    `pixels`, it is the middle of a neighbour, never its corner, where the image may show what lies beside its charts.
+
+    `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_give` marks the faces that may give theirs.
+    """
+    middles = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # as MeshLab keeps them
+    old = int(faces.max()) + 1
+    near = np.zeros(old, dtype=np.bool_)
+    near[added_faces[added_faces < old]] = True
+    for _ in range(_RINGS - 1):
+        near[faces[near[faces].any(axis=1)]] = True
+    givers = np.flatnonzero(near[faces].any(axis=1) & may_give)
+    if pixels is None or len(givers) == 0:
+        return np.asarray(middles[of])
+    shown = np.stack([sampled(pixels, np.einsum("c,fcd->fd", w, wedges[givers])) for w in _WITHIN], axis=1)
+    mean = shown.mean(axis=1)
+    used = np.zeros(old, dtype=np.bool_)
+    used[faces[givers]] = True
+    nearest = np.searchsorted(givers, of)
+    wanted = _blend(mean, faces[givers], added_faces, used, mean[np.minimum(nearest, len(givers) - 1)])
+    # Of faces with much the same middle, one whose colour is the same all over is not mistaken for an edge of the picture.
+    unlike = np.abs(shown - shown[:, :1]).max(axis=1)
+    _, chosen = spatial.cKDTree(np.concatenate([shown[:, 0], 0.5 * unlike], axis=1)).query(np.pad(wanted, ((0, 0), (0, 3))))
+    return np.asarray(middles[givers[chosen]])
+
+
+def read_pixels(texture: Texture) -> NDArray[np.uint8] | None:
+    """(height, width, 3) the pixels of a texture, from the top; None if it is no image that can be read."""
+    from PIL import Image, UnidentifiedImageError
+
+    if texture.image is None:
+        return None
+    try:
+        with Image.open(io.BytesIO(texture.image) if isinstance(texture.image, bytes) else texture.image) as image:
+            return np.asarray(image.convert("RGB"))
+    except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError):
+        return None
+
+
+def sampled(pixels: NDArray[np.uint8], uv: Floats) -> Floats:
+    """(k, 3) the nearest pixels to (k, 2) texture coordinates, from 0 to 1; the image repeats itself, NaN counts as 0."""
+    height, width = pixels.shape[:2]
+    u, v = np.nan_to_num(uv).T
+    column = np.minimum((u % 1.0 * width).astype(np.intp), width - 1)
+    row = np.minimum(((1.0 - v) % 1.0 * height).astype(np.intp), height - 1)
+    return np.asarray(pixels[row, column] / 255.0)
+
+
+def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, otherwise: Floats) -> Floats:
+    """(b, k) for each added face the mean of its corners, where values at `fixed` vertices are means of the faces there."""
+    count = max(len(fixed), int(added_faces.max(initial=-1)) + 1)
+    sums, number = np.zeros((count, of_faces.shape[1])), np.zeros(count)
+    for _ in range(2):  # the second time over two rings, so that a fine pattern of the texture counts as its mean
+        at_vertices = sums / np.maximum(number, 1.0)[:, None]
+        spread = of_faces if not number.any() else at_vertices[faces].mean(axis=1)
+        sums, number = np.zeros_like(sums), np.zeros_like(number)
+        for corner in faces.T:
+            np.add.at(sums, corner, spread)
+            np.add.at(number, corner, 1.0)
+    values = sums / np.maximum(number, 1.0)[:, None]
+    held = np.zeros(count, dtype=np.bool_)
+    held[: len(fixed)] = fixed
+    values[~held] = np.nan
+    corners = _harmonic(values, added_faces, held)[added_faces].mean(axis=1)
+    return np.where(np.isfinite(corners), corners, otherwise)
+
+
+def _harmonic(values: Floats, added_faces: Ints, fixed: Bools) -> Floats:
+    """The values, those that are not `fixed` from `harmonic_values` on the added faces."""
+    from ..filters.fairing import harmonic_values
+
+    used, index = np.unique(added_faces, return_inverse=True)
+    continued = values.copy()
+    continued[used] = harmonic_values(index.reshape(-1, 3), values[used], fixed[used])
+    return continued

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -47,61 +47,11 @@ class Source:
     edges: int = 0  # how many edges its polylines have
 
 
-class Has:
-    """Whether a layer has an array: ``has_vertex_scalars`` for ``vertex_scalars``."""
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name.removeprefix("has_")
-
-    def __get__(self, layer: Any, owner: type) -> bool:
-        return bool(layer.has(self._name))
-
-
-class Measures:
-    """Measures of a layer, from its arrays."""
-
-    @cached_property
-    def diagonal(self: Any) -> float:
-        """The diagonal of the bounding box."""
-        if not len(self.vertices):
-            return 0.0
-        extent = self.vertices.max(axis=0) - self.vertices.min(axis=0)
-        with np.errstate(over="ignore", under="ignore"):
-            diagonal = float(np.linalg.norm(extent))
-        return diagonal if 1e-140 < diagonal < 1e140 else math.hypot(*extent)  # elsewhere squares are no ordinary numbers
-
-    @cached_property
-    def mean_edge(self: Any) -> float:
-        """The mean length of the edges of the faces, else of the polylines, else the mean distance of nearest points."""
-        from ..filters.geometry import mean_edge_length
-        from ..filters.neighbours import nearest_neighbours
-
-        if len(self.faces) or len(self.edges):
-            return float(mean_edge_length(self.vertices, self.faces if len(self.faces) else self.edges))
-        return float(nearest_neighbours(self.vertices, 1)[0].mean()) if len(self.vertices) > 1 else 0.0
-
-    def selected_vertices(self: Any) -> Bools:
-        """(n,) the selected vertices or, if there are none, those all of whose faces are selected."""
-        vertices: Bools = self.vertex_selection
-        selected_faces: Bools = self.face_selection
-        if vertices.any():
-            return vertices
-        if selected_faces.any():
-            strictly: Bools = np.zeros(len(vertices), dtype=np.bool_)
-            strictly[self.faces[selected_faces]] = True
-            strictly[self.faces[~selected_faces]] = False
-            if strictly.any():
-                return strictly
-        raise MeshError(
-            f"nothing is selected in {self.label!r}: select vertices, or triangles on all sides of them, or use selected=False"
-        )
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
-class MeshData(Measures):
+class MeshData:
     """A mesh: n vertices, m triangles, e edges of polylines. Arrays are read-only; an edit makes another value.
 
-    A mesh with vertices alone is a point cloud, one with edges and no triangles a polyline. But for `other` it is a
+    A mesh with vertices alone is a point cloud, one with edges and no triangles a polyline. In a `View` it is a
     `pymeshfair.declaration.Layer`.
 
     Attributes:
@@ -144,7 +94,8 @@ class MeshData(Measures):
         for name, dtype, shape in (("vertices", np.float64, (-1, 3)), ("faces", np.int32, (-1, 3)), ("edges", np.int32, (-1, 2))):
             object.__setattr__(self, name, _frozen(np.asarray(getattr(self, name), dtype).reshape(shape)))
         for name in ("vertex_attributes", "face_attributes"):
-            object.__setattr__(self, name, {key: _frozen(value) for key, value in getattr(self, name).items()})
+            if not isinstance(getattr(self, name), ReadWhenAsked):
+                object.__setattr__(self, name, {key: _frozen(value) for key, value in getattr(self, name).items()})
 
     def with_attributes(
         self, vertex: Mapping[str, Array | None] | None = None, face: Mapping[str, Array | None] | None = None
@@ -211,17 +162,17 @@ class MeshData(Measures):
     @property
     def vertex_selection(self) -> Bools:
         """(n,) the selected vertices."""
-        return self.vertex_attributes.get("selection", np.zeros(len(self.vertices), np.bool_))
+        return self.vertex_attributes.get("selection", _frozen(np.zeros(len(self.vertices), np.bool_)))
 
     @property
     def face_selection(self) -> Bools:
         """(m,) the selected faces."""
-        return self.face_attributes.get("selection", np.zeros(len(self.faces), np.bool_))
+        return self.face_attributes.get("selection", _frozen(np.zeros(len(self.faces), np.bool_)))
 
     @property
     def vertex_scalars(self) -> Floats:
         """(n,) the scalars; 0 if it has none, as in MeshLab."""
-        return self.vertex_attributes.get("scalars", np.zeros(len(self.vertices)))
+        return self.vertex_attributes.get("scalars", _frozen(np.zeros(len(self.vertices))))
 
     @property
     def face_scalars(self) -> Floats:
@@ -232,29 +183,107 @@ class MeshData(Measures):
     def vertex_colors(self) -> Floats:
         """(n, 4) from 0 to 1; white if it has none, as in MeshLab."""
         own = self.vertex_attributes.get("colors")
-        return np.ones((len(self.vertices), 4)) if own is None else own / 255.0
+        return _frozen(np.ones((len(self.vertices), 4)) if own is None else own / 255.0)
 
     @property
     def face_colors(self) -> Floats:
         """(m, 4) from 0 to 1."""
-        return self._own_of_faces("colors") / 255.0
+        return _frozen(self._own_of_faces("colors") / 255.0)
 
-    has_vertex_scalars, has_vertex_colors, has_face_scalars, has_face_colors = Has(), Has(), Has(), Has()
+    @property
+    def has_vertex_scalars(self) -> bool:
+        return "scalars" in self.vertex_attributes
 
-    def has(self, name: str) -> bool:
-        """Whether it has an array, such as ``"vertex_scalars"``."""
-        element, _, attribute = name.partition("_")
-        return attribute in (self.vertex_attributes if element == "vertex" else self.face_attributes)
+    @property
+    def has_vertex_colors(self) -> bool:
+        return "colors" in self.vertex_attributes
+
+    @property
+    def has_face_scalars(self) -> bool:
+        return "scalars" in self.face_attributes
+
+    @property
+    def has_face_colors(self) -> bool:
+        return "colors" in self.face_attributes
 
     @property
     def has_wedge_tex_coords(self) -> bool:
-        """Whether the corners of its faces have texture coordinates."""
         return "wedge_texture_coordinates" in self.face_attributes
 
     def _own_of_faces(self, name: str) -> Array:
         if name not in self.face_attributes:
             raise MeshError(f"the mesh {self.label!r} has no face {name}")
         return self.face_attributes[name]
+
+    @cached_property
+    def diagonal(self) -> float:
+        """The diagonal of the bounding box."""
+        if not len(self.vertices):
+            return 0.0
+        extent = self.vertices.max(axis=0) - self.vertices.min(axis=0)
+        with np.errstate(over="ignore", under="ignore"):
+            diagonal = float(np.linalg.norm(extent))
+        return diagonal if 1e-140 < diagonal < 1e140 else math.hypot(*extent)  # elsewhere squares are no ordinary numbers
+
+    @cached_property
+    def mean_edge(self) -> float:
+        """The mean length of the edges of the faces, else of the polylines, else the mean distance of nearest points."""
+        from ..filters.geometry import mean_edge_length
+        from ..filters.neighbours import nearest_neighbours
+
+        if len(self.faces) or len(self.edges):
+            return float(mean_edge_length(self.vertices, self.faces if len(self.faces) else self.edges))
+        return float(nearest_neighbours(self.vertices, 1)[0].mean()) if len(self.vertices) > 1 else 0.0
+
+    def selected_vertices(self) -> Bools:
+        """(n,) the selected vertices or, if there are none, those all of whose faces are selected."""
+        vertices, selected_faces = self.vertex_selection, self.face_selection
+        if vertices.any():
+            return vertices
+        if selected_faces.any():
+            strictly: Bools = np.zeros(len(vertices), dtype=np.bool_)
+            strictly[self.faces[selected_faces]] = True
+            strictly[self.faces[~selected_faces]] = False
+            if strictly.any():
+                return strictly
+        raise MeshError(
+            f"nothing is selected in {self.label!r}: select vertices, or triangles on all sides of them, or use selected=False"
+        )
+
+
+class ReadWhenAsked(Mapping[str, Array]):
+    """Attributes that are read when they are first asked for, by functions of these names, and then kept."""
+
+    def __init__(self, readers: Mapping[str, Callable[[], Array]]) -> None:
+        self._readers, self._read = readers, dict[str, Array]()
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self._read:
+            self._read[name] = _frozen(self._readers[name]())
+        return self._read[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._readers
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._readers)
+
+    def __len__(self) -> int:
+        return len(self._readers)
+
+
+class View:
+    """A mesh as the `Layer` that a filter reads, with the other layers, which `find` gives by their ids."""
+
+    def __init__(self, mesh: MeshData, find: Callable[[int], MeshData]) -> None:
+        self._mesh, self._find = mesh, find
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._mesh, name)
+
+    def other(self, mesh_id: int) -> Any:
+        """Another layer."""
+        return View(self._find(mesh_id), self._find)
 
 
 def numbered(ids: NDArray[np.int64] | None, count: int) -> NDArray[np.int64]:

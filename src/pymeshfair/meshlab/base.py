@@ -1,6 +1,7 @@
-"""Pymeshlab's own class of mesh sets, the lock under which threads call it, and its reset after a filter has failed.
+"""Pymeshlab's own class of mesh sets, the lock under which threads call it, its reset after a filter has failed, and the errors.
 
-Imported with `pymeshfair.MeshSet`, since a program may put that in the place of pymeshlab's afterwards.
+Imported with `pymeshfair.MeshSet`, since a program may put that in the place of pymeshlab's afterwards. The errors are ours and
+pymeshlab's at once, for ``except PyMeshLabException``.
 """
 
 import threading
@@ -10,6 +11,9 @@ from typing import Any
 
 import numpy as np
 import pymeshlab
+from pymeshlab import PyMeshLabException
+
+from ..errors import MeshError, ParameterError, PymeshfairError, StepFailedError, UnknownNameError
 
 BASE: Any = pymeshlab.MeshSet
 #: MeshLab's filters, readers and writers share state of the process: one thread at a time may be within them
@@ -51,3 +55,33 @@ def _keeper() -> Any:
     keeper = BASE()
     keeper.add_mesh(pymeshlab.Mesh(vertex_matrix=np.zeros((1, 3))))
     return keeper
+
+
+class UnknownFilterError(UnknownNameError, PyMeshLabException):  # type: ignore[misc]
+    """There is no filter, or no parameter of a filter, of that name; `suggestion` is the nearest one."""
+
+
+class FilterParameterError(ParameterError, PyMeshLabException):  # type: ignore[misc]
+    """A filter does not take that value; the message has the allowed values."""
+
+
+class FilterFailedError(MeshError, PyMeshLabException):  # type: ignore[misc]
+    """A filter could not do its work; the message names the filter and the reason, ``__cause__`` is the filter's own error."""
+
+
+class UnknownLayerError(MeshError, UnknownNameError, PyMeshLabException):  # type: ignore[misc]
+    """The mesh set has no layer of that id; pymeshlab itself would go on without a mesh, or crash."""
+
+
+class ScriptStepFailedError(StepFailedError, FilterFailedError):
+    """A step of a filter script failed; the mesh is as the last complete step left it."""
+
+
+def reason(error: Exception) -> str:
+    """The cause of an error, as the end of a sentence; an unexpected error is named by its class."""
+    foreseen = isinstance(error, PymeshfairError | PyMeshLabException)
+    return str(error) if foreseen else f"{type(error).__name__}: {error}"
+
+
+class ForeignMeshError(PymeshfairError, TypeError):
+    """An object to add is no mesh that pymeshfair knows, or has elements that MeshLab cannot hold."""

@@ -2,15 +2,18 @@
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from functools import cache
+from typing import Any, TypeAlias
 
 import numpy as np
 import pymeshlab
 
 from ..declaration import Color, Enum, Filter, Float, Layer, Length, Matrix, Parameter, Percentage, Point
 from ..errors import ParameterError, UnknownNameError
-from .base import BASE, MESHLAB, apply_filter
-from .errors import FilterParameterError, UnknownFilterError
+from .base import BASE, MESHLAB, FilterParameterError, UnknownFilterError, apply_filter
+
+#: gives the current layer
+_Current: TypeAlias = Callable[[], Layer]
 
 
 class BuiltinFilters:
@@ -20,24 +23,21 @@ class BuiltinFilters:
         verbose: whether the mesh set reports on stderr.
     """
 
-    def __init__(self, meshset: Any, current: Callable[[], Layer]) -> None:
+    def __init__(self, meshset: Any, current: _Current, *, verbose: bool = False) -> None:
         """See the class; `current` gives the current layer."""
-        self._meshset, self._current = meshset, current
-        self.verbose = False
+        self._meshset, self._current, self.verbose = meshset, current, verbose
 
-    def apply(self, declared: Filter, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Apply the filter; its report, and the values that it ran with. Absent values are MeshLab's defaults."""
+    def apply(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Apply the filter; its report. Absent values are MeshLab's defaults."""
         converted = self._for_meshlab(declared, values)
-        effective = self.effective(declared, values)
         try:
-            report = self.call(declared.python_name, converted)
+            return self.call(declared.python_name, converted)
         except pymeshlab.PyMeshLabException:
             _check_names(declared, values)
             raise
         except RuntimeError:
             self._check_types(declared, values, converted)
             raise
-        return report, effective
 
     def _check_types(self, declared: Filter, values: Mapping[str, Any], converted: Mapping[str, Any]) -> None:
         """Raise the error that names the parameter whose value pymeshlab cannot read; pymeshlab's own names a C++ type '?'."""
@@ -53,11 +53,10 @@ class BuiltinFilters:
         """Call pymeshlab's filter of that name; its report."""
         return apply_filter(self._meshset, name, values, verbose=self.verbose)
 
-    def ask(self, name: str, **values: Any) -> Mapping[str, Any]:
+    def ask(self, name: str, **values: Any) -> dict[str, Any]:
         """All values that pymeshlab's filter of that name would run with on the current layer."""
         with MESHLAB:
-            values_of_meshlab: Mapping[str, Any] = BASE.filter_parameter_values(self._meshset, name, **values)
-        return values_of_meshlab
+            return dict(BASE.filter_parameter_values(self._meshset, name, **values))
 
     def effective(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         """The values that the filter would run with, as declared; relative lengths stay relative.
@@ -69,7 +68,7 @@ class BuiltinFilters:
             used = self.values(declared, values)
         except (pymeshlab.PyMeshLabException, RuntimeError, TypeError):
             return {}  # MeshLab gives the reason when the filter is applied
-        layer, effective = self._current(), {}
+        layer, effective = cache(self._current), {}
         for p in declared.parameters:
             if p.name in used:
                 try:
@@ -80,7 +79,7 @@ class BuiltinFilters:
 
     def values(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         """The values that the filter would run with, as pymeshlab has them: lengths in mesh units."""
-        return dict(self.ask(declared.python_name, **self._for_meshlab(declared, values)))
+        return self.ask(declared.python_name, **self._for_meshlab(declared, values))
 
     def on_mesh(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         """As `effective`, with lengths in mesh units."""
@@ -95,7 +94,7 @@ class BuiltinFilters:
         Raises:
             FilterParameterError: a length is a bare number or no length.
         """
-        layer, converted = self._current(), dict(values)
+        layer, converted = cache(self._current), dict(values)
         try:
             for p in declared.parameters:
                 if p.name in values:
@@ -104,26 +103,26 @@ class BuiltinFilters:
             raise FilterParameterError(f"{declared.python_name}: {error}") from None
         return converted
 
-    def _converted(self, declared: Filter, parameter: Parameter, value: Any, layer: Layer) -> Any:
+    def _converted(self, declared: Filter, parameter: Parameter, value: Any, layer: _Current) -> Any:
         if isinstance(parameter, Percentage) and not isinstance(value, pymeshlab.PercentageValue | pymeshlab.PureValue):
             length = value if isinstance(value, Length) else parameter.check(value)
             if length.unit == "percent" and 0.0 <= length.amount <= 100.0 and self._is_of_diagonal(declared, parameter, layer):
                 return pymeshlab.PercentageValue(length.amount)
-            return pymeshlab.PureValue(length.resolve(diagonal=layer.diagonal, mean_edge=lambda: layer.mean_edge))
+            return pymeshlab.PureValue(length.resolve(diagonal=layer().diagonal, mean_edge=lambda: layer().mean_edge))
         if isinstance(parameter, Color) and isinstance(value, tuple):
             return pymeshlab.Color(*value)
         if isinstance(parameter, Point | Matrix) and isinstance(value, tuple):
             return np.array(value, dtype=np.float64)
         return value
 
-    def _is_of_diagonal(self, declared: Filter, parameter: Parameter, layer: Layer) -> bool:
+    def _is_of_diagonal(self, declared: Filter, parameter: Parameter, layer: _Current) -> bool:
         """Whether MeshLab's percentages of this parameter are of the diagonal; those of a few are of something else."""
         zero, hundred = (
             self.ask(declared.python_name, **{parameter.name: pymeshlab.PercentageValue(p)})[parameter.name] for p in (0, 100)
         )
-        return zero == 0.0 and math.isclose(hundred, layer.diagonal, rel_tol=1e-6)
+        return zero == 0.0 and math.isclose(hundred, layer().diagonal, rel_tol=1e-6)
 
-    def _from_meshlab(self, declared: Filter, parameter: Parameter, used: Any, typed: Any, layer: Layer) -> Any:
+    def _from_meshlab(self, declared: Filter, parameter: Parameter, used: Any, typed: Any, layer: _Current) -> Any:
         """A value that MeshLab used, as declared; `typed` is that of the caller, or None."""
         if isinstance(parameter, Percentage):
             return parameter.check(self._length(declared, parameter, used, typed, layer))
@@ -139,7 +138,7 @@ class BuiltinFilters:
             return parameter.check(min(max(number, low), high))
         return parameter.check(used)
 
-    def _length(self, declared: Filter, parameter: Percentage, used: float, typed: Any, layer: Layer) -> Any:
+    def _length(self, declared: Filter, parameter: Percentage, used: float, typed: Any, layer: _Current) -> Any:
         """The length that a filter used: relative where the caller typed it so, or typed none and the default is relative."""
         length = as_length(typed)
         if isinstance(typed, str | Length) or (isinstance(length, Length) and length.unit != "percent"):
@@ -148,10 +147,10 @@ class BuiltinFilters:
             return length
         default = parameter.default
         scales = isinstance(default, Length) and (default.unit == "percent" or default.amount == 0.0)
-        if length is not None and scales and layer.diagonal > 0.0:  # percent of a range that is a part of the diagonal
-            return Length(_shortest(100.0 * used / layer.diagonal), "percent")
+        if length is not None and scales and layer().diagonal > 0.0:  # percent of a range that is a part of the diagonal
+            return Length(_shortest(100.0 * used / layer().diagonal), "percent")
         if length is None and isinstance(default, Length) and default.unit == "percent":
-            usual = default.resolve(diagonal=layer.diagonal, mean_edge=lambda: layer.mean_edge)
+            usual = default.resolve(diagonal=layer().diagonal, mean_edge=lambda: layer().mean_edge)
             if math.isclose(used, usual, rel_tol=1e-4):  # the table gives parts of the diagonal with five digits
                 return default
         return Length(_shortest(used))

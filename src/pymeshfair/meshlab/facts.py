@@ -1,6 +1,7 @@
-"""Facts about MeshLab's built-in filters, kept in ``filters.json``: names, kinds, defaults, bounds, choices.
+"""Facts about MeshLab's filters: those of today in ``filters.json``, what older versions had in ``former_filters.json``.
 
-The table is generated from an installed pymeshlab (``tools/meshlab_table.py``), holds no help texts and names its version.
+The first table, of names, kinds, defaults, bounds and choices, is generated from an installed pymeshlab
+(``tools/meshlab_table.py``), and names its version.
 """
 
 from __future__ import annotations
@@ -10,7 +11,9 @@ import importlib.resources
 import json
 import keyword
 import re
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 from .. import declaration
 from ..declaration import Arity, Enum, Filter, FilterClass, Length, MeshElement, Parameter, Percentage
@@ -40,13 +43,18 @@ def differences_from_installed() -> list[str]:
     meshes.compute_scalar_by_function_per_face(q="0")  # three filters list no parameters without it
     installed = {name: set(meshes.filter_parameter_values(name)) for name in pymeshlab.filter_list()}
     expected = {declared.python_name: {p.name for p in declared.parameters} for declared in meshlab_filters()}
-    differences = [f"filter {name!r} is not in the table" for name in sorted(installed.keys() - expected.keys())]
-    differences += [f"filter {name!r} is not installed" for name in sorted(expected.keys() - installed.keys())]
+    differences = differing_names(installed, expected)
     for name in sorted(expected.keys() & installed.keys()):
         for others, where in ((installed[name] - expected[name], "the table"), (expected[name] - installed[name], "pymeshlab")):
             if others:
                 differences.append(f"filter {name!r} has parameters that {where} lacks: {', '.join(sorted(others))}")
     return differences
+
+
+def differing_names(installed: Mapping[str, Any], expected: Mapping[str, Any]) -> list[str]:
+    """One sentence for each filter, a key, that one of the two lacks."""
+    differences = [f"filter {name!r} is not in the table" for name in sorted(installed.keys() - expected.keys())]
+    return differences + [f"filter {name!r} is not installed" for name in sorted(expected.keys() - installed.keys())]
 
 
 @functools.cache
@@ -56,17 +64,10 @@ def table(name: str) -> dict[str, Any]:
     return facts
 
 
-def _filter(
-    python_name: str, name: str, classes: int, requires: int, changes: int, arity: int, parameters: list[list[Any]]
-) -> Filter:
+def _filter(own: str, name: str, classes: int, requires: int, changes: int, arity: int, parameters: list[list[Any]]) -> Filter:
+    kinds: dict[str, Any] = {"classes": FilterClass(classes), "requires": MeshElement(requires), "changes": MeshElement(changes)}
     return Filter(
-        python_name=python_name,
-        name=name,
-        classes=FilterClass(classes),
-        requires=MeshElement(requires),
-        changes=MeshElement(changes),
-        arity=Arity(arity),
-        parameters=tuple(_parameter(*row) for row in parameters),
+        python_name=own, name=name, **kinds, arity=Arity(arity), parameters=tuple(_parameter(*row) for row in parameters)
     )
 
 
@@ -89,3 +90,78 @@ def python_name(xml_name: str) -> str:
     """The Python name that pymeshlab derives from MeshLab's name of a parameter: ``lambda`` gives ``lambda_``."""
     name = re.sub(r"[ /-]", "_", re.sub(r"[().,'\":+]", "", xml_name)).lower()
     return f"{name}_" if keyword.iskeyword(name) else name
+
+
+@dataclass(frozen=True)
+class Former:
+    """Today's form of an old filter, or of the parameters of one that kept its name. Values are texts as scripts have them."""
+
+    now: str | None  # MeshLab's name of the filter today; None if it is gone, or became several
+    #: by one of its parameters and its value, the names of the filters that it became; the value 0 is the default
+    splits: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    idle: bool = False  # it never changed a mesh, so that a step can be left out
+    invented: bool = False  # the name was never MeshLab's; `now` is what such scripts mean
+    sets: Mapping[str, str] = field(default_factory=dict)  # values to give, by parameter, unless the script gives one
+    renames: Mapping[str, str] = field(default_factory=dict)  # new names of parameters, by the old
+    #: by old parameter and value (``*`` for any), the values that mean the same today; ``*`` stands for the old value and ``-*``
+    #: for minus the old value
+    turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
+    #: parameters that are gone, with the value that does what MeshLab does today; None if no value matters
+    drops: Mapping[str, str | None] = field(default_factory=dict)
+    #: parameters that are gone and whose work no value does today, with what changes
+    loses: Mapping[str, str] = field(default_factory=dict)
+    relabelled: Sequence[str] = ()  # parameters whose choices have other words today, while their numbers do what they did
+    #: ``"left"`` if the filter once left the current layer alone and its result is current today; ``"current"`` if its result was
+    #: current in every version
+    layers: Literal["left", "current", ""] = ""
+    note: str = ""  # the change of the result, or advice when the filter is gone; empty if the meaning is the same
+
+    def today(self, values: Mapping[str, str]) -> str | None:
+        """MeshLab's name today of a filter with these values, by old parameter; None if it is gone."""
+        for parameter, names in self.splits.items():
+            return names.get(values.get(parameter, "0").strip())
+        return self.now
+
+    def turned(self, parameter: str, value: str) -> Mapping[str, str] | None:
+        """The values that mean today the same as a value of an old parameter; None of a parameter without such a table."""
+        cases = self.turns.get(parameter)
+        if cases is None:
+            return None
+        meant = cases.get(value.strip().lower(), cases.get("*"))
+        stands_for = {"*": value, "-*": f"-{value.strip()}".removeprefix("--")}
+        return None if meant is None else {name: stands_for.get(text, text) for name, text in meant.items()}
+
+
+def former_filter(old: str) -> Former | None:
+    """Today's form of the filter of that old name; None if it is in no table.
+
+    Capital letters and blanks do not count: MeshLab changed those of many names on the way.
+    """
+    return former_filters().get(old) or _by_plain_name().get(_plain(old))
+
+
+def former_parameters(name: str) -> Former:
+    """Today's form of the parameters of a filter, by its name today."""
+    return parameter_facts().get(name, Former(now=name))
+
+
+@functools.cache
+def parameter_facts() -> Mapping[str, Former]:
+    """Today's form of parameters, by today's name of their filter."""
+    return {name: Former(now=name, **entry) for name, entry in table("former_filters")["parameters"].items()}
+
+
+@functools.cache
+def former_filters() -> Mapping[str, Former]:
+    """Today's form of filters, by their old name."""
+    return {name: Former(**entry) for name, entry in table("former_filters")["filters"].items()}
+
+
+@functools.cache
+def _by_plain_name() -> Mapping[str, Former]:
+    """Those that changed more than capital letters and blanks, so that no name of today is among them."""
+    return {_plain(name): former for name, former in former_filters().items() if _plain(name) != _plain(former.now or "")}
+
+
+def _plain(name: str) -> str:
+    return " ".join(name.casefold().split())

@@ -2,9 +2,8 @@
 
 import importlib
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pymeshlab
@@ -13,16 +12,16 @@ from numpy.typing import NDArray
 from ..declaration import Floats, Ints
 from ..filters.geometry import unit_vectors
 from ..mesh_data import as_levels
-from ..meshlab.errors import ForeignMeshError
+from ..meshlab.base import ForeignMeshError
 from ..write_back import Workbench, custom_attributes
 
-#: the name of MeshLab's scalar among the values of another package
-SCALAR = "scalar"
-#: names of values that follow from the faces
-NORMALS = frozenset({"normals", "normal"})
+#: values by name
+Values: TypeAlias = dict[str, NDArray[Any]]
+#: the name of MeshLab's scalar among the values of another package, names of normals, which follow from faces, and of colours
+_SCALAR, _NORMALS, _COLORS = "scalar", ("normals", "normal"), ("rgb", "rgba", "colors")
 #: names that hide what MeshLab calls so in its expressions
 _VARIABLES = frozenset(
-    ["x", "y", "z", "nx", "ny", "nz", "r", "g", "b", "a", "q", "rad", "vi", "fi", "vsel", "fsel", "vtu", "vtv", "ti"]
+    ("x", "y", "z", "nx", "ny", "nz", "r", "g", "b", "a", "q", "rad", "vi", "fi", "vsel", "fsel", "vtu", "vtv", "ti")
 )
 
 
@@ -37,32 +36,33 @@ class Arrays:
     colors: Floats | None = None  # (n, 4) of the vertices, from 0 to 1, or None
     face_colors: Floats | None = None  # (m, 4), or None
     uv: Floats | None = None  # (n, 2) texture coordinates of the vertices, or None
-    of_vertices: dict[str, NDArray[Any]] = field(default_factory=dict)  # by name, values of the vertices, (n,) or (n, 3)
-    of_faces: dict[str, NDArray[Any]] = field(default_factory=dict)  # the same of the faces
+    of_vertices: Values = field(default_factory=dict)  # (n,) or (n, 3)
+    of_faces: Values = field(default_factory=dict)  # (m,) or (m, 3)
     lost: list[str] = field(default_factory=list)  # contents that the other side does not take, in words
 
-    def lose(self, package: str, **what: object) -> None:
+    def lose(self, package: str, **what: Any) -> None:
         """Note what of this a package has no place for; the names are the words, with _ for a blank."""
-        gone = [words.replace("_", " ") for words, there in what.items() if (len(there) if hasattr(there, "__len__") else there)]
+        gone = [words.replace("_", " ") for words, there in what.items() if there is not None and len(there)]
         if gone:
             self.lost.append(f"a mesh of {package} does not take its {', '.join(gone)}")
 
 
+# ------------------------------------------------------------------------------------------------------------------ MeshLab
+
+
 def as_meshlab(arrays: Arrays) -> Any:
     """The arrays as a `pymeshlab.Mesh`, which lacks the values but for the scalars; see `add_values`."""
-    vertices, faces = arrays.vertices, arrays.faces
+    scalars = [values.get(_SCALAR) for values in (arrays.of_vertices, arrays.of_faces)]
     optional = {
-        "v_normals_matrix": arrays.normals if not len(faces) else None,  # those of meshes follow from their faces
+        "v_normals_matrix": arrays.normals if not len(arrays.faces) else None,
         "v_color_matrix": arrays.colors,
         "f_color_matrix": arrays.face_colors,
         "v_tex_coords_matrix": arrays.uv,
-        "v_scalar_array": _scalar(arrays.of_vertices),
-        "f_scalar_array": _scalar(arrays.of_faces),
+        "edge_matrix": arrays.edges,
+        **{f"{of}_scalar_array": _numbers(s) for of, s in zip("vf", scalars, strict=True) if s is not None and s.ndim == 1},
     }
-    more: dict[str, Any] = {name: values for name, values in optional.items() if values is not None and len(values)}
-    if len(arrays.edges):
-        more["edge_matrix"] = arrays.edges
-    return pymeshlab.Mesh(vertices, faces, **more)
+    given = {name: values for name, values in optional.items() if values is not None and len(values)}
+    return pymeshlab.Mesh(arrays.vertices, arrays.faces, **given)
 
 
 def add_values(mesh: Any, arrays: Arrays) -> None:
@@ -73,20 +73,20 @@ def add_values(mesh: Any, arrays: Arrays) -> None:
     for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
         add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
         for name, array in values.items():
-            if (name == SCALAR and array.ndim == 1) or name.lower() in NORMALS:
+            if (name == _SCALAR and array.ndim == 1) or name.lower() in _NORMALS:
                 continue
             if array.dtype.kind not in "fiub" or array.shape[1:] not in ((), (3,)):
                 arrays.lost.append(f"MeshLab does not take the {element} values {name!r} of shape {array.shape}")
             elif array.ndim == 1:
-                add(coordinates(array), word(name))
+                add(_numbers(array), _word(name))
             else:  # MeshLab's expressions read freed memory beside an attribute of points
                 for axis, column in zip("xyz", array.T, strict=True):
-                    add(coordinates(column), word(f"{name}_{axis}"))
+                    add(_numbers(column), _word(f"{name}_{axis}"))
 
 
 def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     """The arrays of the current layer, `mesh`; pymeshlab does not hand out the pictures of textures."""
-    normals = unit_vectors(coordinates(mesh.vertex_normal_matrix()))  # MeshLab's are as long as their faces are large
+    normals = unit_vectors(_numbers(mesh.vertex_normal_matrix()))  # MeshLab's are as long as their faces are large
     arrays = Arrays(mesh.vertex_matrix(), mesh.face_matrix(), mesh.edge_matrix(), normals)
     if mesh.has_vertex_color():
         arrays.colors = mesh.vertex_color_matrix()
@@ -95,9 +95,9 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     if mesh.has_vertex_tex_coord():
         arrays.uv = mesh.vertex_tex_coord_matrix()
     if mesh.has_vertex_scalar():
-        arrays.of_vertices[SCALAR] = mesh.vertex_scalar_array()
+        arrays.of_vertices[_SCALAR] = mesh.vertex_scalar_array()
     if len(arrays.faces) and mesh.has_face_scalar():
-        arrays.of_faces[SCALAR] = mesh.face_scalar_array()
+        arrays.of_faces[_SCALAR] = mesh.face_scalar_array()
     for element, name, values in custom_attributes(bench, mesh):
         (arrays.of_vertices if element == "vertex" else arrays.of_faces)[name] = values
     if mesh.has_wedge_tex_coord() or mesh.texture_number():
@@ -105,40 +105,13 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     return arrays
 
 
-def coordinates(values: Any) -> Floats:
-    """The values as MeshLab takes them."""
-    return np.ascontiguousarray(values, dtype=np.float64)
-
-
-def indices(values: Any) -> Ints:
-    """The rows of indices as MeshLab takes them."""
-    return np.ascontiguousarray(values, dtype=np.int32)
-
-
-def rgba(colors: Any, count: int) -> Floats | None:
-    """(count, 4) these colours with opacity and from 0 to 1; None if there are not so many."""
-    values = np.asarray(colors)
-    if values.ndim != 2 or len(values) != count or count == 0:
-        return None
-    scaled = values / 255.0 if values.dtype.kind in "ui" else values.astype(np.float64)
-    return np.ascontiguousarray(scaled if scaled.shape[1] == 4 else np.column_stack([scaled[:, :3], np.ones(count)]))
-
-
-def arrays_of(values: Any) -> dict[str, NDArray[Any]]:
-    """A package's values by name as arrays."""
-    pairs: Iterable[tuple[Any, Any]] = values.items() if values is not None and hasattr(values, "items") else ()
-    return {str(name): np.asarray(array) for name, array in pairs}
-
-
-def word(name: str) -> str:
+def _word(name: str) -> str:
     """A name that MeshLab's expressions can hold: its filters by function fail on a mesh with any other."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return f"{plain}_" if plain in _VARIABLES else plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
 
 
-def _scalar(values: dict[str, NDArray[Any]]) -> Floats | None:
-    scalars = values.get(SCALAR)
-    return coordinates(scalars) if scalars is not None and scalars.ndim == 1 else None
+# ------------------------------------------------------------------------------------------------------------ given to others
 
 
 def to_trimesh(arrays: Arrays) -> Any:
@@ -147,13 +120,12 @@ def to_trimesh(arrays: Arrays) -> Any:
     colors = None if arrays.colors is None else as_levels(arrays.colors)
     if len(arrays.faces):
         looks: dict[str, Any] = {"vertex_colors": colors}
-        if colors is None and arrays.uv is not None:
-            looks = {"visual": trimesh.visual.TextureVisuals(uv=arrays.uv)}
-        elif colors is None and arrays.face_colors is not None:
-            looks = {"face_colors": as_levels(arrays.face_colors)}
-        unused = {"texture_coordinates": arrays.uv, "colours_of_faces": arrays.face_colors}
         if colors is not None:
-            arrays.lose("trimesh with colours of vertices", **unused)
+            arrays.lose("trimesh with colours of vertices", texture_coordinates=arrays.uv, colours_of_faces=arrays.face_colors)
+        elif arrays.uv is not None:
+            looks = {"visual": trimesh.visual.TextureVisuals(uv=arrays.uv)}
+        elif arrays.face_colors is not None:
+            looks = {"face_colors": as_levels(arrays.face_colors)}
         arrays.lose("trimesh", edges=arrays.edges)
         made = trimesh.Trimesh(arrays.vertices, arrays.faces, process=False, **looks)
         made.vertex_attributes.update(arrays.of_vertices)
@@ -171,13 +143,14 @@ def to_trimesh(arrays: Arrays) -> Any:
 def to_open3d(arrays: Arrays) -> Any:
     """An `open3d.geometry.TriangleMesh`, or a `PointCloud` of a mesh without faces, with vertex normals and colours."""
     o3d = importlib.import_module("open3d")
-    vectors = o3d.utility.Vector3dVector
     cloud = not len(arrays.faces)
     made = o3d.geometry.PointCloud() if cloud else o3d.geometry.TriangleMesh()
-    setattr(made, "points" if cloud else "vertices", vectors(arrays.vertices))
-    setattr(made, "normals" if cloud else "vertex_normals", vectors(arrays.normals))
+    rows = {"points" if cloud else "vertices": arrays.vertices, "normals": arrays.normals}
     if arrays.colors is not None:
-        setattr(made, "colors" if cloud else "vertex_colors", vectors(arrays.colors[:, :3]))
+        rows["colors"] = arrays.colors[:, :3]
+    for name, values in rows.items():
+        of_mesh = not cloud and name != "vertices"
+        setattr(made, f"vertex_{name}" if of_mesh else name, o3d.utility.Vector3dVector(values))
     if not cloud:
         made.triangles = o3d.utility.Vector3iVector(arrays.faces)
     arrays.lose(
@@ -189,25 +162,6 @@ def to_open3d(arrays: Arrays) -> Any:
         values_of_faces=arrays.of_faces,
     )
     return made
-
-
-def to_meshio(arrays: Arrays) -> Any:
-    """A `meshio.Mesh` with triangles and lines, or vertices where there are neither, and values of points and cells."""
-    meshio = importlib.import_module("meshio")
-    kinds: dict[str, Any] = {"triangle": arrays.faces, "line": arrays.edges}
-    cells = [(kind, rows) for kind, rows in kinds.items() if len(rows)]
-    cells = cells or [("vertex", np.arange(len(arrays.vertices)).reshape(-1, 1))]
-    of_points: dict[str, Any] = {"normals": arrays.normals, **arrays.of_vertices}
-    if arrays.colors is not None:
-        of_points["rgba"] = as_levels(arrays.colors)
-    of_faces = dict(arrays.of_faces)
-    if arrays.face_colors is not None:
-        of_faces["rgba"] = as_levels(arrays.face_colors)
-    arrays.lose("meshio", texture_coordinates=arrays.uv)
-    of_cells = {
-        name: [v, *(np.zeros((len(arrays.edges), *v.shape[1:]), v.dtype) for _ in cells[1:])] for name, v in of_faces.items()
-    }
-    return meshio.Mesh(arrays.vertices, cells, point_data=of_points, cell_data=of_cells)
 
 
 def to_pyvista(arrays: Arrays) -> Any:
@@ -230,22 +184,19 @@ def to_pyvista(arrays: Arrays) -> Any:
     return made
 
 
-#: for each kind of cell in meshio, its triangles as corners of the cell
-_TRIANGLES = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
+# ------------------------------------------------------------------------------------------------------------ taken from others
 
 
 def taken(mesh: Any) -> Arrays:
     """The arrays of a mesh of another package.
 
     Raises:
-        ForeignMeshError: it is no mesh of these packages, or has cells that are no triangles, quads, lines or vertices.
+        ForeignMeshError: it is no mesh of these packages.
     """
     if hasattr(mesh, "to_legacy"):  # Open3D's tensors
         mesh = mesh.to_legacy()
     if hasattr(mesh, "GetPointData"):
         return _of_pyvista(mesh)
-    if hasattr(mesh, "points") and hasattr(mesh, "cells"):
-        return _of_meshio(mesh)
     if hasattr(mesh, "geometry") and hasattr(mesh, "graph"):
         return _of_scene(mesh)
     if hasattr(mesh, "vertices") and (hasattr(mesh, "faces") or hasattr(mesh, "colors")):
@@ -253,9 +204,7 @@ def taken(mesh: Any) -> Arrays:
     if hasattr(mesh, "triangles") or (hasattr(mesh, "points") and hasattr(mesh, "normals")):
         return _of_open3d(mesh)
     kind = f"{type(mesh).__module__}.{type(mesh).__qualname__}"
-    raise ForeignMeshError(
-        f"add_mesh takes a pymeshlab.Mesh, or a mesh or cloud of trimesh, Open3D, meshio or PyVista, got a {kind}"
-    )
+    raise ForeignMeshError(f"add_mesh takes a pymeshlab.Mesh, or a mesh or cloud of trimesh, Open3D or PyVista, got a {kind}")
 
 
 def _of_scene(scene: Any) -> Arrays:
@@ -273,109 +222,93 @@ def _of_scene(scene: Any) -> Arrays:
 
 
 def _of_trimesh(mesh: Any) -> Arrays:
-    vertices = _in_space(coordinates(mesh.vertices))
-    arrays = Arrays(vertices)
+    arrays = Arrays(_in_space(mesh.vertices))
     if hasattr(mesh, "vertex_nodes"):  # a Path
-        arrays.edges = indices(mesh.vertex_nodes)
+        arrays.edges = _indices(mesh.vertex_nodes)
         return arrays
     if not hasattr(mesh, "faces"):  # a PointCloud
-        arrays.colors = rgba(getattr(mesh, "colors", ()), len(vertices))
+        arrays.colors = _rgba(getattr(mesh, "colors", ()), len(arrays.vertices))
         return arrays
-    arrays.faces = indices(mesh.faces)
+    arrays.faces = _indices(mesh.faces)
     visual: Any = getattr(mesh, "visual", None)
     kind = getattr(visual, "kind", None)
     if kind == "vertex":
-        arrays.colors = rgba(visual.vertex_colors, len(vertices))
+        arrays.colors = _rgba(visual.vertex_colors, len(arrays.vertices))
     elif kind == "face":
-        arrays.face_colors = rgba(visual.face_colors, len(arrays.faces))
+        arrays.face_colors = _rgba(visual.face_colors, len(arrays.faces))
     elif kind == "texture" and getattr(visual, "uv", None) is not None:
-        arrays.uv = coordinates(visual.uv)
+        arrays.uv = _numbers(visual.uv)
         material = getattr(visual, "material", None)
-        if getattr(material, "image", None) is not None or getattr(material, "baseColorTexture", None) is not None:
+        if any(getattr(material, name, None) is not None for name in ("image", "baseColorTexture")):
             arrays.lost.append("the texture is left out, as MeshLab takes no picture from memory; its coordinates are kept")
-    arrays.of_vertices = arrays_of(getattr(mesh, "vertex_attributes", None))
-    arrays.of_faces = arrays_of(getattr(mesh, "face_attributes", None))
+    arrays.of_vertices = _values(getattr(mesh, "vertex_attributes", None))
+    arrays.of_faces = _values(getattr(mesh, "face_attributes", None))
     return arrays
-
-
-def _in_space(points: Floats) -> Floats:
-    """(n, 3) the points; z is 0 if they are (n, 2)."""
-    return np.column_stack([points, np.zeros(len(points))]) if points.shape[1:] == (2,) else points
 
 
 def _of_open3d(mesh: Any) -> Arrays:
     cloud = not hasattr(mesh, "triangles")
-    vertices = coordinates(mesh.points if cloud else mesh.vertices)
-    arrays = Arrays(vertices, colors=rgba(mesh.colors if cloud else mesh.vertex_colors, len(vertices)))
+    vertices = _numbers(mesh.points if cloud else mesh.vertices)
+    arrays = Arrays(vertices, colors=_rgba(mesh.colors if cloud else mesh.vertex_colors, len(vertices)))
     if cloud and len(mesh.normals) == len(vertices) > 0:
-        arrays.normals = coordinates(mesh.normals)
+        arrays.normals = _numbers(mesh.normals)
     if not cloud:
-        arrays.faces = indices(mesh.triangles)
+        arrays.faces = _indices(mesh.triangles)
         arrays.lost += ["the texture of the Open3D mesh is not taken"] if len(getattr(mesh, "textures", ())) else []
-    return arrays
-
-
-def _of_meshio(mesh: Any) -> Arrays:
-    points = _in_space(coordinates(mesh.points))
-    faces, edges = [np.zeros((0, 3), dtype=np.int32)], [np.zeros((0, 2), dtype=np.int32)]
-    from_cell: list[Ints] = [np.zeros(0, dtype=np.int32)]  # for each triangle, the number of its cell
-    start = 0
-    for block in mesh.cells:
-        kind, cells = (block.type, block.data) if hasattr(block, "type") else block
-        numbers = indices(np.arange(start, start + len(cells)))
-        start += len(cells)
-        if kind in _TRIANGLES:
-            faces += [indices(np.asarray(cells)[:, corners]) for corners in _TRIANGLES[kind]]
-            from_cell += [numbers for _ in _TRIANGLES[kind]]
-        elif kind == "line":
-            edges.append(indices(cells))
-        elif kind != "vertex":
-            raise ForeignMeshError(
-                f"the meshio mesh has cells of type {kind!r}; supported are triangles, quads (as two triangles) and lines"
-            )
-    arrays = Arrays(
-        points, np.concatenate(faces), np.concatenate(edges), of_vertices=arrays_of(getattr(mesh, "point_data", None))
-    )
-    of_cells = getattr(mesh, "cell_data", None) or {}
-    joined = {name: np.concatenate([np.asarray(part) for part in parts]) for name, parts in of_cells.items()}
-    arrays.of_faces = {name: values[np.concatenate(from_cell)] for name, values in joined.items()}
-    _take_by_name(arrays)
     return arrays
 
 
 def _of_pyvista(mesh: Any) -> Arrays:
     if not hasattr(mesh, "regular_faces"):
         mesh = mesh.extract_surface()
-    lines, edges = np.asarray(mesh.lines), []
+    lines, edges = np.asarray(mesh.lines), [np.zeros((0, 2), dtype=np.int32)]
     while len(lines):
         count = int(lines[0])
         edges.append(np.column_stack([lines[1:count], lines[2 : count + 1]]))
         lines = lines[count + 1 :]
     surface = mesh.triangulate()
-    arrays = Arrays(
-        coordinates(mesh.points), indices(surface.regular_faces).reshape(-1, 3), of_vertices=arrays_of(mesh.point_data)
-    )
-    of_cells = arrays_of(surface.cell_data)
+    arrays = Arrays(_numbers(mesh.points), _indices(surface.regular_faces).reshape(-1, 3), _indices(np.concatenate(edges)))
+    of_cells, arrays.of_vertices = _values(surface.cell_data), _values(mesh.point_data)
     arrays.of_faces = {name: array for name, array in of_cells.items() if len(array) == len(arrays.faces)}
     if others := sorted(of_cells.keys() - arrays.of_faces.keys()):
         arrays.lost.append(f"of lines, points and faces together, data of cells are not taken: {', '.join(others)}")
-    if edges:
-        arrays.edges = indices(np.concatenate(edges))
     uv = mesh.active_texture_coordinates
     if uv is not None:
-        arrays.uv = coordinates(uv)
+        arrays.uv = _numbers(uv)
         arrays.of_vertices = {n: a for n, a in arrays.of_vertices.items() if a.shape != uv.shape or (a != uv).any()}
-    _take_by_name(arrays)
+    for name, values in list(arrays.of_vertices.items()):
+        if name.lower() in _NORMALS and values.shape == arrays.vertices.shape:
+            arrays.normals = _numbers(arrays.of_vertices.pop(name))
+        elif name.lower() in _COLORS and values.shape[1:] in ((3,), (4,)):
+            arrays.colors = _rgba(arrays.of_vertices.pop(name), len(arrays.vertices))
+    for name, values in list(arrays.of_faces.items()):
+        if name.lower() in _COLORS and values.shape[1:] in ((3,), (4,)):
+            arrays.face_colors = _rgba(arrays.of_faces.pop(name), len(arrays.faces))
     return arrays
 
 
-def _take_by_name(arrays: Arrays) -> None:
-    """Move values named as normals or colours to the fields for them."""
-    for name, values in list(arrays.of_vertices.items()):
-        if name.lower() in ("normals", "normal") and values.shape == arrays.vertices.shape:
-            arrays.normals = coordinates(arrays.of_vertices.pop(name))
-        elif name.lower() in ("rgb", "rgba", "colors") and values.shape[1:] in ((3,), (4,)):
-            arrays.colors = rgba(arrays.of_vertices.pop(name), len(arrays.vertices))
-    for name, values in list(arrays.of_faces.items()):
-        if name.lower() in ("rgb", "rgba", "colors") and values.shape[1:] in ((3,), (4,)):
-            arrays.face_colors = rgba(arrays.of_faces.pop(name), len(arrays.faces))
+def _numbers(values: Any) -> Floats:
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _indices(values: Any) -> Ints:
+    return np.ascontiguousarray(values, dtype=np.int32)
+
+
+def _in_space(points: Any) -> Floats:
+    """(n, 3) the points; z is 0 if they are (n, 2)."""
+    return np.pad(_numbers(points), ((0, 0), (0, 1))) if np.shape(points)[1:] == (2,) else _numbers(points)
+
+
+def _rgba(colors: Any, count: int) -> Floats | None:
+    """(count, 4) these colours with opacity and from 0 to 1; None if there are not so many."""
+    values = np.asarray(colors)
+    if values.ndim != 2 or len(values) != count or count == 0:
+        return None
+    scaled = values / 255.0 if values.dtype.kind in "ui" else values.astype(np.float64)
+    return np.ascontiguousarray(scaled if scaled.shape[1] == 4 else np.column_stack([scaled[:, :3], np.ones(count)]))
+
+
+def _values(values: Any) -> Values:
+    """A package's values by name as arrays."""
+    return {str(name): np.asarray(array) for name, array in values.items()} if hasattr(values, "items") else {}

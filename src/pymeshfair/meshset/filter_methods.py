@@ -11,15 +11,13 @@ from typing import TYPE_CHECKING, Any
 import pymeshlab
 
 from ..filters.libraries import ImportedWhenUsed
-from ..meshlab.base import BASE
+from ..meshlab.base import BASE, UnknownFilterError
 
 if TYPE_CHECKING:
     from .. import registry
-    from ..meshlab import errors
-    from . import listing, methods
+    from . import methods
 else:  # importing them takes longer than importing pymeshlab
-    errors, registry = ImportedWhenUsed("pymeshfair.meshlab.errors"), ImportedWhenUsed("pymeshfair.registry")
-    listing, methods = ImportedWhenUsed("pymeshfair.meshset.listing"), ImportedWhenUsed("pymeshfair.meshset.methods")
+    registry, methods = ImportedWhenUsed("pymeshfair.registry"), ImportedWhenUsed("pymeshfair.meshset.methods")
 
 
 class LateMethods(type):
@@ -48,8 +46,8 @@ class FilterMethods(metaclass=LateMethods):
         if name in vars(FilterMethods):
             return getattr(self, name)
         try:
-            listing.known_filter(name)
-        except errors.UnknownFilterError as error:
+            methods.known_filter(name)
+        except UnknownFilterError as error:
             hint = f"; {error.cause}" if error.cause else f"; did you mean {error.suggestion!r}?" if error.suggestion else ""
             raise AttributeError(f"{text}{hint}") from None
         raise AttributeError(text)
@@ -66,7 +64,7 @@ class _MadeWhenAskedFor:
         self._name = name
 
     def __get__(self, instance: object | None, owner: type) -> Any:
-        declared = listing.known_filter(self._name)
+        declared = methods.known_filter(self._name)
         method: Any = getattr(BASE, self._name) if declared is None else methods.filter_method(declared)
         setattr(FilterMethods, self._name, method)
         return method if instance is None else MethodType(method, instance)

@@ -1,21 +1,23 @@
-"""Applies filters of both kinds to the layers of a pymeshlab mesh set, from calls and from steps of scripts."""
+"""Applies filters of both kinds to the layers of a pymeshlab mesh set, from calls and from scripts, and keeps the steps."""
 
 import contextlib
 import logging
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import pymeshlab
 
 from ..calling import StoppedError, call, check_needs, resolved
-from ..declaration import Arity, Filter, Percentage
-from ..errors import MeshError, ParameterError, UnknownNameError
+from ..declaration import Arity, Filter, Layer, Length, Percentage
+from ..errors import MeshError, ParameterError, Place, UnknownNameError
+from ..meshlab.base import FilterFailedError, FilterParameterError, ScriptStepFailedError, UnknownFilterError, reason
 from ..meshlab.builtin_filters import BuiltinFilters, as_length, constant_defaults
-from ..meshlab.errors import FilterFailedError, FilterParameterError, UnknownFilterError, reason
 from ..registry import is_known
-from ..scripts.script import Step
+from ..scripts import Script, Step, read_script, write_script
+from ..scripts.write import NOMINAL_DIAGONAL, NOMINAL_EDGE
 from ..write_back import Workbench, without_helpers, write_edit
-from .listing import known_filter
+from .methods import known_filter, length_text
 
 _LOG = logging.getLogger("pymeshfair")
 
@@ -27,14 +29,11 @@ class FilterRunner:
     whenever it is applied; see `Workbench.without_helpers`.
 
     Filters of plugins call `on_progress` and `on_note` of the mesh set if it has them.
-
-    Attributes:
-        builtins: MeshLab's own filters.
     """
 
     def __init__(self, bench: Workbench) -> None:
         self._bench = bench
-        self.builtins = BuiltinFilters(bench.meshset, bench.current)
+        self._builtins = BuiltinFilters(bench.meshset, bench.current)
 
     def apply(self, filter_name: str, values: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
         """Apply a filter with the values of a caller.
@@ -45,7 +44,7 @@ class FilterRunner:
         """
         declared = known_filter(filter_name)
         if declared is None:
-            return self.builtins.call(filter_name, values), None
+            return self._builtins.call(filter_name, values), None
         return self._applied(declared, dict(values) if declared.is_builtin else self.check(declared, values))
 
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
@@ -57,12 +56,12 @@ class FilterRunner:
         """The values of `pymeshlab.MeshSet.filter_parameter_values`, for filters of both kinds and for file formats."""
         if not is_known(filter_name):  # perhaps a file format, for which every file that is written asks many times
             with contextlib.suppress(pymeshlab.PyMeshLabException):
-                return without_helpers(dict(self.builtins.ask(filter_name, **values)))
+                return without_helpers(self._builtins.ask(filter_name, **values))
         declared = known_filter(filter_name)
         if declared is None:
-            return dict(self.builtins.ask(filter_name, **values))
+            return self._builtins.ask(filter_name, **values)
         if declared.is_builtin:
-            return self.builtins.values(declared, values)
+            return self._builtins.values(declared, values)
         return resolved(declared, {**declared.defaults, **self.check(declared, values)}, self._bench.current())
 
     def check(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -98,11 +97,12 @@ class FilterRunner:
         for name, mesh_id in declared.layers(values).items():
             self._bench.check(mesh_id, f"{declared.python_name}: parameter {name!r}: ")
         if declared.is_builtin:
-            self.builtins.verbose = self._bench.verbose
-            report, values = self.builtins.apply(declared, values)
+            self._builtins.verbose = self._bench.verbose
+            ran_with = self._builtins.effective(declared, values)
+            report = self._builtins.apply(declared, values)
         else:
-            report = self._apply_plugin(declared, values)
-        return report, Step(declared, _with_ids(declared, values, self._bench.without_helpers))
+            ran_with, report = values, self._apply_plugin(declared, values)
+        return report, Step(declared, _with_ids(declared, ran_with, self._bench.without_helpers))
 
     def _apply_plugin(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         layer, bench = self._bench.current(), self._bench
@@ -114,7 +114,7 @@ class FilterRunner:
             inputs = resolved(declared, values, layer)
             if bench.verbose or bench.prints_parameters:
                 print(f"\nApplying filter {declared.python_name} with the following parameters:\n{inputs}\n")
-            edit = call(declared, inputs, layer, getattr(self._bench.meshset, "on_progress", None))
+            edit = call(declared, inputs, layer, getattr(bench.meshset, "on_progress", None))
             losses = write_edit(bench, edit)
         except StoppedError as error:
             raise error.__cause__ or error from None
@@ -129,3 +129,59 @@ class FilterRunner:
 
 def _with_ids(declared: Filter, values: Mapping[str, Any], change: Callable[[int], int]) -> dict[str, Any]:
     return {**values, **{name: change(number) for name, number in declared.layers(values).items()}}
+
+
+class ScriptLog:
+    """A filter script: steps that are read from a file, or added as filters are applied; it is applied, printed and saved."""
+
+    def __init__(self, script: Script | None = None) -> None:
+        self._take(Script(()) if script is None else script)
+
+    def load(self, file: str) -> None:
+        """Take the steps of an .mlx file in place of these; after a `ScriptError` these stay."""
+        self._take(read_script(file))
+
+    def _take(self, script: Script) -> None:
+        self.steps: list[Step] = list(script.steps)
+        self._file, self._settings = script.path, script.settings
+
+    def clear(self) -> None:
+        """Forget all steps."""
+        self._take(Script(()))
+
+    def apply(self, apply_step: Callable[[Step], object]) -> None:
+        """Apply each step in turn.
+
+        Raises:
+            ScriptStepFailedError: a step failed.
+        """
+        for number, step in enumerate(list(self.steps), 1):
+            try:
+                apply_step(step)
+            except Exception as error:  # noqa: PERF203
+                file = self._file if step.line is not None else None
+                place = Place.of_step(number, len(self.steps), step.filter.name, file=file, line=step.line)
+                raise ScriptStepFailedError(place, reason(error)) from error
+
+    def save(self, file: str, layer: Layer) -> None:
+        """Write the steps to an .mlx file, with absolute lengths beside the relative ones for this layer.
+
+        Raises:
+            PymeshfairError: the file cannot be written.
+        """
+        units = {value.unit for step in self.steps for value in step.values.values() if isinstance(value, Length)}
+        sized = bool(units - {"absolute"}) and layer.diagonal > 0.0
+        diagonal = layer.diagonal if sized else NOMINAL_DIAGONAL
+        mean_edge = layer.mean_edge if sized and "edge" in units else NOMINAL_EDGE
+        script = Script((), settings=self._settings).with_steps(self.steps)
+        write_script(script, Path(file), diagonal=diagonal, mean_edge=mean_edge, overwrite=True)
+
+    def print(self) -> None:
+        """Print each step with the values of its parameters, as pymeshlab prints its script."""
+        print(f"Filter Script Size : {len(self.steps)}\n")
+        for number, step in enumerate(self.steps):
+            print(f"{number}: {step.filter.python_name}")
+            for name, value in step.values.items():
+                shown = length_text(value) if isinstance(value, Length) else value
+                print(f"\t{name} : {type(value).__name__} = {shown}")
+            print()

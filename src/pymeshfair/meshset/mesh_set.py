@@ -16,13 +16,13 @@ from .filter_methods import FilterMethods, LateMethods
 if TYPE_CHECKING:
     from .. import recipe, write_back
     from ..scripts.script import Script, Step
-    from . import exchange, filter_runner, listing, script_log
+    from . import exchange, filter_runner, methods
     from .pymeshlab_classes import _MeshSet as _Typed
 else:  # importing them takes longer than importing pymeshlab
     _Typed = BASE
     recipe, write_back = ImportedWhenUsed("pymeshfair.recipe"), ImportedWhenUsed("pymeshfair.write_back")
-    exchange, filter_runner, listing, script_log = (
-        ImportedWhenUsed(f"pymeshfair.meshset.{name}") for name in ("exchange", "filter_runner", "listing", "script_log")
+    exchange, filter_runner, methods = (
+        ImportedWhenUsed(f"pymeshfair.meshset.{name}") for name in ("exchange", "filter_runner", "methods")
     )
 
 
@@ -52,13 +52,13 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     @staticmethod
     def filter_list() -> list[str]:
         """The Python names of all filters, MeshLab's and the plugins', sorted."""
-        return listing.filter_list()
+        return methods.filter_list()
 
     def __init__(self, verbose: bool = False) -> None:
         BASE.__init__(self, verbose)
         self._bench = write_back.Workbench(self, verbose=verbose)
         self._filters = filter_runner.FilterRunner(self._bench)
-        self._script = script_log.ScriptLog()
+        self._script = filter_runner.ScriptLog()
 
     # ---------------------------------------------------------------------------------------------------------- filters
 
@@ -168,7 +168,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             results.append(result)
             self._script.steps.append(done)
 
-        script_log.ScriptLog(script).apply(apply)
+        filter_runner.ScriptLog(script).apply(apply)
         return results
 
     # ----------------------------------------------------------------------------------------------------------- meshes
@@ -183,12 +183,12 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         BASE.set_current_mesh(self, new_curr_id)
 
     def add_mesh(self, mesh: Any, mesh_name: str = "", set_as_current: bool = True) -> Any:
-        """Add a mesh as a layer: pymeshlab's, or one of trimesh, Open3D, meshio or PyVista; see `to_trimesh` for the way back.
+        """Add a mesh as a layer: pymeshlab's, or one of trimesh, Open3D or PyVista; see `to_trimesh` for the way back.
 
         What MeshLab does not take of another package's mesh is named by a warning of the logger ``pymeshfair``.
 
         Raises:
-            ForeignMeshError: it is no mesh of these packages, or has cells that are no triangles, quads, lines or vertices.
+            ForeignMeshError: it is no mesh of these packages.
         """
         if isinstance(mesh, pymeshlab.Mesh):
             return _locked(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
@@ -201,17 +201,13 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def to_trimesh(self) -> Any:
         """The current mesh as a `trimesh.Trimesh`, without faces as a `Path3D` or a `PointCloud`, with colours and values.
 
-        What trimesh does not take is named by a warning of the logger ``pymeshfair``; so by the next three.
+        What trimesh does not take is named by a warning of the logger ``pymeshfair``; so by the next two.
         """
         return self._given(exchange.to_trimesh)
 
     def to_open3d(self) -> Any:
         """The current mesh as an `open3d.geometry.TriangleMesh`, or a `PointCloud`, with vertex normals and colours."""
         return self._given(exchange.to_open3d)
-
-    def to_meshio(self) -> Any:
-        """The current mesh as a `meshio.Mesh` of triangles and lines, with normals, colours and values of points and cells."""
-        return self._given(exchange.to_meshio)
 
     def to_pyvista(self) -> Any:
         """The current mesh as a `pyvista.PolyData` with normals, colours, texture coordinates and values of points and cells."""

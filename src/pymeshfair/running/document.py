@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,7 @@ import numpy as np
 from ..calling import call, check_needs, resolved
 from ..declaration import Arity
 from ..errors import MeshError
-from ..mesh_data import MeshData, apply_edit, as_layer
+from ..mesh_data import MeshData, View, apply_edit, as_layer
 from ..meshlab.loading import load_pymeshlab
 from ..scripts.script import Step
 
@@ -51,6 +50,7 @@ class Document:
         self._meshes: dict[int, MeshData | None] = {}  # None: the door has it
         self._visible: dict[int, bool] = {}
         self._next_id = 0
+        self._door: Door  # since layers were handed over
         self._is_inside = False
         self.current_id: int | None = None  # of the current layer; None if there is none
         self.losses: list[str] = []  # contents that MeshLab did not take, in words
@@ -111,7 +111,7 @@ class Document:
 
     def _apply_plugin(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         mesh = MeshData(vertices=np.empty((0, 3))) if self.current_id is None else self.current
-        layer = _View(self, mesh)
+        layer = View(mesh, self.mesh)
         check_needs(step.filter, layer)
         parameters = resolved(step.filter, {**step.filter.defaults, **step.values}, layer)
         edit = call(step.filter, parameters, layer, self._on_progress)
@@ -127,17 +127,14 @@ class Document:
             self._on_note(note)
         return parameters, dict(edit.values)
 
-    @cached_property
-    def _door(self) -> Door:
-        load_pymeshlab()
-        from ..door import Door
-
-        return Door(self._folder)
-
     def _apply_builtin(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         if not self._is_inside:
+            load_pymeshlab()
+            from ..door import Door
+
             meshes = {number: self.mesh(number) for number in self._meshes}
-            self.losses += self._door.enter(meshes, self._visible, self.current_id)
+            self._door = Door(self._folder, meshes, self._visible, self.current_id)
+            self.losses += self._door.lost
             self._is_inside = True
         try:
             return self._door.apply(step)
@@ -145,17 +142,3 @@ class Document:
             ids, self.current_id, self._visible = self._door.layers(self._next_id)
             self._meshes = dict.fromkeys(ids)
             self._next_id = max([self._next_id, *(number + 1 for number in ids)])
-
-
-class _View:
-    """A mesh of a document as the `Layer` that a filter reads."""
-
-    def __init__(self, document: Document, mesh: MeshData) -> None:
-        self._document, self._mesh = document, mesh
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._mesh, name)
-
-    def other(self, mesh_id: int) -> Any:
-        """Another layer."""
-        return _View(self._document, self._document.mesh(mesh_id))

@@ -19,7 +19,7 @@ from xml.parsers import expat
 from ..declaration import Filter, nearest
 from ..declaration.units import check_unit
 from ..errors import ParameterError, UnknownNameError
-from ..meshlab.former import former_filter, former_parameters
+from ..meshlab.facts import former_filter, former_parameters
 from ..registry import find_filter
 from .guards import ATTRIBUTES as GUARDS
 from .guards import NO_GUARDS, Guards

@@ -5,7 +5,7 @@ from difflib import SequenceMatcher
 
 from ..declaration import Enum
 from ..errors import plain_name
-from ..meshlab.former import Former, former_parameters
+from ..meshlab.facts import Former, former_parameters
 from ..registry import all_filters, find_filter
 
 #: from so many letters on a name may have so many slips; ``Delete Selection`` is not meant to be ``Dilate Selection``

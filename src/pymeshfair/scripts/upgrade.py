@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ..declaration import Arity, Bool, Enum, FileOpen, Filter, Float, Length, Parameter, Percentage, Shot, String
 from ..errors import UnknownNameError
-from ..meshlab.former import Former, former_filter, former_parameters
+from ..meshlab.facts import Former, former_filter, former_parameters
 from ..registry import find_filter
 from .read import SECOND_DOCUMENT_TYPE, FilterElement, ParamElement, build_script, parse_document
 from .script import Change, Script, Step

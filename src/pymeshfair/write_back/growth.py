@@ -36,17 +36,8 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     """Add vertices and faces to the current layer, which has no matrix and has passed `check_growable`.
 
     Vertex i is at (i, 0, 0) afterwards, and the selection of faces is lost: both are for the caller to set. Texture
-    coordinates of the seed change; new faces have its texture.
-
-    Args:
-        bench: of the mesh set.
-        mesh: the current layer, which has faces.
-        vertices: how many to add.
-        added_faces: (b, 3) indices of old and added vertices, three different ones a face.
-        may_seed: (m,) the faces that may serve as the seed, at least one.
-
-    Returns:
-        The seed, and whether the mesh, one of polygons alone, has become one of triangles.
+    coordinates of the seed change; new faces have its texture. `vertices` is how many to add, `may_seed` are the faces that may
+    serve as the seed, at least one. Gives the seed, and whether the mesh, one of polygons alone, has become one of triangles.
     """
     old_faces, count = read_array(mesh, "faces"), mesh.vertex_number()
     bench.apply("compute_coord_by_function", x="vi", y="0", z="0")  # so that no edge is too short to be divided
@@ -55,12 +46,8 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     meant = np.arange(mesh.vertex_number())
     meant[read_array(mesh, "faces")] = old_faces
     bench.apply("compute_selection_by_condition_per_face", condselect=f"fi=={seed}")
-    bench.apply(
-        "meshing_surface_subdivision_midpoint",
-        iterations=_subdivisions(vertices, len(added_faces)),
-        threshold=pymeshlab.PureValue(0.0),
-        selected=True,
-    )
+    how = {"iterations": _subdivisions(vertices, len(added_faces)), "threshold": pymeshlab.PureValue(0.0)}
+    bench.apply("meshing_surface_subdivision_midpoint", **how, selected=True)
     first_cut = mesh.vertex_number()
     _cut_out(bench, f"fi>={len(old_faces)}?fi+1:(fi=={seed}?1:0)")
     faces = read_array(mesh, "faces")
@@ -135,6 +122,4 @@ def _subdivisions(vertices: int, faces: int) -> int:
 
 def _send(bench: Workbench, mesh: Any, target: NDArray[np.intp]) -> None:
     """Move vertex i to (target[i], 0, 0)."""
-    places = np.zeros((len(target), 3))
-    places[:, 0] = target
-    bench.move_to(mesh, places)
+    bench.move_to(mesh, np.eye(1, 3) * target[:, None].astype(np.float64))

@@ -2,36 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
-from ..declaration import Bools, Floats, Ints, Layer
 from ..errors import MeshError
-from ..mesh_data import as_levels
-from ..mesh_data.mesh_data import Has, Measures
-from ..meshlab.base import BASE, MESHLAB, apply_filter
-from ..meshlab.errors import UnknownLayerError
+from ..mesh_data import MeshData, View, as_levels
+from ..mesh_data.mesh_data import ReadWhenAsked
+from ..meshlab.base import BASE, MESHLAB, UnknownLayerError, apply_filter
 
 #: A morph is s + (t - s) in floating point; from what the first leaves over, the second reaches t exactly.
 _MOST_MORPHS = 3
-#: by the names of `Layer`, pymeshlab's method that gives an array, and its type
-_ARRAYS: dict[str, tuple[str, type]] = {
-    "vertices": ("vertex_matrix", np.float64),
-    "faces": ("face_matrix", np.int32),
-    "edges": ("edge_matrix", np.int32),
-    "vertex_selection": ("vertex_selection_array", np.bool_),
-    "face_selection": ("face_selection_array", np.bool_),
-    "vertex_scalars": ("vertex_scalar_array", np.float64),
-    "face_scalars": ("face_scalar_array", np.float64),
-    "vertex_colors": ("vertex_color_matrix", np.float64),
-    "face_colors": ("face_color_matrix", np.float64),
-    "vertex_normals": ("vertex_normal_matrix", np.float64),
-    "face_normals": ("face_normal_matrix", np.float64),
+_KINDS = {"selection": "selection_array", "scalars": "scalar_array", "colors": "color_matrix", "normals": "normal_matrix"}
+#: by the names of `Layer`, pymeshlab's method that gives an array
+_ARRAYS = {
+    **{"vertices": "vertex_matrix", "faces": "face_matrix", "edges": "edge_matrix"},
+    **{f"{element}_{kind}": f"{element}_{method}" for kind, method in _KINDS.items() for element in ("vertex", "face")},
 }
 #: What an `Edit` can change without adding or removing elements; a layer has attributes of the same names.
 EDITABLE = tuple(name for name in _ARRAYS if name not in ("faces", "edges"))
@@ -42,14 +33,13 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
 
     Face normals are right only while the mesh has no matrix; see `Workbench.matrix_aside`.
     """
-    method, dtype = _ARRAYS[name]
     try:
-        return np.ascontiguousarray(getattr(mesh, method)(), dtype=dtype)
+        return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
     except pymeshlab.MissingCompactnessException:
         # Deleted elements still have their places, as in a mesh edited through other bindings; MeshLab itself compacts
         # after each filter.
         mesh.compact()
-        return np.ascontiguousarray(getattr(mesh, method)(), dtype=dtype)
+        return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
 
 
 def check_taken(mesh: Any, now: NDArray[Any], wanted: NDArray[Any], what: str) -> None:
@@ -60,74 +50,23 @@ def check_taken(mesh: Any, now: NDArray[Any], wanted: NDArray[Any], what: str) -
 
 def attributes_of(mesh: Any, element: str) -> dict[str, NDArray[Any]]:
     """The colours, scalars and selection of vertices or faces, as far as there are any, as `MeshData` has them."""
-    attributes: dict[str, NDArray[Any]] = {}
+    return {name: read() for name, read in _readers(mesh, element).items()}
+
+
+def _readers(mesh: Any, element: str) -> dict[str, Callable[[], NDArray[Any]]]:
+    readers: dict[str, Callable[[], NDArray[Any]]] = {}
     if getattr(mesh, f"has_{element}_color")():
-        attributes["colors"] = as_levels(read_array(mesh, f"{element}_colors"))
+        readers["colors"] = lambda: as_levels(read_array(mesh, f"{element}_colors"))
     if getattr(mesh, f"has_{element}_scalar")():
-        attributes["scalars"] = read_array(mesh, f"{element}_scalars")
+        readers["scalars"] = partial(read_array, mesh, f"{element}_scalars")
     if getattr(mesh, f"selected_{element}_number")():
-        attributes["selection"] = read_array(mesh, f"{element}_selection")
-    return attributes
+        readers["selection"] = partial(read_array, mesh, f"{element}_selection")
+    return readers
 
 
-def _empty_array(name: str) -> NDArray[Any]:
-    """The same array of a mesh without elements."""
-    columns = {"vertex_colors": (4,), "face_colors": (4,), "edges": (2,)}.get(name, (3,))
-    flat = name.endswith(("selection", "scalars"))
-    return np.empty((0,) if flat else (0, *columns), dtype=_ARRAYS[name][1])
-
-
-class MeshLayer(Measures):
-    """A pymeshlab mesh as a `Layer`.
-
-    Arrays are read when first asked for and then kept, so a layer serves until the mesh changes.
-    """
-
-    vertices: Floats
-    faces: Ints
-    edges: Ints
-    vertex_normals: Floats
-    face_normals: Floats
-    vertex_selection: Bools
-    face_selection: Bools
-    vertex_scalars: Floats
-    face_scalars: Floats
-    vertex_colors: Floats
-    face_colors: Floats
-    has_vertex_scalars, has_vertex_colors, has_face_scalars, has_face_colors = Has(), Has(), Has(), Has()
-
-    def __init__(self, mesh: Any, bench: Workbench) -> None:
-        """See the class; None reads as an empty mesh."""
-        self._mesh, self._bench, self.other = mesh, bench, bench.other
-
-    def __getattr__(self, name: str) -> Any:
-        """Read an array; it is an attribute of the layer from then on."""
-        if name not in _ARRAYS:
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        if self._mesh is None:
-            array = _empty_array(name)
-        elif name in ("face_scalars", "face_colors") and not self.has(name):
-            raise MeshError(f"the mesh {self.label!r} has no {name.replace('_', ' ')}")
-        elif name == "face_normals":
-            with self._bench.matrix_aside(self._mesh):
-                array = read_array(self._mesh, name)
-        else:
-            array = read_array(self._mesh, name)
-        array.flags.writeable = False
-        setattr(self, name, array)
-        return array
-
-    @property
-    def label(self) -> str:
-        return "" if self._mesh is None else str(self._mesh.label())
-
-    @property
-    def has_wedge_tex_coords(self) -> bool:
-        return self._mesh is not None and bool(self._mesh.has_wedge_tex_coord())
-
-    def has(self, name: str) -> bool:
-        """Whether the mesh has an array, such as ``"vertex_scalars"``."""
-        return self._mesh is not None and bool(getattr(self._mesh, f"has_{name[:-1]}")())
+def wedges_of(mesh: Any) -> Any:
+    """(m, 3, 2) the texture coordinates of the corners of faces, None if there are none."""
+    return mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
 
 
 class Workbench:
@@ -157,14 +96,34 @@ class Workbench:
             return False
         return True
 
-    def current(self) -> MeshLayer:
+    def current(self) -> View:
         """The current layer as it is now; an empty one if there is none."""
-        return MeshLayer(BASE.current_mesh(self.meshset) if self.has_current() else None, self)
+        has_none = MeshData(vertices=np.empty((0, 3)))
+        return View(self._read(BASE.current_mesh(self.meshset)) if self.has_current() else has_none, self._find)
 
-    def other(self, mesh_id: int) -> Layer:
-        """The layer of that id; raise `UnknownLayerError` if there is none."""
+    def _find(self, mesh_id: int) -> MeshData:
         self.check(mesh_id)
-        return MeshLayer(BASE.mesh(self.meshset, mesh_id), self)
+        return self._read(BASE.mesh(self.meshset, mesh_id))
+
+    def _read(self, mesh: Any) -> MeshData:
+        """A layer whose attributes are read when they are first asked for, so that it serves until the mesh changes."""
+        vertex, face = _readers(mesh, "vertex"), _readers(mesh, "face")
+
+        def face_normals() -> NDArray[Any]:
+            with self.matrix_aside(mesh):
+                return read_array(mesh, "face_normals")
+
+        vertex["normals"], face["normals"] = partial(read_array, mesh, "vertex_normals"), face_normals
+        if mesh.has_wedge_tex_coord():
+            face["wedge_texture_coordinates"] = partial(wedges_of, mesh)
+        return MeshData(
+            vertices=read_array(mesh, "vertices"),
+            faces=read_array(mesh, "faces"),
+            edges=read_array(mesh, "edges"),
+            vertex_attributes=ReadWhenAsked(vertex),
+            face_attributes=ReadWhenAsked(face),
+            label=mesh.label(),
+        )
 
     def check(self, mesh_id: int, where: str = "") -> None:
         """Raise `UnknownLayerError`, its message beginning with `where`, if there is no layer of that id."""

@@ -4,7 +4,7 @@ A layer is put back as it was when adding elements to it fails or is interrupted
 """
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -19,10 +19,9 @@ from ..errors import MeshError
 from ..mesh_data import MeshData, Texture, adds
 from ..mesh_data.apply_edit import check_deletable, faces_that_give, removes, with_additions
 from ..meshlab.base import BASE
-from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, explain, has_room
+from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, has_room, move_points
 from .growth import check_growable, grow, shrink
-from .refill import move_points
-from .workbench import EDITABLE, Workbench, attributes_of, check_taken, read_array
+from .workbench import EDITABLE, Workbench, attributes_of, check_taken, read_array, wedges_of
 
 _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
 
@@ -38,8 +37,7 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
         MeshError: something failed, and something else could not be put back.
     """
     layers = {layer.id() for layer in BASE.__iter__(bench.meshset)}
-    matrix = mesh.transform_matrix()
-    before: _Before | None = None
+    matrix, before = mesh.transform_matrix(), None
     try:
         with bench.matrix_aside(mesh):
             before = _Before(mesh)
@@ -69,51 +67,46 @@ class _Before:
         lacking = [name for name in ("face_scalars", "face_colors") if not getattr(mesh, f"has_{name[:-1]}")()]
         self._values = {name: read_array(mesh, name) for name in EDITABLE if name not in lacking}
         self._uv = mesh.vertex_tex_coord_matrix() if mesh.has_vertex_tex_coord() else None
-        self._wedges = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
+        self._wedges = wedges_of(mesh)
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
         """Restore the current layer; the losses, in words."""
         lost = []
-        try:
-            shrink(bench, mesh, len(self._values["vertices"]), self._faces)
-        except _FAILURES:
-            lost.append("faces")
-        if self._wedges is not None and not lost:
-            now = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
-            for face in np.flatnonzero(((now != self._wedges) & ~np.isnan(self._wedges)).any(axis=(1, 2))):
-                with suppress(*_FAILURES):
-                    write_wedge_uv(bench, mesh, self._wedges, np.empty((0, 2)), int(face))
-            if not np.array_equal(mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2), self._wedges, equal_nan=True):
-                lost.append("texture coordinates")
-        if self._uv is not None and not lost:
+
+        def restore(what: str, write: Callable[..., None], *values: Any) -> None:
             try:
-                write_vertex_uv(bench, mesh, self._uv)
+                write(bench, mesh, *values)
             except _FAILURES:
-                lost.append("texture coordinates of vertices")
+                lost.append(what)
+
+        restore("faces", shrink, len(self._values["vertices"]), self._faces)
+        if not lost and self._wedges is not None:
+            restore("texture coordinates", self._put_back_wedges)
+        if not lost and self._uv is not None:
+            restore("texture coordinates of vertices", write_vertex_uv, self._uv)
         # Normals come last: they change with the coordinates. Helper attributes may use up the selection on their way in.
         for name in (*(name for name in EDITABLE if not name.endswith("selection")), "vertex_selection", "face_selection"):
             if name in self._values:
                 changes: dict[str, Any] = {name: self._values[name]}
-                try:
-                    write_values(bench, mesh, Edit(**changes))
-                except _FAILURES:
-                    lost.append(name.replace("_", " "))
+                restore(name.replace("_", " "), write_values, Edit(**changes))
         return lost
+
+    def _put_back_wedges(self, bench: Workbench, mesh: Any) -> None:
+        assert self._wedges is not None
+        differ = (wedges_of(mesh) != self._wedges) & ~np.isnan(self._wedges)
+        for face in np.flatnonzero(differ.any(axis=(1, 2))):
+            with suppress(*_FAILURES):
+                write_wedge_uv(bench, mesh, self._wedges, np.empty((0, 2)), int(face))
+        check_taken(mesh, wedges_of(mesh), self._wedges, "texture coordinates")
 
 
 def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
-    """Apply an edit, which has been checked (`checked_edit`), to the current layer.
+    """Apply an edit, which has been checked (`checked_edit`), to the current layer; sentences about losses, for the user.
 
     Coordinates keep every bit except the sign of a zero. The normals of a mesh with faces follow from new coordinates, as after
     any filter of MeshLab. New layers come last and the first becomes the current one.
 
     If adding elements fails or is interrupted, the mesh is put back (`undone_on_failure`); an interrupted deletion is not.
-
-    Returns:
-        Sentences about losses, for the user.
-
-    Raises:
-        MeshError: MeshLab cannot hold the new values, or cannot delete the elements.
     """
     mesh = BASE.current_mesh(bench.meshset) if BASE.mesh_number(bench.meshset) else None
     notes: tuple[str, ...] = ()
@@ -130,7 +123,8 @@ def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
                     write_values(bench, mesh, edit)
             _delete(bench, mesh, edit)
         except (pymeshlab.PyMeshLabException, RuntimeError) as error:  # pymeshlab's two ways to say that a filter failed
-            raise explain(bench, error) from error
+            check_names(bench, mesh)
+            raise MeshError(f"MeshLab could not take the result: {error}") from error
     for index, layer in enumerate(edit.new_layers):
         _add_layer(bench, layer, current=index == 0)
     return notes
@@ -171,18 +165,11 @@ def _add_layer(bench: Workbench, layer: NewLayer, *, current: bool) -> None:
     BASE.add_mesh(bench.meshset, mesh, layer.label, current)
 
 
-TRIANGULATED = "the mesh had polygons and no triangle; it has triangles alone now"
-
-
 def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[str, ...]]:
     """Add the edit's vertices and faces to the current layer, which has faces and no matrix.
 
-    Returns:
-        An edit of the larger mesh with everything that remains to be written, such as coordinates and selection, and sentences
-        about losses.
-
-    Raises:
-        MeshError: the mesh has elements that MeshLab would not keep, or attributes that it cannot compute with.
+    Gives an edit of the larger mesh with everything that remains to be written, such as coordinates and selection, and sentences
+    about losses.
     """
     check_growable(mesh)
     check_names(bench, mesh)
@@ -203,7 +190,8 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
         write_wedge_uv(bench, mesh, wedges, made.face_attributes["wedge_texture_coordinates"][len(faces) :, 0], seed)
     if (uv := made.vertex_attributes.get("texture_coordinates")) is not None:
         write_vertex_uv(bench, mesh, uv)
-    return replace(edit, **remaining), (TRIANGULATED,) if triangulated else ()
+    notes = ("the mesh had polygons and no triangle; it has triangles alone now",) if triangulated else ()
+    return replace(edit, **remaining), notes
 
 
 def _as_data(mesh: Any) -> MeshData:
@@ -211,11 +199,11 @@ def _as_data(mesh: Any) -> MeshData:
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
     of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
     textures: tuple[Texture, ...] = ()
-    if mesh.has_wedge_tex_coord():
-        of["face"]["wedge_texture_coordinates"] = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
+    if (wedges := wedges_of(mesh)) is not None:
+        of["face"]["wedge_texture_coordinates"] = wedges
         # MeshLab gives its vertices texture coordinates on the way.
         uv = of["vertex"]["texture_coordinates"] = np.zeros((len(vertices), 2))
-        uv[faces.ravel()[::-1]] = of["face"]["wedge_texture_coordinates"].reshape(-1, 2)[::-1]
+        uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
         textures = _image(mesh)
     if mesh.has_vertex_tex_coord():
         of["vertex"]["texture_coordinates"] = mesh.vertex_tex_coord_matrix()
@@ -269,18 +257,14 @@ def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed
     }
     bench.apply("compute_texcoord_by_function_per_wedge", **expressions, onselected=True)
     wanted = np.concatenate([wedges, np.repeat(uv[:, None], 3, axis=1)])
-    check_taken(mesh, mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2), wanted, "texture coordinates")
+    check_taken(mesh, wedges_of(mesh), wanted, "texture coordinates")
 
 
 _COLOR_CHANNELS = {"vertex": "xyza", "face": "rgba"}
 
 
 def write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:
-    """Write the edit's scalars, colours, selection, coordinates and normals to the current layer, in this order.
-
-    Raises:
-        MeshError: MeshLab did not take them exactly.
-    """
+    """Write the edit's scalars, colours, selection, coordinates and normals to the current layer, in this order."""
     for element in ELEMENTS:
         if (scalars := getattr(edit, f"{element}_scalars")) is not None:
             _write_numbers(bench, mesh, element, "scalar", scalars)
@@ -347,8 +331,8 @@ def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bo
     if np.array_equal(read_array(mesh, name), selection):
         return
     if selection.all() or not selection.any():
-        simply = "set_selection_all" if selection.any() else "set_selection_none"
-        bench.apply(simply, allverts=element == "vertex", allfaces=element == "face")
+        alike = "all" if selection.any() else "none"
+        bench.apply(f"set_selection_{alike}", allverts=element == "vertex", allfaces=element == "face")
     else:
         (attribute,) = bring_in(bench, mesh, element, [selection.astype(np.float64)])
         bench.apply(f"compute_selection_by_condition_per_{element}", condselect=f"{attribute}>0.5")
