@@ -41,9 +41,10 @@ def test_commands_to_try_next_can_be_copied(tmp_path: Path, monkeypatch: pytest.
     from pymeshfair.commands import run as demo
 
     jobs = []
-    monkeypatch.setattr(demo, "carry_out", lambda job, carry, **options: jobs.append(job))
     folder = tmp_path / "a folder"
-    done = invoke("demo", "-o", folder)
+    with monkeypatch.context() as patched:
+        patched.setattr(demo, "carry_out", lambda job, carry, **options: jobs.append(job))
+        done = invoke("demo", "-o", folder)
     assert done.exit_code == 0
     assert jobs[0].input == sample_scan()
     proposed = [shlex.split(line) for line in done.stderr.splitlines() if line.startswith("  pymeshfair ")]

@@ -1,4 +1,4 @@
-"""The command ``pymeshfair``: one module a command, each importing what is heavy only when it runs, so that help is instant.
+"""The command ``pymeshfair``: commands that import what is heavy only when they run, so that help is instant.
 
 Exit codes and JSON documents: docs/command_line.md.
 """

@@ -177,12 +177,10 @@ def _line(scan: Scan, outcome: Outcome) -> str:
         return f"{scan.label}: failed: {outcome.error['message']}" + (f"; {outcome.former}" if outcome.former else "")
     broken = "; ".join(f"{breach['guard']}: {breach['message']}" for breach in outcome.breaches)
     moved = displacement_in_edges(outcome)
-    words = [f"{outcome.seconds:.2f} s", *([] if moved is None else [f"moved by {moved:.2g} edges"]), *_warnings(outcome)]
+    words = [f"{outcome.seconds:.2f} s"]
+    words += [] if moved is None else [f"moved by {moved:.2g} edges"]
+    words += [counted(len(outcome.warnings), "warning")] if outcome.warnings else []
     return f"{scan.label}: {', '.join(words)}" + (f", written although {broken}" if broken else "")
-
-
-def _warnings(outcome: Outcome) -> list[str]:
-    return [counted(len(outcome.warnings), "warning")] if outcome.warnings else []
 
 
 # ------------------------------------------------------------------------------------------------------------- before and after
@@ -208,7 +206,7 @@ def _show_rows(summary: Summary, task: Task) -> None:
 
     shown = summary.rows if len(summary.rows) <= _LISTED else summary.worst_first[:_LISTED]
     headers = ["scan", "", "vertices", "moved (edges)", "at most", "area %", "seconds", ""]
-    show_table(headers, [_row(*row) for row in shown], numbers=range(2, 7))
+    show_table(headers, *(_row(*row) for row in shown), numbers=range(2, 7))
     if len(shown) < len(summary.rows):
         typer.echo(f"  and {len(summary.rows) - len(shown):,} that went better; batch.csv has them all")
     counts = summary.counts
@@ -226,7 +224,8 @@ def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
     from ..batch.summary import area_change, displacement_in_edges, largest_in_edges
 
     remarks = [f"far from the others in {' and '.join(far)}"] if far else []
-    remarks += [*([outcome.former] if outcome.former else []), *_warnings(outcome)]
+    remarks += [outcome.former] if outcome.former else []
+    remarks += [counted(len(outcome.warnings), "warning")] if outcome.warnings else []
     numbers = (displacement_in_edges(outcome), largest_in_edges(outcome), area_change(outcome))
     return [
         label,
@@ -244,13 +243,8 @@ def _show_prospect(task: Task, prospect: Prospect, *, json: bool) -> None:
     steps = [step.filter.name for step in recipe.script.steps]
     if json:
         scans = [
-            {
-                "input": scan.input,
-                "output": scan.output,
-                "overrides": scan.overrides,
-                "state": states[scan.number],
-                "problem": prospect.problems.get(scan.number),
-            }
+            {name: getattr(scan, name) for name in ("input", "output", "overrides")}
+            | {"state": states[scan.number], "problem": prospect.problems.get(scan.number)}
             for scan in task.scans
         ]
         sizes = {name: getattr(prospect, name) for name in ("bytes_in", "bytes_free", "lacks_room")}
@@ -262,7 +256,7 @@ def _show_prospect(task: Task, prospect: Prospect, *, json: bool) -> None:
     for number, step in enumerate(steps, 1):
         typer.echo(f"  {number}  {step}")
     typer.echo("")
-    show_table(["input", "output", ""], [[str(scan.input), str(scan.output), states[scan.number]] for scan in task.scans])
+    show_table(["input", "output", ""], *([str(scan.input), str(scan.output), states[scan.number]] for scan in task.scans))
     todo = sum(state == "to do" for state in states.values())
     free = "" if prospect.bytes_free is None else f", {prospect.bytes_free / 1e9:.3g} GB free in {task.folder}"
     typer.echo(

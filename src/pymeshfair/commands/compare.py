@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument, Option
 
-from ..looking.words import area_headers, area_rows, comparison_lines, distance_headers, distance_rows, verdict_text
+from ..looking.words import area_table, comparison_lines, distance_table, verdict_text
 from . import options
 from .streams import STANDARD, check_text, print_document, print_lines, save_text, say, warn
 
@@ -24,7 +24,7 @@ def compare(
     before: Annotated[Path, Argument(metavar="BEFORE", help="The mesh file that comparison starts from.")],
     after: Annotated[Path, Argument(metavar="AFTER", help="The mesh file that is compared with it.")],
     self_intersections: Annotated[
-        bool | None, Option(help="Look for faces that cut others; by default up to 200,000 vertices.")
+        bool | None, Option(help="Seek faces that cut others; by default up to 200,000 vertices.")
     ] = None,
     tolerance: options.Tolerance = None,
     limits: options.Limits = None,
@@ -35,7 +35,7 @@ def compare(
         Option(metavar="OUT.csv|OUT.ply", help="Write how far outwards each vertex of AFTER lies; - prints the table."),
     ] = None,
     section: Annotated[
-        list[str] | None, Option(metavar="AXIS=VALUE", help="Show that section in the report: z=12.5. Repeatable.")
+        list[str] | None, Option(metavar="AXIS=VALUE", help="A section for the report: z=12.5. Repeatable.")
     ] = None,
     report: options.Report = None,
     up: options.Up = "y",
@@ -50,7 +50,7 @@ def compare(
     """
     from ..declaration.units import unit_of_scan
     from ..files.formats import extension
-    from ..files.writing import write_file
+    from ..files.writing import check_target, write_file
     from ..looking.comparison import FORMATS, deviations_file, state_of
     from ..looking.comparison import compare as compare_states
     from ..running.read import read_mesh
@@ -63,7 +63,7 @@ def compare(
     if planes and report is None:
         raise typer.BadParameter("sections are shown in the report: give --report, too", param_hint="--section")
     if report is not None:
-        options.check_report(report, up, overwrite=overwrite)
+        check_target(report, options.PAGES, overwrite=overwrite)
     if deviations is not None:
         check_text(deviations, FORMATS, overwrite=overwrite, json=json)
     reading: dict[str, Any] = {"self_intersections": self_intersections, "allow_outside": allow_outside, "unchecked": unchecked}
@@ -150,10 +150,10 @@ def _show(comparison: Comparison, alignment: dict[str, Any] | None, unit: str | 
 
     show_measures({"before": comparison.before, "after": comparison.after}, unit)
     typer.echo("")
-    show_table(distance_headers(unit), distance_rows(comparison), numbers=(1, 2, 3))
+    show_table(*distance_table(comparison, unit), numbers=(1, 2, 3))
     typer.echo("")
     if comparison.out_of_tolerance:
-        show_table(area_headers(unit), area_rows(comparison, _AREAS), numbers=(2, 3, 4))
+        show_table(*area_table(comparison, _AREAS, unit), numbers=(2, 3, 4))
         typer.echo("")
     print_lines((*comparison_lines(comparison, unit), verdict_text(comparison, unit)))
     if alignment is not None:

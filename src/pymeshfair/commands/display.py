@@ -10,7 +10,7 @@ import os
 import sys
 import textwrap
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _WIDTH = 100
 
 
-def show_table(headers: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Iterable[int] = ()) -> None:
+def show_table(headers: Sequence[str], *rows: Sequence[str], numbers: Collection[int] = ()) -> None:
     """Print a table of texts; the columns in `numbers` are aligned to the right."""
     width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else _WIDTH
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
@@ -48,7 +48,7 @@ def show_measures(columns: Mapping[str, Mapping[str, Any]], unit: str | None = N
 
     `unit` is that of the scan, if it is known.
     """
-    show_table(["", *columns], measure_rows(columns, unit), numbers=range(1, len(columns) + 1))
+    show_table(["", *columns], *measure_rows(columns, unit), numbers=range(1, len(columns) + 1))
 
 
 #: characters of a line of text about recipes

@@ -31,9 +31,7 @@ class Finding:
 
 
 def doctor(
-    folder: Annotated[
-        Path | None, Argument(metavar="FOLDER", help="A folder of outputs: name what killed runs left there.")
-    ] = None,
+    folder: Annotated[Path | None, Argument(metavar="FOLDER", help="Name what killed runs left in that folder.")] = None,
     remove: Annotated[bool, Option("--remove", help="Remove these files.")] = False,
     warm: Annotated[bool, Option("--warm", help="First compile all filters, such as in the image of a container.")] = False,
     json: Json = False,

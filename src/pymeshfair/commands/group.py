@@ -8,9 +8,9 @@ import sys
 import traceback
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NoReturn, cast
+from types import MappingProxyType
+from typing import Any, NamedTuple, NoReturn, cast
 
 import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
@@ -18,15 +18,14 @@ from typer.core import TyperCommand, TyperGroup, TyperOption
 from .streams import Talk, complain, failure_of_stdout, print_document, secure_streams, talk, warn
 
 
-@dataclass(frozen=True)
-class Failure:
+class Failure(NamedTuple):
     """The error that ended a command."""
 
     kind: str  # the name of the exception, e.g. ``"ScriptError"``.
     message: str  # the mistake, its place, and advice
     exit_code: int  # 1 the run failed, 2 wrong usage or an invalid recipe, 130 interrupted
     #: further attributes of the exception, such as the problems of a script or the step that failed
-    details: Mapping[str, Any] = field(default_factory=dict)
+    details: Mapping[str, Any] = MappingProxyType({})
 
     @classmethod
     def of(cls, error: Exception) -> Failure:
@@ -51,7 +50,6 @@ class Failure:
 
 
 INTERRUPTED = Failure("Interrupted", "interrupted", 130)
-
 
 # typer does not export the base class of its usage errors.
 UsageError = cast("type[Exception]", typer.BadParameter.__bases__[0])
@@ -95,7 +93,9 @@ class CommandGroup(TyperGroup):
         except (KeyboardInterrupt, typer.Abort):
             failure = INTERRUPTED
         except UsageError as error:
-            failure = Failure("UsageError", _with_hint(error), 2)
+            where: Any = getattr(error, "ctx", None)
+            hint = "" if where is None else f"\n`{where.command_path} --help` shows what it takes"
+            failure = Failure("UsageError", f"{cast('Any', error).format_message()}{hint}", 2)
         except Exception as error:
             failure = Failure.of(error)
             if "--debug" in options:
@@ -106,15 +106,9 @@ class CommandGroup(TyperGroup):
                 sys.exit(code or 0)
             failure = Failure("OSError", f"what was printed got lost: {(lost.strerror or str(lost)).lower()} on stdout", 1)
         if failure.exit_code == 2 and (used := used_options(extra.get("default_map", {}), arguments)):
-            failure = replace(failure, message=f"{failure.message}\n{used}")
+            failure = failure._replace(message=f"{failure.message}\n{used}")
         failure.show(json="--json" in options)
         sys.exit(failure.exit_code)
-
-
-def _with_hint(error: Any) -> str:
-    """The parser's own message and where to read on."""
-    message = str(error.format_message())
-    return message if error.ctx is None else f"{message}\n`{error.ctx.command_path} --help` shows what it takes"
 
 
 # ------------------------------------------------------------------------------------------------------- options of a folder

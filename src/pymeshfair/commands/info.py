@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,15 +17,14 @@ from .options import AllowOutside, Json, Unchecked
 from .streams import print_document, print_lines, say, show, warn
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from ..declaration import Filter, Parameter
-    from ..recipe import Recipe, RecipeHead
-    from ..scripts.script import Setting, Step
+    from ..recipe import Recipe, RecipeHead, RecipeInfo
 
 #: characters of a line of a page, and of a line of a list with the margins before the words about a filter and a recipe
 _WIDTH, _NARROW = 100, 80
-_INDENT, _MARGIN = " " * 4, " " * 24
+_MARGIN = " " * 24
 #: so many holes and outer borders are listed
 _MOST_RIMS = 12
 
@@ -51,14 +51,12 @@ def filters(
     if not listed and not json:
         typer.echo(f"no filter contains {text!r}", err=True)
     names = ("python_name", "name", "origin", "summary")
-    show({"filters": [{name: getattr(f, name) for name in names} for f in listed]}, _listed(listed), json=json)
+    words_of = ((f.python_name, *map(_indented, (f"{f.name} ({f.origin})", f.summary))) for f in listed)
+    show({"filters": [{name: getattr(f, name) for name in names} for f in listed]}, chain.from_iterable(words_of), json=json)
 
 
-def _listed(declared: Iterable[Filter]) -> Iterator[str]:
-    for f in declared:
-        yield f.python_name
-        for line in (f"{f.name} ({f.origin})", f.summary):
-            yield textwrap.fill(line, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT)
+def _indented(text: str, margin: str = " " * 4, width: int = _NARROW) -> str:
+    return textwrap.fill(text, width, initial_indent=margin, subsequent_indent=margin)
 
 
 def _contains(haystack: str, words: str) -> bool:
@@ -74,20 +72,16 @@ def recipes(json: Json = False) -> None:
 
     heads = sorted(shipped_heads(), key=lambda head: (*(head.info.task != task for task in TASKS), head.name))
     rows = [
-        {
-            "name": r.name,
-            "title": r.info.title,
-            "task": r.info.task,
-            "fits": r.info.fits,
-            "for": r.info.purpose,
-            "settings": [s.name for s in r.settings],
-            "steps": r.steps,
-        }
+        {"name": r.name, **_words(r.info), "for": r.info.purpose, "settings": [s.name for s in r.settings], "steps": r.steps}
         for r in heads
     ]
     show({"recipes": rows}, _by_task(heads), json=json)
     if not json:
         say("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
+
+
+def _words(about: RecipeInfo) -> dict[str, Any]:
+    return {"title": about.title, "task": about.task, "fits": about.fits}
 
 
 def _by_task(heads: Sequence[RecipeHead]) -> Iterator[str]:
@@ -99,7 +93,7 @@ def _by_task(heads: Sequence[RecipeHead]) -> Iterator[str]:
         yield textwrap.fill(f"  {head.name:<21} {head.info.title}", _NARROW, subsequent_indent=_MARGIN)
         settings = [f"settings: {', '.join(s.name for s in head.settings)}"] if head.settings else []
         for text in (head.info.purpose, *settings):
-            yield textwrap.fill(text, _NARROW, initial_indent=_MARGIN, subsequent_indent=_MARGIN)
+            yield _indented(text, _MARGIN)
 
 
 # --------------------------------------------------------------------------------------------------------------------- info
@@ -179,7 +173,7 @@ def filter_page(filter: Filter) -> Iterator[str]:
         default = "depends on the mesh" if parameter.default is None else repr(said(parameter.default))
         yield f"\n  {parameter.name}  (default {default}{', advanced' if parameter.advanced else ''})"
         for text in (f"{parameter.label}: {parameter.describe_allowed()}.", *([parameter.help] if parameter.help else [])):
-            yield textwrap.fill(text, _WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
+            yield _indented(text, " " * 6, _WIDTH)
     yield f"\nIn Python\n{textwrap.indent(python_call(filter), '  ')}"
     yield f"\nIn a .mlx script\n{textwrap.indent(mlx_element(filter), '  ')}"
     if filter.references:
@@ -214,25 +208,19 @@ def said(value: Any) -> Any:
 
 def recipe_document(recipe: Recipe) -> dict[str, Any]:
     """The recipe in terms of JSON."""
-    return {
-        "name": recipe.name,
-        "title": recipe.title,
-        "task": recipe.info.task,
-        "fits": recipe.info.fits,
-        "description": recipe.description,
-        "settings": [{k: v for k, v in vars(s).items() if k != "line"} for s in recipe.script.settings],
-        "steps": [_step_document(step) for step in recipe.script.steps],
-    }
-
-
-def _step_document(step: Step) -> dict[str, Any]:
-    return {
-        "python_name": step.filter.python_name,
-        "name": step.filter.name,
-        "tag": step.tag,
-        "parameters": {name: said(value) for name, value in step.values.items()},
-        "settings": step.settings,
-    }
+    steps = [
+        {
+            "python_name": step.filter.python_name,
+            "name": step.filter.name,
+            "tag": step.tag,
+            "parameters": {name: said(value) for name, value in step.values.items()},
+            "settings": step.settings,
+        }
+        for step in recipe.script.steps
+    ]
+    settings = [{k: v for k, v in vars(s).items() if k != "line"} for s in recipe.script.settings]
+    about = {**_words(recipe.info), "title": recipe.title, "description": recipe.description}
+    return {"name": recipe.name, **about, "settings": settings, "steps": steps}
 
 
 def recipe_page(recipe: Recipe) -> Iterator[str]:
@@ -240,7 +228,9 @@ def recipe_page(recipe: Recipe) -> Iterator[str]:
     yield f"{recipe.name}: {recipe.title}\n\n{recipe.description}\n"
     if recipe.script.settings:
         yield "Settings (--set NAME=VALUE)"
-        yield from (f"      {setting_line(setting)}" for setting in recipe.script.settings)
+        for s in recipe.script.settings:
+            unit, words = f" ({s.unit})" if s.unit else "", f": {s.description}" if s.description else ""
+            yield f"      {s.name} = {s.default}{unit}{words}"
         yield ""
     yield "Steps"
     for number, step in enumerate(recipe.script.steps, start=1):
@@ -249,12 +239,6 @@ def recipe_page(recipe: Recipe) -> Iterator[str]:
         for name, value in step.values.items():
             setting = f"  (setting {step.settings[name]})" if name in step.settings else ""
             yield f"        {name} = {said(value)}{setting}"
-
-
-def setting_line(setting: Setting) -> str:
-    """A setting in one line: its name, its default, its unit and what it does."""
-    unit = f" ({setting.unit})" if setting.unit else ""
-    return f"{setting.name} = {setting.default}{unit}" + (f": {setting.description}" if setting.description else "")
 
 
 def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) -> None:

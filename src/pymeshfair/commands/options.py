@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import typer
 from typer import Argument, Option
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 Json = Annotated[bool, Option("--json", help="Print one JSON document on stdout; messages still go to stderr.")]
 Overwrite = Annotated[bool, Option("--overwrite", help="Replace what is written if it exists.")]
 
-Tolerance = Annotated[
-    str | None, Option(metavar="LENGTH", help="How far the surfaces may lie apart: 0.05, 0.1%, 0.5edge, 0.05mm.")
-]
+Tolerance = Annotated[str | None, Option(metavar="LENGTH", help="How far surfaces may lie apart: 0.1%, 0.5edge, 0.05mm.")]
 Limits = Annotated[str | None, Option(metavar="LOW,HIGH", help="The ends of the colours: -0.1,0.1 or -0.1mm,0.1mm.")]
 Report = Annotated[Path | None, Option(metavar="OUT.html", help="Write a page that needs no network.")]
-Up = Annotated[str, Option(metavar="y|z", help="The upright axis in the pictures of the report.")]
+Up = Annotated[Literal["y", "z"], Option(help="The upright axis in pictures.")]
+#: the extensions of reports
+PAGES = ("html", "htm")
 
 
 def _recipes(incomplete: str) -> list[str]:
@@ -56,9 +56,7 @@ Recipe = Annotated[
 AllowOutside = Annotated[bool, Option("--allow-outside", help="Let mesh files name files outside their folders.")]
 Unchecked = Annotated[bool, Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm ...).")]
 Unit = Annotated[str | None, Option(metavar="mm|cm|m|in", help="The unit of the scan; else that of its file or of the recipe.")]
-Memory = Annotated[
-    str | None, Option(metavar="SIZE", help="Memory that a run may take, such as 4GB; else 80 % of the machine's.")
-]
+Memory = Annotated[str | None, Option(metavar="SIZE", help="Memory for a run, such as 4GB; else 80 % of the machine's.")]
 Timeout = Annotated[float | None, Option(metavar="SECONDS", help="Stop after that time; in a batch, that scan.", min=0.001)]
 
 
@@ -74,39 +72,25 @@ class RunOptions:
             "a number, a tag or a part of the filter's name. May be repeated.",
         ),
     ] = None
-    others: Annotated[
-        list[Path] | None, Option("--with", metavar="MESH", help="A further layer that the recipe names. Repeatable.")
-    ] = None
+    others: Annotated[list[Path] | None, Option("--with", metavar="MESH", help="Another layer of the recipe. Repeatable.")] = None
     upgrade: Annotated[bool, Option("--upgrade", help="Bring a script of an older MeshLab up to date first.")] = False
     timeout: Timeout = None
     memory: Memory = None
     allow_outside: AllowOutside = False
     unchecked: Unchecked = False
-    keep_all: Annotated[bool, Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")] = (
-        False
-    )
-    max_displacement: Annotated[
-        str, Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05, 0.1%, 0.5edge, 0.05mm.")
-    ] = ""
+    keep_all: Annotated[bool, Option("--keep-all", help="Fail if OUTPUT would lose anything of INPUT or the result.")] = False
+    max_displacement: Annotated[str, Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.1%, 0.5edge, 0.05mm.")] = ""
     unit: Unit = None
     max_volume_change: Annotated[str, Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")] = ""
     require: Annotated[
         str, Option(metavar="watertight,manifold,oriented,printable,components=N,genus=N", help="Fail unless it is so.")
     ] = ""
     keep_sharp: Annotated[str, Option(metavar="PERCENT", help="Fail if less of the length of the sharp edges is kept: 95%.")] = ""
-    keep_broken: Annotated[
-        bool, Option("--keep-broken", help="Write OUTPUT even beyond a limit; the exit code is 1 all the same.")
-    ] = False
+    keep_broken: Annotated[bool, Option("--keep-broken", help="Write OUTPUT even beyond a limit; the exit code stays 1.")] = False
     no_measures: Annotated[
-        bool,
-        Option(
-            "--no-measures",
-            help="Measure nothing before and after: sooner, but nothing is said of the shape, and no limit can be held.",
-        ),
+        bool, Option("--no-measures", help="Measure nothing, which is sooner: nothing is said of the shape, no limit is held.")
     ] = False
-    scheduler: Annotated[str | None, Option(metavar="ADDRESS", help="Let the workers of this scheduler of dask do the work.")] = (
-        None
-    )
+    scheduler: Annotated[str | None, Option(metavar="ADDRESS", help="Let the workers of this dask scheduler do the work.")] = None
     scheduler_file: Annotated[Path | None, Option(metavar="FILE", help="That of `dask scheduler --scheduler-file`.")] = None
     tls_ca_file: Annotated[Path | None, Option(metavar="FILE", help="Certificates that sign the scheduler's.")] = None
     tls_cert: Annotated[Path | None, Option(metavar="FILE", help="The certificate to show to the scheduler.")] = None
@@ -170,15 +154,6 @@ def with_run_options(command: Callable[..., None]) -> Callable[..., None]:
     called.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return called
-
-
-def check_report(path: Path, up: str, *, overwrite: bool) -> None:
-    """Refuse a report that could not be written, before anything is computed."""
-    from ..files.writing import check_target
-    from ..looking.picture import view_rows
-
-    check_target(path, ("html", "htm"), overwrite=overwrite)
-    view_rows(0.0, 0.0, up)
 
 
 #: bytes by the prefix of a unit

@@ -29,23 +29,14 @@ def picture(
     ] = "plain",
     view: Annotated[
         str,
-        Option(
-            metavar="front|back|left|right|top|bottom|iso|AZ,EL",
-            help="From where: a name, or how far the eye goes to the right and up, in degrees.",
-        ),
+        Option(metavar="front|back|left|right|top|bottom|iso|AZ,EL", help="From where, or how many degrees to the right and up."),
     ] = "front",
-    up: Annotated[str, Option(metavar="y|z", help="The upright axis.")] = "y",
+    up: options.Up = "y",
     zoom: Annotated[
-        str,
-        Option(
-            metavar="X,Y,Z,SIZE|vertex=N,SIZE",
-            help="Show the surroundings of a point, or of a vertex of the last mesh; SIZE is a length: 20, 10% or 30edge.",
-        ),
+        str, Option(metavar="X,Y,Z,SIZE|vertex=N,SIZE", help="Show what is round a point; SIZE is a length: 20, 10%, 30edge.")
     ] = "",
     size: Annotated[str, Option(metavar="WIDTHxHEIGHT", help="Of each panel, in pixels.")] = "640x640",
-    title: Annotated[
-        list[str] | None, Option(metavar="TEXT", help="Of each panel, in order; else the names of the files.")
-    ] = None,
+    title: Annotated[list[str] | None, Option(metavar="TEXT", help="Of each panel; else the names of the files.")] = None,
     stripes: Annotated[float, Option(help="Reflection lines all round; more show smaller defects.", min=1)] = 8.0,
     limits: options.Limits = None,
     tolerance: options.Tolerance = None,

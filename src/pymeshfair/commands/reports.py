@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import PymeshfairError
-from ..files.writing import StagedFile, stage_file, write_file
+from ..files.writing import StagedFile, check_target, stage_file, write_file
 from ..looking.comparison import Comparison, Distances, MeshState, compare, state_of
 from ..looking.words import counted
 from ..report.comparison_page import Compared, Verdict, comparison_page, verdict_of
@@ -19,7 +19,7 @@ from ..report.scene import Marker
 from ..running.errors import GuardBroken
 from ..running.read import read_mesh, reported_values
 from ..running.supervise import run_job
-from .options import check_report
+from .options import PAGES
 from .streams import plain, say
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], S
 
     def staged(result: RunResult) -> Sequence[StagedFile]:
         page = _page(job, result, before, up, kept=True)
-        check_report(path, up, overwrite=job.overwrite)
+        check_target(path, PAGES, overwrite=job.overwrite)
         return [stage_file(result.output.with_name("report.html"), target, page)]
 
     try:

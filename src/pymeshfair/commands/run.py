@@ -43,17 +43,11 @@ def run(
     input: Annotated[Path, Argument(metavar="INPUT", help="The mesh file to clean.")],
     output: Annotated[Path, Option("--output", "-o", help="The mesh file to write; its extension is the format.")],
     chosen: options.RunOptions,
-    overwrite: Annotated[
-        bool, Option("--overwrite", help="Replace OUTPUT, even the input, and the files of --map and --report.")
-    ] = False,
+    overwrite: Annotated[bool, Option("--overwrite", help="Replace OUTPUT, even the input, and map and report.")] = False,
     map: Annotated[Path | None, Option(metavar="MAP.ply", help="Write what was kept, moved and added, and how far.")] = None,
-    map_tolerance: Annotated[
-        str | None, Option(metavar="LENGTH", help="What moved by no more counts as kept in MAP.ply.")
-    ] = None,
+    map_tolerance: Annotated[str | None, Option(metavar="LENGTH", help="What moved no further is kept.")] = None,
     tiles: Annotated[bool, Option("--tiles", help="Work by tiles, if memory is too small; see docs/scale.md.")] = False,
-    resume: Annotated[
-        bool, Option("--resume", help="With --tiles: go on where a killed run ended, or let that be done.")
-    ] = False,
+    resume: Annotated[bool, Option("--resume", help="With --tiles: go on where a killed run ended.")] = False,
     report: options.Report = None,
     up: options.Up = "y",
     json: options.Json = False,
@@ -64,10 +58,11 @@ def run(
     them. If OUTPUT exists, it is replaced only if it is, to the byte, what this very run wrote there before: from the same INPUT,
     with the same recipe and settings. Anything else is kept, and the run refused, unless --overwrite is given.
     """
+    from ..files.writing import check_target
     from ..running.supervise import run_job, workers_of_runs
 
     if report is not None:
-        options.check_report(report, up, overwrite=overwrite)
+        check_target(report, options.PAGES, overwrite=overwrite)
         chosen.check_measured()
     with workers_of_runs() as workers:
         if not tiles:
@@ -192,9 +187,7 @@ def sample_scan() -> Path:
 
 def verify(
     output: Annotated[Path, Argument(metavar="OUTPUT", help="A mesh file that a run wrote, its provenance beside it.")],
-    recorded: Annotated[
-        bool, Option("--recorded", help="Use the recipe in the provenance, whatever has become of its file.")
-    ] = False,
+    recorded: Annotated[bool, Option("--recorded", help="Use the recipe of the provenance, not that of its file.")] = False,
     timeout: options.Timeout = None,
     allow_outside: options.AllowOutside = False,
     unchecked: options.Unchecked = False,

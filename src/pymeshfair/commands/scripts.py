@@ -71,9 +71,7 @@ def upgrade(
     output: Annotated[Path, Option("--output", "-o", metavar="NEW.mlx", help="The script to write; - is standard output.")],
     accept: Annotated[bool, Option("--accept", help="Write it even if its meaning changes.")] = False,
     mend: Annotated[bool, Option("--mend", help="Set values that lack a type, which MeshLab drops.")] = False,
-    relative_to: Annotated[
-        Path | None, Option("--relative-to", metavar="MESH", help="Make lengths relative to that mesh.")
-    ] = None,
+    relative_to: Annotated[Path | None, Option("--relative-to", metavar="MESH", help="Make lengths relative to it.")] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from ..declaration import Length
     from ..filters.spectral.responses import Response
 
-#: the filter whose parameters the response has
-FILTERS = "apply_coord_spectral_filter"
 PICTURES = ("png", "svg", "pdf")
 
 
@@ -29,11 +27,7 @@ def spectrum(
     output: Annotated[Path | None, Option("--output", "-o", metavar="PICTURE", help="A .png, .svg or .pdf file to draw.")] = None,
     after: Annotated[Path | None, Option(metavar="MESH2", help="Compare with this mesh.")] = None,
     response: Annotated[
-        str,
-        Option(
-            metavar="low_pass|band_pass|enhance",
-            help="Draw this response of the spectral filter too, and what it leaves of MESH if there is no MESH2.",
-        ),
+        str, Option(metavar="low_pass|band_pass|enhance", help="Draw this response, too, and what it leaves of MESH.")
     ] = "",
     detail_size: Annotated[str, Option(metavar="LENGTH", help="Of the response, such as 1% or 0.5; else 6edge.")] = "",
     largest_size: Annotated[str, Option(metavar="LENGTH", help="The longest wave of a band; else four detail sizes.")] = "",
@@ -58,7 +52,7 @@ def spectrum(
     filtering = {}
     if response:
         values = {"response": response, "detail_size": detail_size or "6edge", "largest_size": largest_size or AUTO}
-        checked = find_filter(FILTERS).with_defaults(values)
+        checked = find_filter("apply_coord_spectral_filter").with_defaults(values)
         filtering = {name: checked[name] for name in values}
         if _in_mesh_units(filtering["detail_size"], {"diagonal": 1.0, "mean_edge": 1.0}) == 0.0:
             raise ParameterError(f"detail_size {detail_size} is no wavelength: give a length above 0")
@@ -150,7 +144,7 @@ def _print(spectra: Mapping[str, Mapping[str, Any]], response: Response | None) 
         row = [f"{2 * math.pi / omega:.4g}", f"{2 * math.pi / omega / spectra['before']['mean_edge']:.3g}"]
         row += [f"{at_band[name]:.3g}" if name in at_band else "" for name in spectra]
         rows.append(row if response is None else [*row, f"{float(response.profile(omega)):.3f}"])
-    show_table(headers, rows, numbers=range(len(headers)))
+    show_table(headers, *rows, numbers=range(len(headers)))
     typer.echo(
         "\nheight: the root mean square, in mesh units, of what the waves of a third of an octave add to the surface", err=True
     )

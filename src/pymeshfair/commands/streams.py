@@ -80,9 +80,7 @@ def failure_of_stdout() -> OSError | None:
 class Talk(enum.IntEnum):
     """The amount of output besides results, warnings and errors."""
 
-    LITTLE = 0
-    USUAL = 1
-    MUCH = 2
+    LITTLE, USUAL, MUCH = range(3)
 
 
 _talk = Talk.USUAL
@@ -97,8 +95,8 @@ def talk(how_much: Talk | None = None) -> Talk:
 
 def say(*texts: object, err: bool = False) -> None:
     """Print remarks, unless little is to be printed."""
-    for text in texts if _talk > Talk.LITTLE else ():
-        typer.echo(printable(text), err=err)
+    if _talk > Talk.LITTLE:
+        print_lines(map(printable, texts), err=err)
 
 
 def printable(text: object) -> str:
@@ -113,8 +111,7 @@ def complain(text: object, *, color: bool | None = None) -> None:
 
 def warn(*texts: object) -> None:
     """Print warnings on stderr."""
-    for text in texts:
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {printable(text)}", err=True)
+    print_lines((f"{typer.style('warning:', fg='yellow')} {printable(text)}" for text in texts), err=True)
 
 
 def print_lines(lines: Iterable[str], *, err: bool = False) -> None:

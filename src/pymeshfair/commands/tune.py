@@ -13,11 +13,9 @@ from .streams import print_document
 def tune(
     scan: Annotated[Path, Argument(metavar="SCAN", help="The mesh file to tune on; it is not changed.")],
     recipe: Annotated[
-        str, Option(metavar="RECIPE", help="The recipe that is shown first: a shipped name or an .mlx file.")
+        str, Option(metavar="RECIPE", help="The first recipe: a shipped name or an .mlx file.")
     ] = "smooth_implicit",
-    host: Annotated[
-        str, Option(metavar="ADDRESS", help="Address to listen on; others than 127.0.0.1 let other machines in.")
-    ] = "127.0.0.1",
+    host: Annotated[str, Option(metavar="ADDRESS", help="Address to listen on; 127.0.0.1 is for this machine.")] = "127.0.0.1",
     port: Annotated[int, Option(help="Port to listen on; 0 takes a free one.", min=0, max=65535)] = 0,
     browser: Annotated[bool, Option("--browser/--no-browser", help="Whether to open the page in the browser.")] = True,
     json: Json = False,

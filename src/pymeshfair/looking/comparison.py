@@ -61,12 +61,6 @@ class MeshState:
     sharp: SharpEdges  # the sharp edges
 
     @property
-    def attributes(self) -> tuple[str, ...]:
-        """The attributes of the mesh, in the words of `pymeshfair.files.formats.ATTRIBUTES`."""
-        present = attributes_of(self.mesh)
-        return tuple(a for a in ATTRIBUTES if a in present)
-
-    @property
     def diagonal(self) -> float:
         """Of the bounding box, in mesh units."""
         return float(self.measures["diagonal"])
@@ -178,26 +172,19 @@ class Comparison:
     hausdorff_at_most: LengthIn  # it is no larger than that
     rounding: float  # of coordinates of such a size; points no further apart are the same place
     same_surface: bool  # whether the surfaces lie no further apart than that, everywhere
-    #: how far vertices have moved; None unless both meshes have as many and the same faces, so that vertices of the same number
-    #: are the same
-    displacement: Moved | None
+    displacement: Moved | None  # of the vertices; None unless both meshes have as many of them, and the same faces
     area_change: float | None  # in percent, None without area before
     volume_change: float | None  # in percent, None unless both have a volume that is not 0
-    #: the mean angle in degrees between the normals of the faces of the second mesh and of the first there, weighted with the
-    #: area; None of clouds
-    normal_deviation: float | None
+    normal_deviation: float | None  # the mean angle in degrees between the normals of both, by area; None of clouds
     largest_normal_deviation: float | None  # in degrees
     flipped_faces: int | None  # faces of the second mesh that look away from where the first does there, by more than 90 degrees
-    #: the share of the length of the sharp edges of the first mesh within a mean edge of which the second has one; None if there
-    #: were none
-    sharp_edges_kept: float | None
+    sharp_edges_kept: float | None  # the share of the length of sharp edges that have one within a mean edge; None without any
     added_area: float | None  # of the second mesh further than a mean edge from the first
     removed_area: float | None  # of the first further than a mean edge from the second
     attributes_kept: tuple[str, ...]  # attributes of both meshes; then those of one alone
     attributes_lost: tuple[str, ...]
     attributes_gained: tuple[str, ...]
-    #: within which the surfaces should lie; without one, None, and the next two are empty
-    tolerance: LengthIn | None = None
+    tolerance: LengthIn | None = None  # within which the surfaces should lie; without one the next two are empty
     passed: bool | None = None  # whether neither lies further from the other than the tolerance
     out_of_tolerance: tuple[Area, ...] = ()  # the areas that lie further, the furthest first
     sharp_angle: float = SHARP  # degrees from which on an edge counts as sharp
@@ -237,7 +224,7 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         judged = {"tolerance": length(tolerance), "passed": passed, "out_of_tolerance": ordered}
     at_most = max(d.at_most for d in distances)
     rounding = _ROUNDING * max(float(np.abs(mesh.vertices).max()) for mesh in (first, second))
-    had, has = before.attributes, after.attributes
+    had, has = (attributes_of(mesh) for mesh in (first, second))
     return Comparison(
         before=before.measures,
         after=after.measures,
@@ -251,9 +238,9 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         area_change=_change(before.measures["area"], after.measures["area"]),
         volume_change=_change(before.measures["volume"], after.measures["volume"]),
         sharp_edges_kept=share_kept(before.sharp, after.sharp, within=before.mean_edge),
-        attributes_kept=tuple(a for a in had if a in has),
-        attributes_lost=tuple(a for a in had if a not in has),
-        attributes_gained=tuple(a for a in has if a not in had),
+        attributes_kept=tuple(a for a in ATTRIBUTES if a in had and a in has),
+        attributes_lost=tuple(a for a in ATTRIBUTES if a in had and a not in has),
+        attributes_gained=tuple(a for a in ATTRIBUTES if a in has and a not in had),
         **judged,
         **_faces(before, after, distances, same_faces=same_vertices),
     ), distances
@@ -283,24 +270,17 @@ def _moved(before: Floats, after: Floats, length: Callable[[float], LengthIn]) -
     d = vector_lengths(after - before)
     worst = int(d.argmax())
     x, y, z = after[worst].tolist()
-    return Moved(
-        length(d.mean()), length(np.sqrt((d**2).mean())), length(np.quantile(d, 0.99)), length(d[worst]), worst, (x, y, z)
-    )
+    mean, rms, most, largest = map(length, (d.mean(), np.sqrt((d**2).mean()), np.quantile(d, 0.99), d[worst]))
+    return Moved(mean, rms, most, largest, worst, (x, y, z))
 
 
 def _deviation(distance: SurfaceDistance, tolerance: float | None, length: Callable[[float], LengthIn]) -> Deviation:
-    statistics = distance.statistics(tolerance)
+    statistics = vars(distance.statistics(tolerance))
     x, y, z = distance.furthest.tolist()
-    return Deviation(
-        samples=statistics.samples,
-        percentiles={percent: length(value) for percent, value in statistics.percentiles.items()},
-        largest=length(distance.largest),
-        place=(x, y, z),
-        at_most=length(distance.at_most),
-        within=statistics.within,
-        within_error=statistics.within_error,
-        **{name: length(getattr(statistics, name)) for name in _LENGTHS},
-    )
+    lengths = {name: length(statistics[name]) for name in _LENGTHS}
+    percentiles = {percent: length(value) for percent, value in statistics["percentiles"].items()}
+    more = {"percentiles": percentiles, "largest": length(distance.largest), "at_most": length(distance.at_most)}
+    return Deviation(**{**statistics, **lengths, **more, "place": (x, y, z)})
 
 
 def _change(before: float | None, after: float | None) -> float | None:

@@ -97,12 +97,12 @@ class Appearance:
 
     color: str = "plain"  # one of `pymeshfair.looking.coloring.COLORINGS` or `OTHERS`
     azimuth: float = 0.0  # see `view_rows`
-    elevation: float = 0.0  # see `view_rows`
+    elevation: float = 0.0
     up: str = "y"  # the upright axis, "y" or "z"
     centre: tuple[float, float, float] | None = None  # (x, y, z) of a close-up; None for the whole
     extent: float = 0.0  # the shorter side of a close-up, in mesh units
     width: int = 640  # of a panel, in pixels
-    height: int = 640  # of a panel, in pixels
+    height: int = 640
     stripes: float = 8.0  # of reflection lines, all round
     titles: bool = True  # whether every panel has a title
     label: str = ""  # the text at the colour bar; the words of the coloring if it is empty
@@ -113,8 +113,7 @@ class Appearance:
 
     def camera(self, clouds: Sequence[Floats]) -> Camera:
         """The one camera for all meshes."""
-        rows = view_rows(self.azimuth, self.elevation, self.up)
-        aspect = self.width / self.height
+        rows, aspect = view_rows(self.azimuth, self.elevation, self.up), self.width / self.height
         if self.centre is None:
             return fitting_camera(clouds, rows, aspect)
         return close_up(np.asarray(self.centre, dtype=np.float64), self.extent, rows, aspect)

@@ -38,17 +38,6 @@ _MEASURES = (
 _POWERS = {"area": "²", "volume": "³", "mean_edge": "", "mean_spacing": "", "noise": "", "sharp_edge_length": ""}
 
 
-def distance_headers(unit: str | None = None) -> tuple[str, ...]:
-    """Above the columns of `distance_rows`; `unit` is that of the scan, or None."""
-    return ("", unit or "mesh units", "mean edges", "% of diagonal")
-
-
-def area_headers(unit: str | None = None) -> tuple[str, ...]:
-    """Above the columns of `area_rows`; `unit` is that of the scan, or None."""
-    length, square = (f"{unit}", f"{unit}²") if unit else ("mesh units", "mesh units²")
-    return ("area out of tolerance", "furthest at", f"by ({length})", f"size ({length})", f"area ({square})")
-
-
 def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
     """A measure's name and its value for each mesh; rare measures that are 0 or unknown in all of them are left out."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
@@ -191,16 +180,18 @@ def verdict_text(result: Comparison, unit: str | None = None) -> str:
     return text
 
 
-def area_rows(result: Comparison, most: int) -> list[list[str]]:
-    """The areas out of tolerance, the furthest first; see `area_headers`."""
-    return [
+def area_table(result: Comparison, most: int, unit: str | None = None) -> list[list[str]]:
+    """The areas out of tolerance, the furthest first, below the headers of their columns; `unit` is that of the scan."""
+    length = unit or "mesh units"
+    headers = ["area out of tolerance", "furthest at", f"by ({length})", f"size ({length})", f"area ({length}²)"]
+    return [headers] + [
         [f"{k}, of {a.mesh.upper()}", _at(a.place), f"{a.amount:+.4g}", f"{a.size:.4g}", f"{a.area:.4g}"]
         for k, a in enumerate(result.out_of_tolerance[:most], 1)
     ]
 
 
-def distance_rows(result: Comparison) -> list[list[str]]:
-    """The distances of the two surfaces, in three units; see `distance_headers`."""
+def distance_table(result: Comparison, unit: str | None = None) -> list[list[str]]:
+    """The distances of the two surfaces, in three units, below the headers of their columns."""
     there, here, moved = result.after_from_before, result.before_from_after, result.displacement
     rows = [
         ("AFTER from BEFORE, mean (above 0: outwards)", there.mean),
@@ -218,7 +209,7 @@ def distance_rows(result: Comparison) -> list[list[str]]:
             ("root mean square", moved.rms),
             (f"largest, vertex {moved.vertex} at {_at(moved.place)}", moved.largest),
         ]
-    return [
+    return [["", unit or "mesh units", "mean edges", "% of diagonal"]] + [
         [words, *("-" if value is None else f"{value:.4g}" for value in vars(length).values())]
         for words, length in (*rows, ("Hausdorff distance", result.hausdorff))
     ]

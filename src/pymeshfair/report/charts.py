@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,30 +14,25 @@ from ..errors import ParameterError
 from ..looking.picture import number, round_length
 from ..mesh_data import MeshData
 
-_AXES = "xyz"
-
 
 @dataclass(frozen=True)
 class Plane:
-    """All places whose coordinate along an axis has one value."""
+    """All places whose coordinate along an axis, 0, 1 or 2 for x, y or z, has one value, in mesh units."""
 
-    axis: int  # 0, 1 or 2 for x, y or z
-    value: float  # of the coordinate, in mesh units
+    axis: int
+    value: float
 
     @classmethod
     def parse(cls, text: str) -> Plane:
         """Read ``"z=12.5"``."""
-        name, sign, number = text.partition("=")
-        try:
-            value = float(number)
-        except ValueError:
-            value = float("nan")
-        if name.strip() not in tuple(_AXES) or not sign or not np.isfinite(value):
-            raise ParameterError(f"{text!r} is no section: write an axis and a coordinate in mesh units, such as z=12.5")
-        return cls(_AXES.index(name.strip()), value)
+        name, _, number = text.partition("=")
+        with contextlib.suppress(ValueError):
+            if math.isfinite(value := float(number)):
+                return cls(("x", "y", "z").index(name.strip()), value)
+        raise ParameterError(f"{text!r} is no section: write an axis and a coordinate in mesh units, such as z=12.5")
 
     def __str__(self) -> str:
-        return f"{_AXES[self.axis]} = {self.value:.6g}"
+        return f"{'xyz'[self.axis]} = {self.value:.6g}"
 
 
 def outline(mesh: MeshData, plane: Plane) -> Floats:
@@ -111,21 +107,28 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
 
 def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]], unit: str) -> Chart | None:
     """Root mean square heights of waves against their length, both axes logarithmic; None if there are no bands."""
-    bands = {name: _heights(spectrum) for name, spectrum in spectra.items()}
-    bands = {name: band for name, band in bands.items() if len(band[1]) and (band[1] > 0.0).any()}
+    bands = {}
+    for name, spectrum in spectra.items():
+        energies = np.asarray(spectrum["band_energies"], dtype=np.float64)
+        if (energies > 0.0).any():
+            with np.errstate(divide="ignore"):
+                bands[name] = (
+                    2.0 * math.pi / np.asarray(spectrum["band_edges"], dtype=np.float64),
+                    np.sqrt(np.maximum(energies, 0.0)),
+                )
     if not bands:
         return None
-    every = np.log10(np.concatenate([edges for edges, _ in bands.values()]))
+    every = np.log10(np.concatenate([lengths for lengths, _ in bands.values()]))
     positive = np.log10(np.concatenate([heights[heights > 0.0] for _, heights in bands.values()]))
     # Long waves on the left, as a spectrum of frequencies has them.
     left, right = float(every.max()), float(every.min())
     low, high = float(max(positive.min(), positive.max() - 7.0)) - 0.1, float(positive.max()) + 0.1
     lines, rows = {}, []
-    for name, (edges, heights) in bands.items():
+    for name, (lengths, heights) in bands.items():
         # The line has a gap where the energy of a band could not be distinguished from 0.
         shown = np.log10(np.where(heights > 10.0**low, heights, np.nan))
-        lines[name] = _steps(np.log10(edges), shown, (left, right), (low, high))
-        rows += [(name, f"{b:.4g} to {a:.4g}", f"{h:.4g}") for a, b, h in zip(edges[:-1], edges[1:], heights, strict=True)]
+        lines[name] = _steps(np.log10(lengths), shown, (left, right), (low, high))
+        rows += [(name, f"{b:.4g} to {a:.4g}", f"{h:.4g}") for a, b, h in zip(lengths[:-1], lengths[1:], heights, strict=True)]
     return Chart(
         title="Spectrum: how high are waves of which length",
         summary="Where both lines are the same nothing was changed; noise is what stays high at short waves, on the right.",
@@ -146,14 +149,6 @@ def round_numbers(low: float, high: float, count: int) -> list[float]:
     step = next(s * power for s in (1.0, 2.0, 5.0, 10.0) if s * power >= rough * (1.0 - 1e-12))
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return [k * step for k in range(first, last + 1)]
-
-
-def _heights(spectrum: Mapping[str, Sequence[float]]) -> tuple[Floats, Floats]:
-    """Wavelengths at the ends of the bands, from long to short, and the root mean square height of each band."""
-    frequencies = np.asarray(spectrum["band_edges"], dtype=np.float64)
-    energies = np.asarray(spectrum["band_energies"], dtype=np.float64)
-    with np.errstate(divide="ignore"):
-        return 2.0 * math.pi / frequencies, np.sqrt(np.maximum(energies, 0.0))
 
 
 def _powers(low: float, high: float) -> list[float]:

@@ -17,13 +17,11 @@ from ..looking.coloring import COLORINGS, Numbers, in_unit, same_elements
 from ..looking.comparison import Comparison, Distances, MeshState
 from ..looking.picture import BAR_STRIP, VIEWS, Appearance, draw_color_bar, draw_meshes
 from ..looking.words import (
-    area_headers,
-    area_rows,
+    area_table,
     became_text,
     change_lines,
     comparison_lines,
-    distance_headers,
-    distance_rows,
+    distance_table,
     measure_rows,
     verdict_text,
 )
@@ -111,10 +109,8 @@ def comparison_page(
         scene=scene,
         notes=[_decimation(mesh) for mesh in shown if mesh.decimated],
         change=change_lines(run["measures"]["change"], unit) if run and run["measures"]["change"] else (),
-        distance_headers=distance_headers(unit),
-        distance_rows=distance_rows(comparison),
-        area_headers=area_headers(unit),
-        area_rows=area_rows(comparison, _AREAS),
+        distances=distance_table(comparison, unit),
+        areas=area_table(comparison, _AREAS, unit),
         lines=comparison_lines(comparison, unit),
         measure_rows=measure_rows({"before": comparison.before, "after": comparison.after}, unit),
         sections=[c for plane in planes if (c := section_chart(compared.meshes.values(), plane, unit)) is not None],

@@ -17,7 +17,7 @@ from ..errors import RunError
 from ..filters.inspection import mean_curvature, symmetric_limits
 from ..looking.coloring import same_elements
 from ..looking.comparison import compare, state_of
-from ..looking.words import comparison_lines, distance_headers, distance_rows, measure_rows
+from ..looking.words import comparison_lines, distance_table, measure_rows
 from ..mesh_data import MeshData
 from ..processes.worker import report
 from ..recipe import Recipe
@@ -129,7 +129,7 @@ class Bench:
         comparison, distances = compare(self._before, after)
         numbers = {
             "measures": measure_rows({"scan": self._before.measures, "result": after.measures}, self._unit),
-            "distance": [list(distance_headers(self._unit)), *distance_rows(comparison)],
+            "distance": distance_table(comparison, self._unit),
             "lines": comparison_lines(comparison, self._unit),
         }
         scalars = {**shown.scalars, "distance": distances.after.at_vertices[shown.kept]}
