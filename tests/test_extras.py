@@ -11,7 +11,7 @@ import pytest
 #: by the package that is missing: its extra, and a command that needs it
 COMMANDS = {
     "matplotlib": ("plot", ["spectrum", "scan.ply", "-o", "curve.png"]),
-    "starlette": ("tune", ["tune", "scan.ply"]),
+    "websockets": ("tune", ["tune", "scan.ply"]),
 }
 
 
@@ -32,7 +32,7 @@ def test_a_missing_package_is_named_with_its_extra(package: str, tmp_path: Path)
 def test_a_batch_needs_no_extra(tmp_path: Path) -> None:
     """Where none of the packages of extras is there, a batch on this machine goes to its end."""
     (tmp_path / "cube.off").write_text("OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
-    missing = ["distributed", "dask", "laspy", "pye57", "matplotlib", "starlette", "uvicorn"]
+    missing = ["distributed", "dask", "laspy", "pye57", "matplotlib", "websockets"]
     program = (
         f"import sys; sys.modules.update(dict.fromkeys({missing!r})); from pymeshfair.commands.app import main; sys.exit(main())"
     )

@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from pymeshfair.commands.demo import sample_scan
+from pymeshfair.commands.run import sample_scan
 
 from .meshes import sample_path, tube
 

@@ -12,7 +12,7 @@ import pytest
 
 import pymeshfair
 from pymeshfair import registry
-from pymeshfair.commands.findings import look_at_plugins
+from pymeshfair.commands.doctor import look_at_plugins
 from pymeshfair.errors import UnknownNameError
 from tests.commands.command_line import invoke
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pymeshfair.commands.demo import sample_scan
-from pymeshfair.commands.reports import compared_files
+from pymeshfair.commands.reports import with_spectra
+from pymeshfair.commands.run import sample_scan
 from pymeshfair.declaration import Filter
 from pymeshfair.errors import PymeshfairError
 from pymeshfair.files.inputs import read_file
@@ -18,7 +18,7 @@ from pymeshfair.files.outputs import save_mesh
 from pymeshfair.filters.compilation import ahead, loaded_kernels, signatures_of
 from pymeshfair.filters.diffusion import implicit_fairing
 from pymeshfair.filters.spectral import lowest_eigenpairs, spectral_problem
-from pymeshfair.looking.mesh_state import state_of
+from pymeshfair.looking.comparison import compare, state_of
 from pymeshfair.mesh_data import moved
 from pymeshfair.meshset import MeshSet
 from pymeshfair.recipe import Recipe, load_recipe, shipped_recipes
@@ -67,8 +67,8 @@ def _run(recipe: Recipe, scan: Path, folder: Path) -> None:
 
 def _compare(before: Path, after: Path) -> None:
     """Two meshes, with a report."""
-    states = [state_of(read_mesh(path)) for path in (before, after)]
-    compared, left_out = compared_files(*states, tolerance=states[0].mean_edge)
+    first, second = (state_of(read_mesh(path)) for path in (before, after))
+    compared, left_out = with_spectra(first, second, *compare(first, second, tolerance=first.mean_edge))
     comparison_page(compared, title="", subtitle="", numbers={}, left_out=left_out)
 
 

@@ -98,7 +98,7 @@ def filtered(vertices: Floats, faces: Ints, name: str, **parameters: Any) -> Flo
 
 def spectrum_before_and_after(mesh: Path) -> None:
     """The spectrum of a scan before and after the low pass whose response is drawn over both."""
-    from pymeshfair.commands.spectrum_picture import draw_spectra
+    from pymeshfair.commands.spectrum import draw_spectra
 
     meshes = MeshSet()
     meshes.load_new_mesh(str(mesh))

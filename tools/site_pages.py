@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import pages
 
 from pymeshfair import Recipe
-from pymeshfair.commands.info_pages import said
+from pymeshfair.commands.info import said
 from pymeshfair.declaration import Arity, Filter, Mesh
 from pymeshfair.recipe import load_recipe, shipped_heads, shipped_recipes
 from pymeshfair.registry import custom_filters

@@ -308,15 +308,14 @@ def test_a_notebook_frames_the_page(browser: Any, served: Served, errors: list[s
 LARGE = """
 import sys
 from pathlib import Path
-from pymeshfair.tuning.conversation import Subject
-from pymeshfair.tuning.scan import prepared_scan
-from pymeshfair.tuning.server import application, listening_socket, serve
+from pymeshfair.tuning.bench import prepared_scan
+from pymeshfair.tuning.server import Subject, listening_socket, serve
 folder = Path(sys.argv[2])
 scan = prepared_scan(Path(sys.argv[1]), folder, most=1000, part=400)
 listening = listening_socket("127.0.0.1", 0)
 address = f"http://127.0.0.1:{listening.getsockname()[1]}/token/"
 subject = Subject(scan, "smooth_taubin", folder)
-serve(application(subject, "token", folder), listening, ready=lambda: print(address, flush=True))
+serve(subject, "token", folder, listening, ready=lambda: print(address, flush=True))
 """
 
 

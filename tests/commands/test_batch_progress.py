@@ -8,7 +8,7 @@ import pytest
 
 from pymeshfair.batch.outcomes import Outcome
 from pymeshfair.batch.plan import Asked, Scan, plan_scans
-from pymeshfair.commands.batch_progress import BatchBar, BatchLines
+from pymeshfair.commands.batch import BatchBar, BatchLines
 from pymeshfair.recipe import load_recipe
 
 MEASURES = {"mean_edge": 2.0, "mean_spacing": None}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.commands.progress import ProgressBar, ProgressLines
+from pymeshfair.commands.display import ProgressBar, ProgressLines
 from pymeshfair.running.job import Compiling, StepStarted
 from pymeshfair.running.supervise import workers_of_runs
 from tests.running.runs import BONE

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.commands.demo import sample_scan
+from pymeshfair.commands.run import sample_scan
 from pymeshfair.files.outputs import MadeFrom, check_output
 from pymeshfair.recipe import load_recipe
 
@@ -38,12 +38,13 @@ def test_demo_cleans_the_range_map_and_names_what_to_try_next(tmp_path: Path) ->
 
 def test_commands_to_try_next_can_be_copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each command that the demo proposes is one that pymeshfair reads, with files that exist."""
-    from pymeshfair.commands import demo
+    from pymeshfair.commands import run as demo
 
     jobs = []
-    monkeypatch.setattr(demo, "carry_out", lambda job, carry, **options: jobs.append(job))
     folder = tmp_path / "a folder"
-    done = invoke("demo", "-o", folder)
+    with monkeypatch.context() as patched:
+        patched.setattr(demo, "carry_out", lambda job, carry, **options: jobs.append(job))
+        done = invoke("demo", "-o", folder)
     assert done.exit_code == 0
     assert jobs[0].input == sample_scan()
     proposed = [shlex.split(line) for line in done.stderr.splitlines() if line.startswith("  pymeshfair ")]
@@ -68,7 +69,7 @@ def test_a_folder_that_cannot_be_made_is_a_message(tmp_path: Path) -> None:
 
 def test_a_pymeshlab_without_its_samples_is_a_message(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A pymeshlab from elsewhere than PyPI may lack the scan; the message says so."""
-    from pymeshfair.commands import demo
+    from pymeshfair.commands import run as demo
 
     monkeypatch.setattr(demo, "_SCAN", Path("nowhere.ply"))
     done = invoke("demo", "-o", tmp_path)

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from pymeshfair import registry
-from pymeshfair.commands import findings
+from pymeshfair.commands import doctor as findings
 from pymeshfair.meshlab import facts
 from pymeshfair.meshlab.loading import ADVICE
 

@@ -9,7 +9,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.commands.info_pages import mlx_element
+from pymeshfair.commands.info import mlx_element
 from pymeshfair.declaration import FilterClass
 from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.registry import all_filters, custom_filters, find_filter

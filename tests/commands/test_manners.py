@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.commands.tables import console, table
+from pymeshfair.commands.display import show_table
 from pymeshfair.recipe import load_recipe
 from tests.running.runs import BONE
 
@@ -134,7 +134,7 @@ def test_tables_fit(columns: int | None, capsys: pytest.CaptureFixture[str], mon
     monkeypatch.delenv("COLUMNS", raising=False)
     if columns is not None:
         monkeypatch.setenv("COLUMNS", str(columns))
-    console().print(table(["scan", "what became of it"], [["n" * 150, "word " * 60], ["short", "1"]], numbers=(1,)))
+    show_table(["scan", "what became of it"], ["n" * 150, "word " * 60], ["short", "1"], numbers=(1,))
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= (columns or 100)
     assert sum(line.count("n") for line in lines) >= 150

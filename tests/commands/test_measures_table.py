@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import pytest
-from rich.console import Console
 
-from pymeshfair.commands.tables import measures_table
+from pymeshfair.commands.display import show_measures
 
 USUAL = ["vertices", "faces", "border edges", "components", "area", "mean edge", "roughness"]
 
 
 def shown(before: dict[str, object], after: dict[str, object], capsys: pytest.CaptureFixture[str]) -> list[list[str]]:
     """The cells of the table's rows."""
-    Console(width=200).print(measures_table({"before": before, "after": after}))
+    show_measures({"before": before, "after": after})
     return [[cell for cell in line.split("  ") if cell.strip()] for line in capsys.readouterr().out.splitlines()[2:]]
 
 

@@ -15,10 +15,17 @@ from PIL import Image
 
 from pymeshfair.errors import MeshError, ParameterError
 from pymeshfair.filters.inspection import Limits
-from pymeshfair.looking.annotation import round_length
-from pymeshfair.looking.camera import VIEWS, close_up, fitting_camera, view_angles, view_rows
 from pymeshfair.looking.coloring import COLORINGS
-from pymeshfair.looking.picture import Appearance, draw_meshes
+from pymeshfair.looking.picture import (
+    VIEWS,
+    Appearance,
+    close_up,
+    draw_meshes,
+    fitting_camera,
+    round_length,
+    view_angles,
+    view_rows,
+)
 from pymeshfair.looking.shading import DepthBuffer, Scene, draw_triangles, render
 from pymeshfair.mesh_data import MeshData, Texture
 from tests.commands.command_line import document, invoke, run_process

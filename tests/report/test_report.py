@@ -203,7 +203,7 @@ def test_reports_that_cannot_be_written_are_refused_first(tmp_path: Path) -> Non
     for more, words, code in (
         (["--report", tmp_path / "x.pdf"], "'.pdf' is no format for it; name a file that ends with .html, .htm", 1),
         (["--report", tmp_path / "no" / "x.html"], "does not exist; make it first", 1),
-        (["--report", tmp_path / "x.html", "--up", "x"], "no upright axis", 2),
+        (["--report", tmp_path / "x.html", "--up", "x"], "is not one of 'y', 'z'", 2),
     ):
         done = invoke("compare", tmp_path / "missing.ply", tmp_path / "missing.ply", *map(str, more))
         assert done.exit_code == code, words

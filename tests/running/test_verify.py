@@ -12,7 +12,7 @@ import pymeshlab
 import pytest
 
 from pymeshfair import MeshSet
-from pymeshfair.commands.verify import EXIT_CODES
+from pymeshfair.commands.run import EXIT_CODES
 from pymeshfair.files.errors import OutputError
 from pymeshfair.files.provenance import described_file, provenance_path
 from pymeshfair.processes.environment import versions

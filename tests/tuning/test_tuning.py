@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from websockets.datastructures import Headers
+from websockets.http11 import Request
 
 from pymeshfair.declaration import Length
 from pymeshfair.errors import ParameterError
@@ -16,9 +18,9 @@ from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.running.read import read_mesh
 from pymeshfair.scripts.read import parse_script
 from pymeshfair.scripts.write import format_script
+from pymeshfair.tuning.bench import prepared_scan
 from pymeshfair.tuning.controls import ChoiceError, StepChoices, choices_of, controls, in_mesh_units, saved_comment, script_with
-from pymeshfair.tuning.scan import prepared_scan
-from pymeshfair.tuning.server import Guarded
+from pymeshfair.tuning.server import is_allowed
 from tests.meshes import icosphere
 
 
@@ -122,17 +124,12 @@ def test_the_head_of_a_saved_recipe_can_be_read_back() -> None:
         ("/secret/", [("host", "127.0.0.1:80"), ("host", "127.0.0.1:80")], False),
     ],
 )
-@pytest.mark.parametrize("kind", ["http", "websocket"])
-def test_who_may_reach_the_page(path: str, headers: list[tuple[str, str]], allowed: bool, kind: str) -> None:
+@pytest.mark.parametrize("place", ["", "socket"])
+def test_who_may_reach_the_page(path: str, headers: list[tuple[str, str]], allowed: bool, place: str) -> None:
     """The token, a host of this machine, and no other origin; a socket needs an origin."""
-
-    async def application(*_: object) -> None:
-        raise AssertionError("not asked")
-
-    guarded = Guarded(application, "secret", names=("scanner.local",))
-    scope = {"type": kind, "path": path, "headers": [(name.encode(), value.encode()) for name, value in headers]}
+    request = Request(path + place, Headers(headers))
     has_origin = any(name == "origin" for name, _ in headers)
-    assert guarded.allows(scope) == (allowed and (kind == "http" or has_origin))
+    assert is_allowed(request, "secret", ("scanner.local",)) == (allowed and (not place or has_origin))
 
 
 def test_a_large_scan_is_tuned_on_a_part(tmp_path: Path) -> None:

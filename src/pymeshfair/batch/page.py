@@ -81,8 +81,7 @@ def _former(kept: Path) -> dict[str, Any]:
 
 def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
     """Write the page into the staging folder; the small picture."""
-    from ..looking.comparison import compare
-    from ..looking.mesh_state import state_of
+    from ..looking.comparison import compare, state_of
     from ..looking.picture import Appearance, draw_meshes
     from ..report.comparison_page import Compared, comparison_page, verdict_of
     from ..report.page import figure_of

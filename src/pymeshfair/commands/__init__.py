@@ -1,4 +1,4 @@
-"""The command line: ``app`` puts the commands together, one module a command."""
+"""The command line: ``app`` puts the commands together, each in the module of its subject."""
 
 from ..garbage import collect_seldom
 

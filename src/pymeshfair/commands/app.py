@@ -1,4 +1,4 @@
-"""The command ``pymeshfair``: one module a command, each importing what is heavy only when it runs, so that help is instant.
+"""The command ``pymeshfair``: commands that import what is heavy only when they run, so that help is instant.
 
 Exit codes and JSON documents: docs/command_line.md.
 """
@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 
 from ..processes.environment import ONE_BLAS_THREAD
-from . import batch, check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, tune, upgrade, verify
-from .group import Command, CommandGroup, check_working_folder
+from . import batch, compare, doctor, info, picture, run, scripts, spectrum, suggest, tune
+from .group import Command, CommandGroup
 
 app = typer.Typer(
     name="pymeshfair",
@@ -21,9 +21,9 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
 command = app.command(cls=Command)  # the name of each is that of its function
-for function in (demo.demo, run.run, batch.batch, verify.verify, check.check, upgrade.upgrade, export.export):
+for function in (run.demo, run.run, batch.batch, run.verify, scripts.check, scripts.upgrade, scripts.export):
     command(function)
-app.add_typer(list.app, name="list")
+app.add_typer(info.listing, name="list")
 for other in (info.info, suggest.suggest, spectrum.spectrum, compare.compare, picture.picture, tune.tune, doctor.doctor):
     command(other)
 
@@ -38,7 +38,12 @@ def pymeshfair(
 
     Try `pymeshfair demo`, then `pymeshfair list recipes` and `pymeshfair run RECIPE INPUT -o OUTPUT`.
     """
-    check_working_folder()
+    try:
+        os.getcwd()  # noqa: PTH109 - pathlib would load more
+    except OSError:
+        from ..errors import RunError
+
+        raise RunError("the working folder does not exist any more; change to another one, and give the command again") from None
     if version:
         import importlib.metadata
 

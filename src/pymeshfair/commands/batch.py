@@ -1,58 +1,61 @@
-"""``pymeshfair batch RECIPE INPUT... -o FOLDER``."""
+"""``pymeshfair batch RECIPE INPUT... -o FOLDER``: the command, its progress on stderr, and the tables of its results or plan."""
 
 from __future__ import annotations
 
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer import Argument, Option
 
+from ..looking.words import counted
 from . import options
 from .options import Json
-from .streams import print_document, warn
+from .streams import Talk, complain, print_document, printable, say, talk, warn
 
 if TYPE_CHECKING:
-    from ..batch.work import Task
+    from ..batch.outcomes import Outcome, Summary
+    from ..batch.plan import Scan
+    from ..batch.work import Prospect, Task
 
 #: so many of the outputs that are left out are named
 _NAMED = 10
+#: of more scans only these many are listed, the worst
+_LISTED = 40
 
 
-@options.with_groups
+@options.with_run_options
 def batch(
     recipe: options.Recipe,
     inputs: Annotated[
         list[str],
-        typer.Argument(
+        Argument(
             metavar="INPUT...",
             help="Mesh files, folders with all below them, patterns ('scans/*/*.ply'), lists (@LIST.txt), tables (TABLE.csv); "
             "@- is a list on standard input, - a table.",
         ),
     ],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where everything is written; made if need be.")
-    ],
+    output: Annotated[Path, Option("--output", "-o", metavar="FOLDER", help="Where everything is written; made if need be.")],
     chosen: options.RunOptions,
-    cluster: options.SchedulerOptions,
     name: Annotated[
         str,
-        typer.Option(
+        Option(
             metavar="NAME",
             help="The names of outputs, such as '{stem}_clean.ply', with {stem}, {name}, {extension}, {folder}, {parent} and "
             "{number}; by default inputs keep their names, and those of a folder their folders below it.",
         ),
     ] = "",
-    jobs: Annotated[int | None, typer.Option(metavar="N", help="Scans at a time; by default one a processor.", min=1)] = None,
-    stop: Annotated[bool, typer.Option("--stop/--keep-going", help="Whether to stop at the first scan that fails.")] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="Skip scans that are done already, compared by content.")] = False,
-    sample: Annotated[
-        int | None, typer.Option(metavar="N", help="Clean only N scans, spread over sizes and noise levels.", min=1)
-    ] = None,
-    report: Annotated[
-        bool, typer.Option("--report", help="Write batch.html, a page with a row a scan, and a page of each scan that is done.")
-    ] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Check everything, and show what would be done.")] = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace outputs that no run has written.")] = False,
+    jobs: Annotated[int | None, Option(metavar="N", help="Scans at a time; by default one a processor.", min=1)] = None,
+    stop: Annotated[bool, Option("--stop/--keep-going", help="Whether to stop at the first scan that fails.")] = False,
+    resume: Annotated[bool, Option("--resume", help="Skip scans that are done already, compared by content.")] = False,
+    sample: Annotated[int | None, Option(metavar="N", help="Clean only N scans, spread over size and noise.", min=1)] = None,
+    report: Annotated[bool, Option("--report", help="Write batch.html, with a row a scan, and a page of each scan.")] = False,
+    dry_run: Annotated[bool, Option("--dry-run", help="Check everything, and show what would be done.")] = False,
+    overwrite: Annotated[bool, Option("--overwrite", help="Replace outputs that no run has written.")] = False,
     json: Json = False,
 ) -> None:
     """Clean many mesh files with a recipe.
@@ -64,11 +67,11 @@ def batch(
     from ..batch.work import Task
     from ..operating_system import this_system
 
-    scheduler = cluster.chosen()
+    scheduler = chosen.chosen_scheduler()
     if scheduler is not None and jobs is not None:
         raise typer.BadParameter("not with a scheduler: its workers determine how many scans run at a time", param_hint="--jobs")
     if report:
-        options.check_measured(no_measures=chosen.no_measures)
+        chosen.check_measured()
     template = chosen.job(recipe, Path(), Path(), overwrite=overwrite)  # input and output are set for each scan
     folder, settings = output.absolute(), [setting.name for setting in template.recipe.script.settings]
     selected, outputs = without_outputs(expand(inputs, settings), folder)
@@ -79,31 +82,184 @@ def batch(
     slots = jobs or this_system().processors()
     task = Task(scans, template, folder, scheduler, slots, resume=resume, stop=stop, sample=sample, report=report)
     if dry_run:
-        _look_ahead(task, json=json)
+        prospect = task.look_ahead()
+        _show_prospect(task, prospect, json=json)
+        failed = bool(prospect.problems or prospect.lacks_room)
     else:
-        _carry_out(task, json=json)
-
-
-def _look_ahead(task: Task, *, json: bool) -> None:
-    from .batch_progress import prospect_document, show_prospect
-
-    prospect = task.look_ahead()
-    if json:
-        print_document(prospect_document(task, prospect))
-    else:
-        show_prospect(task, prospect)
-    if prospect.problems or prospect.lacks_room:
+        show = BatchBar() if sys.stderr.isatty() and talk() == Talk.USUAL else BatchLines()
+        with task.processes() as pool, show:
+            summary = task.carry_out(show, pool)
+        _show_summary(summary, task, json=json)
+        failed = bool(summary.counts["failed"] or summary.counts["broken"])
+    if failed:
         raise typer.Exit(1)
 
 
-def _carry_out(task: Task, *, json: bool) -> None:
-    from .batch_progress import batch_progress, show_summary
+# --------------------------------------------------------------------------------------------------------------- while it goes on
 
-    with task.processes() as pool, batch_progress() as show:
-        summary = task.carry_out(show, pool)
+
+class BatchLines(ExitStack):
+    """A line for each scan that ends, as a `pymeshfair.batch.station.Listener`; a context manager, which ends a `BatchBar`."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._total = 0
+        self._ended = 0
+
+    def begin(self, total: int) -> None:
+        self._total = total
+
+    def note(self, text: str) -> None:
+        say(text, err=True)
+
+    def outcome(self, scan: Scan, outcome: Outcome) -> None:
+        self._ended += 1
+        self.note(f"[{self._ended:>{len(str(self._total))}}/{self._total}] {_line(scan, outcome)}")
+
+    def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
+        if "problem" in made:
+            self.note(f"{scan.label}: no page: {made['problem']}")
+
+
+class BatchBar(BatchLines):
+    """A bar over all scans with their rate, the time left and the worst so far; those that fail stay above it."""
+
+    def __init__(self) -> None:
+        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+        from .display import progress_bar
+
+        super().__init__()
+        columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
+        self._bar = self.enter_context(progress_bar(*columns))
+        self._task = self._bar.add_task("preparing", total=None)
+        self._started = time.monotonic()
+        self._failed = 0
+        self._worst = (0.0, "")  # how far vertices moved, in mean edges, and of which scan
+
+    def begin(self, total: int) -> None:
+        self._started = time.monotonic()
+        self._bar.update(self._task, total=total, description="starting")
+
+    def note(self, text: str) -> None:
+        self._bar.console.print(printable(text), markup=False)
+
+    def outcome(self, scan: Scan, outcome: Outcome) -> None:
+        from ..batch.outcomes import displacement_in_edges
+
+        self._ended += 1
+        if outcome.status != "done":
+            self._failed += 1
+            self.note(_line(scan, outcome))
+        self._worst = max(self._worst, (displacement_in_edges(outcome) or 0.0, scan.label), key=lambda moved: moved[0])
+        rate = 60.0 * self._ended / max(1e-9, time.monotonic() - self._started)
+        moved = f", moved most: {self._worst[1]}, {self._worst[0]:.2g} edges" if self._worst[0] else ""
+        self._describe(f"{rate:.3g} a minute, {self._failed} failed{moved}", completed=self._ended)
+
+    def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
+        super().page(scan, made)
+        self._describe(f"page of {scan.label}")
+
+    def _describe(self, words: str, **changed: Any) -> None:
+        from rich.markup import escape
+
+        self._bar.update(self._task, description=escape(printable(words)), **changed)
+
+
+def _line(scan: Scan, outcome: Outcome) -> str:
+    """One line about a scan that has ended."""
+    from ..batch.outcomes import displacement_in_edges
+
+    if outcome.error is not None:
+        return f"{scan.label}: failed: {outcome.error['message']}" + (f"; {outcome.former}" if outcome.former else "")
+    broken = "; ".join(f"{breach['guard']}: {breach['message']}" for breach in outcome.breaches)
+    moved = displacement_in_edges(outcome)
+    words = [f"{outcome.seconds:.2f} s"]
+    words += [] if moved is None else [f"moved by {moved:.2g} edges"]
+    words += [counted(len(outcome.warnings), "warning")] if outcome.warnings else []
+    return f"{scan.label}: {', '.join(words)}" + (f", written although {broken}" if broken else "")
+
+
+# ------------------------------------------------------------------------------------------------------------- before and after
+
+
+def _show_summary(summary: Summary, task: Task, *, json: bool) -> None:
+    """Print a row a scan, the worst first if there are many, then the counts and where everything is; then what failed."""
     if json:
         print_document(summary.document())
-    else:
-        show_summary(summary, task)
-    if summary.counts["failed"] or summary.counts["broken"]:
-        raise typer.Exit(1)
+        return
+    if talk() > Talk.LITTLE:
+        _show_rows(summary, task)
+    for outcome in summary.outcomes:
+        if outcome.error is not None:
+            where = "" if outcome.input in outcome.error["message"] else f"{outcome.input}: "
+            complain(f"{where}{outcome.error['message']}")
+        for breach in outcome.breaches if outcome.error is None else ():
+            complain(f"{outcome.input}: {breach['guard']}: {breach['message']}")
+
+
+def _show_rows(summary: Summary, task: Task) -> None:
+    from .display import show_table
+
+    shown = summary.rows if len(summary.rows) <= _LISTED else summary.worst_first[:_LISTED]
+    headers = ["scan", "", "vertices", "moved (edges)", "at most", "area %", "seconds", ""]
+    show_table(headers, *(_row(*row) for row in shown), numbers=range(2, 7))
+    if len(shown) < len(summary.rows):
+        typer.echo(f"  and {len(summary.rows) - len(shown):,} that went better; batch.csv has them all")
+    counts = summary.counts
+    others = {"resumed": "of them before", "broken": "written beyond a limit", "failed": "failed", "left": "left"}
+    words = [f"{counts['done']:,} of {counts['scans']:,} scans done"]
+    words += [f"{counts[name]:,} {what}" for name, what in others.items() if counts[name]]
+    typer.echo(f"\n{', '.join(words)}, in {summary.seconds:.1f} s. Written:")
+    for path in task.written:
+        typer.echo(f"  {path}")
+    if counts["left"]:
+        typer.echo("The same command with --resume does what is left.")
+
+
+def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
+    from ..batch.outcomes import area_change, displacement_in_edges, largest_in_edges
+
+    remarks = [f"far from the others in {' and '.join(far)}"] if far else []
+    remarks += [outcome.former] if outcome.former else []
+    remarks += [counted(len(outcome.warnings), "warning")] if outcome.warnings else []
+    numbers = (displacement_in_edges(outcome), largest_in_edges(outcome), area_change(outcome))
+    return [
+        label,
+        outcome.status + (" before" if outcome.resumed else ""),
+        "-" if outcome.after is None else f"{outcome.after['vertices']:,}",
+        *("-" if number is None else f"{number:.3g}" for number in numbers),
+        f"{outcome.seconds:.2f}",
+        ", ".join(remarks),
+    ]
+
+
+def _show_prospect(task: Task, prospect: Prospect, *, json: bool) -> None:
+    """Print what would be done, and every problem."""
+    recipe, states = task.template.recipe, prospect.states
+    steps = [step.filter.name for step in recipe.script.steps]
+    if json:
+        scans = [
+            {name: getattr(scan, name) for name in ("input", "output", "overrides")}
+            | {"state": states[scan.number], "problem": prospect.problems.get(scan.number)}
+            for scan in task.scans
+        ]
+        sizes = {name: getattr(prospect, name) for name in ("bytes_in", "bytes_free", "lacks_room")}
+        print_document({"recipe": recipe.name, "steps": steps, "scans": scans, **sizes})
+        return
+    from .display import show_table
+
+    typer.echo(f"{recipe.title} ({recipe.name}):")
+    for number, step in enumerate(steps, 1):
+        typer.echo(f"  {number}  {step}")
+    typer.echo("")
+    show_table(["input", "output", ""], *([str(scan.input), str(scan.output), states[scan.number]] for scan in task.scans))
+    todo = sum(state == "to do" for state in states.values())
+    free = "" if prospect.bytes_free is None else f", {prospect.bytes_free / 1e9:.3g} GB free in {task.folder}"
+    typer.echo(
+        f"\n{todo:,} of {len(task.scans):,} scans to do, {prospect.bytes_in / 1e9:.3g} GB to read{free}. Nothing was done."
+    )
+    for number, problem in prospect.problems.items():
+        complain(f"scan {number}: {problem}")
+    if prospect.lacks_room:
+        complain("the outputs may need twice the size of the inputs")

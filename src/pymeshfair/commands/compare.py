@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer import Argument, Option
 
+from ..looking.words import area_table, comparison_lines, distance_table, verdict_text
 from . import options
 from .streams import STANDARD, check_text, print_document, print_lines, save_text, say, warn
 
@@ -19,31 +21,21 @@ _AREAS = 20
 
 
 def compare(
-    before: Annotated[Path, typer.Argument(metavar="BEFORE", help="The mesh file that comparison starts from.")],
-    after: Annotated[Path, typer.Argument(metavar="AFTER", help="The mesh file that is compared with it.")],
+    before: Annotated[Path, Argument(metavar="BEFORE", help="The mesh file that comparison starts from.")],
+    after: Annotated[Path, Argument(metavar="AFTER", help="The mesh file that is compared with it.")],
     self_intersections: Annotated[
-        bool | None,
-        typer.Option(
-            "--self-intersections/--no-self-intersections",
-            help="Whether to look for faces that cut others; by default in meshes of at most 200,000 vertices.",
-        ),
+        bool | None, Option(help="Seek faces that cut others; by default up to 200,000 vertices.")
     ] = None,
     tolerance: options.Tolerance = None,
     limits: options.Limits = None,
     unit: options.Unit = None,
-    align: Annotated[
-        bool, typer.Option("--align", help="Turn and move AFTER onto BEFORE first, for scans of one object taken twice.")
-    ] = False,
+    align: Annotated[bool, Option("--align", help="Turn and move AFTER onto BEFORE first.")] = False,
     deviations: Annotated[
         Path | None,
-        typer.Option(
-            metavar="OUT.csv|OUT.ply",
-            help="Write how far outwards each vertex of AFTER lies; in PLY it is the scalar. - prints the table.",
-        ),
+        Option(metavar="OUT.csv|OUT.ply", help="Write how far outwards each vertex of AFTER lies; - prints the table."),
     ] = None,
     section: Annotated[
-        list[str] | None,
-        typer.Option(metavar="AXIS=VALUE", help="Show both outlines in that plane in the report: z=12.5. May be repeated."),
+        list[str] | None, Option(metavar="AXIS=VALUE", help="A section for the report: z=12.5. Repeatable.")
     ] = None,
     report: options.Report = None,
     up: options.Up = "y",
@@ -58,10 +50,9 @@ def compare(
     """
     from ..declaration.units import unit_of_scan
     from ..files.formats import extension
-    from ..files.writing import write_file
-    from ..looking.comparison import FORMATS, deviations_file
+    from ..files.writing import check_target, write_file
+    from ..looking.comparison import FORMATS, deviations_file, state_of
     from ..looking.comparison import compare as compare_states
-    from ..looking.mesh_state import state_of
     from ..running.read import read_mesh
 
     planes = []
@@ -72,39 +63,23 @@ def compare(
     if planes and report is None:
         raise typer.BadParameter("sections are shown in the report: give --report, too", param_hint="--section")
     if report is not None:
-        options.check_report(report, up, overwrite=overwrite)
+        check_target(report, options.PAGES, overwrite=overwrite)
     if deviations is not None:
         check_text(deviations, FORMATS, overwrite=overwrite, json=json)
-    meshes = [
-        read_mesh(path, self_intersections=self_intersections, allow_outside=allow_outside, unchecked=unchecked)
-        for path in (before, after)
-    ]
+    reading: dict[str, Any] = {"self_intersections": self_intersections, "allow_outside": allow_outside, "unchecked": unchecked}
+    meshes = [read_mesh(path, **reading) for path in (before, after)]
     alignment = None
     if align:
         meshes[1], alignment = _aligned(*meshes)
-    of_files = [mesh.mesh.unit for mesh in meshes]
-    unit = unit_of_scan(unit, of_files[0])
+    units = [mesh.mesh.unit for mesh in meshes]
+    unit = unit_of_scan(unit, units[0])
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
-    if all(of_files) and of_files[0] != of_files[1]:
-        warnings.append(f"BEFORE is in {of_files[0]} and AFTER in {of_files[1]}: coordinates are compared as the files have them")
+    if all(units) and units[0] != units[1]:
+        warnings.append(f"BEFORE is in {units[0]} and AFTER in {units[1]}: coordinates are compared as the files have them")
     warn(*warnings)
     first, second = (state_of(mesh) for mesh in meshes)
-    allowed = options.tolerance_in_mesh_units(tolerance, unit, first.diagonal, first.mean_edge)
-    ends = options.limits_in_mesh_units(limits, unit, first.diagonal, first.mean_edge)
-    if report is None:
-        comparison, distances = compare_states(first, second, tolerance=allowed)
-    else:
-        from .reports import compared_files, page_numbers
-
-        compared, left_out = compared_files(first, second, tolerance=allowed)
-        comparison, distances = compared.comparison, compared.distances
-    if deviations is not None:
-        kind = "csv" if deviations == STANDARD else extension(deviations)
-        content = deviations_file(second.mesh, distances.after.at_vertices, kind)
-        if deviations == STANDARD:
-            save_text(content.decode("utf-8"), deviations, overwrite=overwrite)
-        else:
-            write_file(deviations, content, overwrite=overwrite)
+    allowed, ends = options.lengths_in_mesh_units(tolerance, limits, unit, first.diagonal, first.mean_edge)
+    comparison, distances = compare_states(first, second, tolerance=allowed)
     numbers = {
         "files": {"before": before, "after": after},
         "unit": unit,
@@ -112,9 +87,17 @@ def compare(
         "comparison": comparison,
         "warnings": warnings,
     }
+    if deviations is not None:
+        content = deviations_file(second.mesh, distances.after.at_vertices, extension(deviations) or "csv")
+        if deviations == STANDARD:
+            save_text(content.decode("utf-8"), deviations, overwrite=overwrite)
+        else:
+            write_file(deviations, content, overwrite=overwrite)
     if report is not None:
         from ..report.comparison_page import comparison_page
+        from .reports import page_numbers, with_spectra
 
+        compared, left_out = with_spectra(first, second, comparison, distances)
         page = comparison_page(
             compared,
             title=f"{before.name} and {after.name}",
@@ -139,7 +122,7 @@ def compare(
 
 def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any]]:
     """The second mesh, turned and moved onto the first, and what that took."""
-    from dataclasses import asdict, replace
+    from dataclasses import replace
 
     from ..errors import MeshError
     from ..filters.inspection import Surface, align
@@ -155,23 +138,22 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
             "near each other first, by a tool with a view (in MeshLab: Align), and make sure that both are in one unit"
         )
     alignment = align(after.mesh.vertices, after.mesh.faces, Surface.of(before.mesh.vertices, before.mesh.faces))
-    numbers = {name: value for name, value in asdict(alignment).items() if name != "vertices"}
     warnings = after.warnings
     if not alignment.converged:
         warnings = (*warnings, f"the alignment did not settle in {alignment.iterations} iterations: look whether it is right")
+    numbers = {name: value for name, value in vars(alignment).items() if name != "vertices"}
     return replace(after, mesh=moved(after.mesh, alignment.vertices), warnings=warnings), numbers
 
 
 def _show(comparison: Comparison, alignment: dict[str, Any] | None, unit: str | None) -> None:
-    from ..looking.words import area_headers, area_rows, comparison_lines, distance_headers, distance_rows, verdict_text
-    from .tables import console, measures_table, table
+    from .display import show_measures, show_table
 
-    console().print(measures_table({"before": comparison.before, "after": comparison.after}, unit))
+    show_measures({"before": comparison.before, "after": comparison.after}, unit)
     typer.echo("")
-    console().print(table(distance_headers(unit), distance_rows(comparison), numbers=(1, 2, 3)))
+    show_table(*distance_table(comparison, unit), numbers=(1, 2, 3))
     typer.echo("")
     if comparison.out_of_tolerance:
-        console().print(table(area_headers(unit), area_rows(comparison, _AREAS), numbers=(2, 3, 4)))
+        show_table(*area_table(comparison, _AREAS, unit), numbers=(2, 3, 4))
         typer.echo("")
     print_lines((*comparison_lines(comparison, unit), verdict_text(comparison, unit)))
     if alignment is not None:

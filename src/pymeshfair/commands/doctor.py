@@ -1,42 +1,52 @@
-"""``pymeshfair doctor``."""
+"""``pymeshfair doctor``: checks of this machine, each with advice where something is wrong."""
 
 from __future__ import annotations
 
+import importlib.metadata
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
+from typer import Argument, Option
 
 from .options import Json
 from .streams import print_document, say, warn
 
-if TYPE_CHECKING:
-    from .findings import Finding
+#: below this a temporary folder cannot hold the two copies of a large scan that a run needs
+_ENOUGH_DISK = 1 << 30
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at."""
+
+    name: str  # the examined part
+    ok: bool  # whether it is as it should be
+    detail: str  # the result
+    advice: str = ""  # the remedy, when it is not
 
 
 def doctor(
-    folder: Annotated[
-        Path | None, typer.Argument(metavar="FOLDER", help="A folder of outputs: name the files that killed runs left there.")
-    ] = None,
-    remove: Annotated[bool, typer.Option("--remove", help="Remove these files.")] = False,
-    warm: Annotated[
-        bool, typer.Option("--warm", help="First compile all filters for this machine, such as in the image of a container.")
-    ] = False,
+    folder: Annotated[Path | None, Argument(metavar="FOLDER", help="Name what killed runs left in that folder.")] = None,
+    remove: Annotated[bool, Option("--remove", help="Remove these files.")] = False,
+    warm: Annotated[bool, Option("--warm", help="First compile all filters, such as in the image of a container.")] = False,
     json: Json = False,
 ) -> None:
     """Look for what keeps pymeshfair from working here."""
-    from .findings import look_around, look_at_left_files
-
     if warm:
         _compile_all()
-
     if remove and folder is None:
         raise typer.BadParameter("it needs the FOLDER of the files", param_hint="--remove")
     findings = []
     for finding in (*look_around(), *(look_at_left_files(folder, remove=remove) if folder else ())):
         findings.append(finding)
         if not json:
-            _show(finding)
+            mark = typer.style("ok   ", fg="green") if finding.ok else typer.style("WRONG", fg="red")
+            typer.echo(f"{mark}  {finding.name:<12}  {finding.detail}" + (f"\n{'':21}{finding.advice}" if finding.advice else ""))
     wrong = [f.name for f in findings if not f.ok]
     message = f"something is wrong with {', '.join(wrong)}" if wrong else "all is well"
     if json:
@@ -51,7 +61,7 @@ def _compile_all() -> None:
     from rich.progress import BarColumn, TaskProgressColumn, TimeRemainingColumn
 
     from ..filters.compilation import compile_ahead, listed_signatures
-    from .progress import progress_bar
+    from .display import progress_bar
 
     with progress_bar(BarColumn(), TaskProgressColumn(), TimeRemainingColumn()) as bar:
         task = bar.add_task("compiling filters for this machine", total=1.0)
@@ -65,9 +75,7 @@ def _compile_others() -> list[str]:
     from ..registry import custom_filters
 
     failures = []
-    for declared in custom_filters():
-        if declared.origin == "pymeshfair":
-            continue
+    for declared in (declared for declared in custom_filters() if declared.origin != "pymeshfair"):
         meshes = MeshSet()
         meshes.create_octahedron()
         meshes.compute_scalar_by_function_per_vertex(q="z")
@@ -79,8 +87,135 @@ def _compile_others() -> list[str]:
     return failures
 
 
-def _show(finding: Finding) -> None:
-    mark = typer.style("ok   ", fg="green") if finding.ok else typer.style("WRONG", fg="red")
-    typer.echo(f"{mark}  {finding.name:<12}  {finding.detail}")
-    if finding.advice:
-        typer.echo(f"{'':21}{finding.advice}")
+def look_around() -> Iterator[Finding]:
+    """The findings of all looks."""
+    looks = (look_at_python, look_at_packages, look_at_pymeshlab, look_at_numba, look_at_plugins, look_at_disk)
+    return (finding for look in looks for finding in _safely(look))
+
+
+def _safely(look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+    """The findings of `look`; an exception is a finding too, so that the other looks go on."""
+    try:
+        yield from look()
+    except Exception as error:
+        yield Finding(look.__name__.removeprefix("look_at_"), False, f"{type(error).__name__}: {error}")
+
+
+def look_at_python() -> Iterator[Finding]:
+    """The interpreter and the system."""
+    import platform
+
+    yield Finding("python", True, f"{platform.python_version()} ({sys.executable})")
+    yield Finding("system", True, platform.platform())
+
+
+def look_at_packages() -> Iterator[Finding]:
+    """The installed versions of what pymeshfair's own metadata says that it needs."""
+    import re
+
+    yield Finding("pymeshfair", True, importlib.metadata.version("pymeshfair"))
+    versions: dict[str, str] = {}
+    for requirement in importlib.metadata.requires("pymeshfair") or ():
+        name, marker = re.match(r"[\w.-]+", requirement), requirement.partition(";")[2]
+        if name is None or "extra ==" in marker:
+            continue
+        try:
+            versions[name[0]] = importlib.metadata.version(name[0])
+        except importlib.metadata.PackageNotFoundError:
+            if not marker:  # with one it is for some systems
+                versions[name[0]] = "is missing"
+    missing = [name for name, version in versions.items() if version == "is missing"]
+    advice = f"`python -m pip install {' '.join(missing)}`" if missing else ""
+    yield Finding("packages", not missing, ", ".join(f"{name} {version}" for name, version in versions.items()), advice)
+
+
+def look_at_pymeshlab() -> Iterator[Finding]:
+    """Whether pymeshlab can be imported; in a process of its own, since a broken library may end the process."""
+    import subprocess
+
+    from ..processes.environment import program_of, worker_environment
+
+    command = program_of("pymeshfair.meshlab.loading")
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, env=worker_environment(None))
+    if done.returncode == 0:
+        yield Finding("pymeshlab", True, "can be imported")
+        yield from _safely(look_at_facts)
+    else:
+        last_line = done.stderr.strip().rpartition("\n")[2] or f"the import ended with code {done.returncode}"
+        yield Finding("pymeshlab", False, last_line)
+
+
+def look_at_facts() -> Iterator[Finding]:
+    """Whether MeshLab's filters are those that scripts and calls are checked against."""
+    from ..meshlab.facts import differences_from_installed, table_version
+
+    installed, expected = importlib.metadata.version("pymeshlab"), table_version()
+    if differences := differences_from_installed():
+        detail = f"{len(differences)} of MeshLab's filters differ: {'; '.join(differences[:3])}"
+        advice = f"`python -m pip install pymeshlab=={expected}`, or a pymeshfair for the installed {installed}"
+        yield Finding("facts", False, detail, advice)
+    else:
+        detail = f"MeshLab's filters are as expected, those of pymeshlab {expected}; {installed} is installed"
+        yield Finding("facts", True, detail)
+
+
+def look_at_numba() -> Iterator[Finding]:
+    """Whether numba compiles, and where compiled filters are."""
+    import numba
+
+    from ..filters.compilation import processor, stored
+
+    njit: Any = numba.njit
+    works = bool(njit(lambda number: number + 1)(1) == 2)
+    kernels = stored()
+    came, more = f"{kernels.installed} functions came compiled for {processor()}", f"{kernels.kept} more are in {kernels.folder}"
+    advice = ""
+    if not kernels.lasts:
+        advice = "which cannot be written: set the environment variable NUMBA_CACHE_DIR to a folder that can be"
+    elif kernels.installed + kernels.kept == 0:
+        advice = "first runs take some seconds longer; `pymeshfair doctor --warm` compiles everything now"
+    yield Finding("numba", works and kernels.lasts, f"compiles; {came}, {more}", advice)
+
+
+def look_at_plugins() -> Iterator[Finding]:
+    """The filters that there are, and the plugins that cannot be used."""
+    from collections import Counter
+
+    from ..registry import all_filters, broken_plugins
+
+    count = Counter(f.origin for f in all_filters())
+    yield Finding("filters", True, ", ".join(f"{n} of {origin}" for origin, n in sorted(count.items())))
+    for broken in broken_plugins():
+        where = f"{broken.distribution}: {broken.entry_point}: {broken.reason}"
+        cure = "reinstall" if broken.distribution == "pymeshfair" else "update or uninstall"
+        advice = f"what it declares is left out, everything else works; {cure} {broken.distribution}"
+        yield Finding("plugin", False, where, advice)
+
+
+def look_at_disk() -> Iterator[Finding]:
+    """Room for temporary files."""
+    import tempfile
+
+    folder = tempfile.gettempdir()  # raises FileNotFoundError when no candidate can be written
+    free = shutil.disk_usage(folder).free
+    advice = "" if free >= _ENOUGH_DISK else "free some space, or set TMPDIR to a folder on another disk"
+    yield Finding("disk", free >= _ENOUGH_DISK, f"{free / 1e9:.1f} GB free in {folder}", advice)
+
+
+def look_at_left_files(folder: Path, *, remove: bool) -> Iterator[Finding]:
+    """The folders that killed runs left in a folder, which is no fault of the machine."""
+    from ..files.writing import WORK_PREFIX, abandoned_folders, remove_folder
+
+    if not folder.is_dir():
+        raise typer.BadParameter(f"{folder} is no folder", param_hint="FOLDER")
+    left = abandoned_folders(folder)
+    if not left:
+        yield Finding("left files", True, f"no killed run has left files in {folder}")
+    for path in left:
+        size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
+        if remove:
+            remove_folder(path)
+        detail = f"{'removed: ' if remove else ''}{path}, {size / 1e6:,.1f} MB of a run that was killed"
+        can_resume = "the same command with --resume goes on with it; " if path.name.startswith(WORK_PREFIX) else ""
+        advice = "" if remove else f"{can_resume}`pymeshfair doctor {folder} --remove` removes it"
+        yield Finding("left files", True, detail, advice)

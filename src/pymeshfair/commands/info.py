@@ -1,21 +1,106 @@
-"""``pymeshfair info FILTER|RECIPE|MESH``."""
+"""``pymeshfair list filters|recipes`` and ``pymeshfair info FILTER|RECIPE|MESH``: what there is, as data and as pages of text."""
 
 from __future__ import annotations
 
+import re
+import textwrap
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer import Argument, Option
 
+from ..looking.words import counted
+from .group import Command
 from .options import AllowOutside, Json, Unchecked
-from .streams import counted, print_document, print_lines, warn
+from .streams import print_document, print_lines, say, show, warn
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from ..declaration import Filter, Parameter
+    from ..recipe import Recipe, RecipeHead, RecipeInfo
+
+#: characters of a line of a page, and of a line of a list with the margins before the words about a filter and a recipe
+_WIDTH, _NARROW = 100, 80
+_MARGIN = " " * 24
+#: so many holes and outer borders are listed
+_MOST_RIMS = 12
+
+listing = typer.Typer(help="List filters or recipes.", rich_markup_mode=None)
+
+
+@listing.command(cls=Command)
+def filters(
+    words: Annotated[list[str] | None, Argument(metavar="WORDS", help="Words of the names or the summary.")] = None,
+    origin: Annotated[str, Option(help="Only filters of pymeshfair, of meshlab or of another package.")] = "",
+    json: Json = False,
+) -> None:
+    """List the filters, MeshLab's and those of the plugins."""
+    from ..registry import all_filters, broken_plugins
+
+    warn(*broken_plugins())
+    text, declared = " ".join(words or ()), list(all_filters())
+    origins = {f.origin for f in declared}
+    if origin and origin.casefold() not in {name.casefold() for name in origins}:
+        there = ", ".join(sorted(origins))
+        raise typer.BadParameter(f"no filter comes from {origin!r}; there are {there}", param_hint="'--origin'")
+    declared = [f for f in declared if not origin or f.origin.casefold() == origin.casefold()]
+    listed = [f for f in declared if _contains(f"{f.python_name} {f.name} {f.summary}", text)]
+    if not listed and not json:
+        typer.echo(f"no filter contains {text!r}", err=True)
+    names = ("python_name", "name", "origin", "summary")
+    words_of = ((f.python_name, *map(_indented, (f"{f.name} ({f.origin})", f.summary))) for f in listed)
+    show({"filters": [{name: getattr(f, name) for name in names} for f in listed]}, chain.from_iterable(words_of), json=json)
+
+
+def _indented(text: str, margin: str = " " * 4, width: int = _NARROW) -> str:
+    return textwrap.fill(text, width, initial_indent=margin, subsequent_indent=margin)
+
+
+def _contains(haystack: str, words: str) -> bool:
+    """Whether every word is in there, capitals and the difference between spaces, dashes and underscores aside."""
+    plain = re.sub(r"[\s_-]+", " ", haystack.casefold())
+    return all(word in plain for word in re.sub(r"[\s_-]+", " ", words.casefold()).split())
+
+
+@listing.command(cls=Command)
+def recipes(json: Json = False) -> None:
+    """List the recipes that pymeshfair ships, by what they are there to do."""
+    from ..recipe import TASKS, shipped_heads
+
+    heads = sorted(shipped_heads(), key=lambda head: (*(head.info.task != task for task in TASKS), head.name))
+    rows = [
+        {"name": r.name, **_words(r.info), "for": r.info.purpose, "settings": [s.name for s in r.settings], "steps": r.steps}
+        for r in heads
+    ]
+    show({"recipes": rows}, _by_task(heads), json=json)
+    if not json:
+        say("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
+
+
+def _words(about: RecipeInfo) -> dict[str, Any]:
+    return {"title": about.title, "task": about.task, "fits": about.fits}
+
+
+def _by_task(heads: Sequence[RecipeHead]) -> Iterator[str]:
+    """The recipes in lines, under the tasks that they are for."""
+    tasks = [head.info.task for head in heads]
+    for head, former in zip(heads, [None, *tasks], strict=False):
+        if head.info.task != former:
+            yield f"{'' if former is None else chr(10)}{head.info.task}"
+        yield textwrap.fill(f"  {head.name:<21} {head.info.title}", _NARROW, subsequent_indent=_MARGIN)
+        settings = [f"settings: {', '.join(s.name for s in head.settings)}"] if head.settings else []
+        for text in (head.info.purpose, *settings):
+            yield _indented(text, _MARGIN)
+
+
+# --------------------------------------------------------------------------------------------------------------------- info
 
 
 def info(
-    subject: Annotated[str, typer.Argument(metavar="FILTER|RECIPE|MESH", help="A name, or the path of an .mlx or mesh file.")],
+    subject: Annotated[str, Argument(metavar="FILTER|RECIPE|MESH", help="A name, or the path of an .mlx or mesh file.")],
     allow_outside: AllowOutside = False,
     unchecked: Unchecked = False,
     json: Json = False,
@@ -24,90 +109,177 @@ def info(
 
     For a mesh: its size, box, holes with their edges, pieces, noise and attributes, and the recipes that suit it.
     """
-    from ..recipe import shipped_recipes
+    from ..recipe import load_recipe, shipped_recipes
 
     if subject in shipped_recipes() or subject.casefold().endswith(".mlx"):
-        _show_recipe(subject, json=json)
+        recipe = load_recipe(subject)
+        show({"recipe": recipe_document(recipe)}, recipe_page(recipe), json=json)
         return
+    from ..declaration import nearest
     from ..errors import UnknownNameError
-    from ..registry import find_filter
+    from ..registry import all_filters, find_filter
 
     try:
         filter = find_filter(subject)
     except UnknownNameError as error:
-        if not Path(subject).exists():
-            raise _unknown_subject(subject, error.cause) from None
-        _show_mesh(Path(subject), json=json, allow_outside=allow_outside, unchecked=unchecked)
-    else:
-        from .info_pages import filter_document, filter_page
-
-        if json:
-            print_document({"filter": filter_document(filter)})
-        else:
-            print_lines(filter_page(filter))
-
-
-def _unknown_subject(subject: str, cause: str | None) -> Exception:
-    """The error for an unknown subject, with the nearest name, or the broken plugin that may declare it."""
-    from ..declaration import nearest
-    from ..errors import UnknownNameError
-    from ..recipe import shipped_recipes
-    from ..registry import all_filters
-
-    names = [name for filter in all_filters() for name in (filter.python_name, filter.name)]
-    near = nearest(subject, [*names, *shipped_recipes()])
-    every = "`pymeshfair list filters` and `pymeshfair list recipes` show all names"
-    hint = cause or (f"did you mean {near!r}?" if near else every)
-    return UnknownNameError(f"{subject!r} is no filter, no recipe and no file; {hint}", suggestion=near, cause=cause)
+        if Path(subject).exists():
+            _show_mesh(Path(subject), json=json, allow_outside=allow_outside, unchecked=unchecked)
+            return
+        names = [name for filter in all_filters() for name in (filter.python_name, filter.name)]
+        near = nearest(subject, [*names, *shipped_recipes()])
+        every = "`pymeshfair list filters` and `pymeshfair list recipes` show all names"
+        hint = error.cause or (f"did you mean {near!r}?" if near else every)  # the cause is a plugin that may declare it
+        message = f"{subject!r} is no filter, no recipe and no file; {hint}"
+        raise UnknownNameError(message, suggestion=near, cause=error.cause) from None
+    show({"filter": filter_document(filter)}, filter_page(filter), json=json)
 
 
-def _show_recipe(name: str, *, json: bool) -> None:
-    from ..recipe import load_recipe
-    from .info_pages import recipe_document, recipe_page
+def filter_document(filter: Filter) -> dict[str, Any]:
+    """The declaration in terms of JSON."""
+    names = ("python_name", "name", "origin", "info", "classes", "requires", "changes")
+    return {
+        **{name: getattr(filter, name) for name in names},
+        "arity": filter.arity.name.lower(),
+        "references": filter.references,
+        "parameters": [_parameter_document(p) for p in filter.parameters],
+        "python": python_call(filter),
+        "mlx": mlx_element(filter),
+    }
 
-    recipe = load_recipe(name)
-    if json:
-        print_document({"recipe": recipe_document(recipe)})
-    else:
-        print_lines(recipe_page(recipe))
+
+def _parameter_document(parameter: Parameter) -> dict[str, Any]:
+    return {
+        "name": parameter.name,
+        "mlx_name": parameter.xml_name,
+        "mlx_type": parameter.xml_type,
+        "label": parameter.label,
+        "type": type(parameter).__name__.lower(),
+        "allowed": parameter.describe_allowed(),
+        "default": said(parameter.default),
+        **{name: getattr(parameter, name, None) for name in ("minimum", "maximum", "choices")},
+        "advanced": parameter.advanced,
+        "help": parameter.help,
+    }
+
+
+def filter_page(filter: Filter) -> Iterator[str]:
+    """The declaration as the lines of a page: what it does, its parameters, how to call it."""
+    menus = ", ".join(c.name.replace("_", " ").lower() for c in type(filter.classes) if c in filter.classes and c.name)
+    yield f"{filter.python_name}\n{filter.name!r}, a filter of {filter.origin} ({menus})"
+    if filter.info:
+        yield f"\n{filter.info}"
+    yield "\nParameters" if filter.parameters else "\nIt has no parameters."
+    for parameter in filter.parameters:
+        default = "depends on the mesh" if parameter.default is None else repr(said(parameter.default))
+        yield f"\n  {parameter.name}  (default {default}{', advanced' if parameter.advanced else ''})"
+        for text in (f"{parameter.label}: {parameter.describe_allowed()}.", *([parameter.help] if parameter.help else [])):
+            yield _indented(text, " " * 6, _WIDTH)
+    yield f"\nIn Python\n{textwrap.indent(python_call(filter), '  ')}"
+    yield f"\nIn a .mlx script\n{textwrap.indent(mlx_element(filter), '  ')}"
+    if filter.references:
+        yield f"\nReferences (docs/bibliography.bib)\n  {', '.join(filter.references)}"
+
+
+def python_call(filter: Filter) -> str:
+    """The call with every default that is known without a mesh."""
+    values = [f"{p.name}={said(p.default)!r}" for p in filter.parameters if p.default is not None]
+    call = f"ms.{filter.python_name}({', '.join(values)})"
+    if len(call) <= _WIDTH:
+        return call
+    return f"ms.{filter.python_name}(\n" + "".join(f"    {g},\n" for g in values) + ")"
+
+
+def mlx_element(filter: Filter) -> str:
+    """The step of a script with every default that is known without a mesh."""
+    from ..scripts import Script, Step, format_script
+
+    lines = format_script(Script((Step(filter).with_defaults(),))).splitlines()
+    first = next(i for i, line in enumerate(lines) if line.lstrip().startswith("<filter"))
+    last = next(i for i, line in enumerate(lines) if line.startswith("</FilterScript"))
+    return textwrap.dedent("\n".join(lines[first:last]))
+
+
+def said(value: Any) -> Any:
+    """A parameter's value as users write it: lengths as ``"1%"``."""
+    from ..declaration import Length
+
+    return str(value) if isinstance(value, Length) else value
+
+
+def recipe_document(recipe: Recipe) -> dict[str, Any]:
+    """The recipe in terms of JSON."""
+    steps = [
+        {
+            "python_name": step.filter.python_name,
+            "name": step.filter.name,
+            "tag": step.tag,
+            "parameters": {name: said(value) for name, value in step.values.items()},
+            "settings": step.settings,
+        }
+        for step in recipe.script.steps
+    ]
+    settings = [{k: v for k, v in vars(s).items() if k != "line"} for s in recipe.script.settings]
+    about = {**_words(recipe.info), "title": recipe.title, "description": recipe.description}
+    return {"name": recipe.name, **about, "settings": settings, "steps": steps}
+
+
+def recipe_page(recipe: Recipe) -> Iterator[str]:
+    """The recipe as the lines of a page: what it is for, what can be set, and its steps."""
+    yield f"{recipe.name}: {recipe.title}\n\n{recipe.description}\n"
+    if recipe.script.settings:
+        yield "Settings (--set NAME=VALUE)"
+        for s in recipe.script.settings:
+            unit, words = f" ({s.unit})" if s.unit else "", f": {s.description}" if s.description else ""
+            yield f"      {s.name} = {s.default}{unit}{words}"
+        yield ""
+    yield "Steps"
+    for number, step in enumerate(recipe.script.steps, start=1):
+        tag = f"  tag {step.tag}" if step.tag else ""
+        yield f"{number:>4}  {step.filter.name}  ({step.filter.python_name}){tag}"
+        for name, value in step.values.items():
+            setting = f"  (setting {step.settings[name]})" if name in step.settings else ""
+            yield f"        {name} = {said(value)}{setting}"
 
 
 def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) -> None:
     from ..running.read import inspect_mesh
     from ..running.suitability import documents, ranked
-    from .tables import console, fitting_lines, measures_table, rim_lines
+    from .display import fitting_lines, show_measures
 
     measures = inspect_mesh(path, allow_outside=allow_outside, unchecked=unchecked)
     recipes = ranked(measures["traits"])
     if json:
         print_document({"mesh": measures, "recipes": documents(recipes)})
         return
-    unit = measures["unit"]
-    console().print(measures_table({path.name: measures}, unit))
-    print_lines((*_mesh_lines(measures), *rim_lines(measures["rims"]), "\nRecipes for it, the best fit first:"))
+    show_measures({path.name: measures}, measures["unit"])
+    print_lines((*_mesh_lines(measures), "\nRecipes for it, the best fit first:"))
     print_lines(fitting_lines([s for s in recipes if s.fits]))
     warn(*measures["warnings"])
 
 
 def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
-    """Attributes, box, noise and the number of rims of a mesh, one line each."""
+    """Attributes, box and noise of a mesh, and its holes and outer borders, the largest first, one line each."""
     yield f"\nIt has {', '.join(measures['attributes'] or ['vertices alone'])}."
     if measures["box"]:
         low, high = measures["box"]
         sides = " x ".join(f"{b - a:.6g}" for a, b in zip(low, high, strict=True))
         unit = f" {measures['unit']}" if measures["unit"] else ""
-        yield f"Its box is {sides}{unit}, from {_place(low)} to {_place(high)}."
+        first, last = (", ".join(f"{c:.6g}" for c in corner) for corner in (low, high))
+        yield f"Its box is {sides}{unit}, from ({first}) to ({last})."
     if measures["faces"]:
         counts = {None: "not counted, see `pymeshfair compare --self-intersections`", 0: "none"}
         count = measures["self_intersecting_faces"]
         yield f"Faces that cut others: {counts.get(count, f'{count}')}."
-    traits = measures["traits"]
-    if "noise" in traits:
-        yield f"Its noise is about {traits['noise']:.2g} mean edges."
-    if measures["rims"]:
-        holes = sum(not rim["outer"] for rim in measures["rims"])
-        yield f"It has {counted(holes, 'hole')} and {len(measures['rims']) - holes:,} outer borders:"
-
-
-def _place(point: Iterable[float]) -> str:
-    return "(" + ", ".join(f"{c:.6g}" for c in point) + ")"
+    if "noise" in measures["traits"]:
+        yield f"Its noise is about {measures['traits']['noise']:.2g} mean edges."
+    rims = measures["rims"]
+    if rims:
+        holes = sum(not rim["outer"] for rim in rims)
+        yield f"It has {counted(holes, 'hole')} and {len(rims) - holes:,} outer borders:"
+    for rim in rims[:_MOST_RIMS]:
+        kind = "outer border" if rim["outer"] else "hole"
+        x, y, z = rim["middle"]
+        yield f"  {kind} of {rim['edges']:,} edges, {rim['length']:.4g} long, around {x:.4g}, {y:.4g}, {z:.4g}"
+    if len(rims) > _MOST_RIMS:
+        least = rims[_MOST_RIMS]["edges"]
+        yield f"  and {len(rims) - _MOST_RIMS:,} more of at most {least:,} edges"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option
 
 from . import options
-from .streams import print_document
+from .streams import print_document, say, warn
 
 if TYPE_CHECKING:
     from ..running.read import ReadMesh
@@ -18,36 +18,26 @@ PICTURES = {"png": "PNG", "jpg": "JPEG", "jpeg": "JPEG", "webp": "WEBP"}
 
 
 def picture(
-    meshes: Annotated[list[Path], typer.Argument(metavar="MESH...", help="The mesh files to draw; none is changed.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="PICTURE", help="A .png, .jpg or .webp file to write.")],
+    meshes: Annotated[list[Path], Argument(metavar="MESH...", help="The mesh files to draw; none is changed.")],
+    output: Annotated[Path, Option("--output", "-o", metavar="PICTURE", help="A .png, .jpg or .webp file to write.")],
     color: Annotated[
         str,
-        typer.Option(
+        Option(
             metavar="plain|own|curvature|gaussian|distance|displacement|reflection|shape|scalar",
-            help="What the colours tell; 'own' are the mesh's, from its texture if it has one; 'distance' from the surface of "
-            "the first mesh, 'displacement' of its vertices.",
+            help="What the colours tell; 'own' are the mesh's, distance and displacement those from the first mesh.",
         ),
     ] = "plain",
     view: Annotated[
         str,
-        typer.Option(
-            metavar="front|back|left|right|top|bottom|iso|AZ,EL",
-            help="From where: a name, or how far the eye goes to the right and up, in degrees.",
-        ),
+        Option(metavar="front|back|left|right|top|bottom|iso|AZ,EL", help="From where, or how many degrees to the right and up."),
     ] = "front",
-    up: Annotated[str, typer.Option(metavar="y|z", help="The upright axis.")] = "y",
+    up: options.Up = "y",
     zoom: Annotated[
-        str,
-        typer.Option(
-            metavar="X,Y,Z,SIZE|vertex=N,SIZE",
-            help="Show the surroundings of a point, or of a vertex of the last mesh; SIZE is a length: 20, 10% or 30edge.",
-        ),
+        str, Option(metavar="X,Y,Z,SIZE|vertex=N,SIZE", help="Show what is round a point; SIZE is a length: 20, 10%, 30edge.")
     ] = "",
-    size: Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="Of each panel, in pixels.")] = "640x640",
-    title: Annotated[
-        list[str] | None, typer.Option(metavar="TEXT", help="Of each panel, in order; the names of the files if not given.")
-    ] = None,
-    stripes: Annotated[float, typer.Option(help="Reflection lines all round; more show smaller defects.", min=1)] = 8.0,
+    size: Annotated[str, Option(metavar="WIDTHxHEIGHT", help="Of each panel, in pixels.")] = "640x640",
+    title: Annotated[list[str] | None, Option(metavar="TEXT", help="Of each panel; else the names of the files.")] = None,
+    stripes: Annotated[float, Option(help="Reflection lines all round; more show smaller defects.", min=1)] = 8.0,
     limits: options.Limits = None,
     tolerance: options.Tolerance = None,
     unit: options.Unit = None,
@@ -66,28 +56,29 @@ def picture(
     from ..errors import ParameterError
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
-    from ..looking.camera import view_angles
     from ..looking.coloring import check_coloring
+    from ..looking.picture import Appearance, draw_meshes, view_angles
     from ..running.read import read_mesh
-    from .streams import say, warn
 
     check_target(output, PICTURES, overwrite=overwrite)
     check_coloring(color)
     azimuth, elevation = view_angles(view)
-    width, height = _pixels(size)
+    try:
+        width, height = (int(part) for part in size.casefold().split("x"))
+    except ValueError:
+        raise ParameterError(f"{size!r} is no size: write WIDTHxHEIGHT in pixels, such as 800x600") from None
     if title is not None and len(title) != len(meshes):
         raise ParameterError(f"{len(title)} titles for {len(meshes)} meshes: give one --title for each, or none")
     opened = [read_mesh(path, allow_outside=allow_outside, unchecked=unchecked) for path in meshes]
-    from ..looking.picture import Appearance, draw_meshes
-
     warn(*dict.fromkeys(w for mesh in opened for w in mesh.warnings))
     centre, extent = _region(zoom, opened[-1]) if zoom else (None, 0.0)
-    sizes = opened[0].measured.diagonal, opened[0].measured.resolution()
     unit = unit_of_scan(unit, opened[0].mesh.unit)
+    measured = opened[0].measured
+    allowed, ends = options.lengths_in_mesh_units(tolerance, limits, unit, measured.diagonal, measured.resolution())
     appearance = Appearance(
         unit=unit or "",
-        limits=options.limits_in_mesh_units(limits, unit, *sizes),
-        tolerance=options.tolerance_in_mesh_units(tolerance, unit, *sizes) or 0.0,
+        limits=ends,
+        tolerance=allowed or 0.0,
         color=color,
         azimuth=azimuth,
         elevation=elevation,
@@ -106,16 +97,6 @@ def picture(
         print_document({"picture": output, "width": drawn.width, "height": drawn.height, "meshes": meshes})
     else:
         say(f"Written: {output} ({drawn.width} x {drawn.height} pixels)")
-
-
-def _pixels(text: str) -> tuple[int, int]:
-    from ..errors import ParameterError
-
-    try:
-        width, height = (int(part) for part in text.casefold().split("x"))
-    except ValueError:
-        raise ParameterError(f"{text!r} is no size: write WIDTHxHEIGHT in pixels, such as 800x600") from None
-    return width, height
 
 
 def _region(text: str, read: ReadMesh) -> tuple[tuple[float, float, float], float]:

@@ -11,15 +11,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import GuardBroken, PymeshfairError
-from ..files.writing import StagedFile, stage_file, write_file
-from ..looking.comparison import Comparison, compare
-from ..looking.mesh_state import MeshState, state_of
+from ..files.writing import StagedFile, check_target, stage_file, write_file
+from ..looking.comparison import Comparison, Distances, MeshState, compare, state_of
+from ..looking.words import counted
 from ..report.comparison_page import Compared, Verdict, comparison_page, verdict_of
 from ..report.scene import Marker
 from ..running.read import read_mesh, reported_values
 from ..running.supervise import run_job
-from .options import check_report
-from .streams import counted, plain, say
+from .options import PAGES
+from .streams import plain, say
 
 if TYPE_CHECKING:
     from ..running.job import Job, RunResult
@@ -29,9 +29,8 @@ if TYPE_CHECKING:
 MOST_OF_SPECTRUM = 200_000
 
 
-def compared_files(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> tuple[Compared, list[str]]:
-    """The comparison of two meshes that were read from files, and the parts left out of it, with the reason."""
-    comparison, distances = compare(before, after, tolerance=tolerance)
+def with_spectra(before: MeshState, after: MeshState, comparison: Comparison, distances: Distances) -> tuple[Compared, list[str]]:
+    """The comparison of two meshes that were read from files, with their spectra, and what a page leaves out, with the reason."""
     spectra: dict[str, Any] = {}
     left_out = []
     if before.self_intersecting is None and after.self_intersecting is None:
@@ -64,7 +63,7 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], S
 
     def staged(result: RunResult) -> Sequence[StagedFile]:
         page = _page(job, result, before, up, kept=True)
-        check_report(path, up, overwrite=job.overwrite)
+        check_target(path, PAGES, overwrite=job.overwrite)
         return [stage_file(result.output.with_name("report.html"), target, page)]
 
     try:
@@ -80,39 +79,33 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], S
 
 
 def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool) -> bytes:
-    compared, left_out = compared_files(before, state_of(read_mesh(result.output, self_intersections=None)))
+    after = state_of(read_mesh(result.output, self_intersections=None))
+    comparison, distances = compare(before, after)
     # How far vertices moved is what the run said, before the file rounded their coordinates.
-    compared = replace(compared, comparison=replace(compared.comparison, displacement=None))
-    places = [(breach["place"], f"{breach['guard']}, vertex {breach['vertex']}") for breach in result.breaches if breach["place"]]
+    compared, left_out = with_spectra(before, after, replace(comparison, displacement=None), distances)
+    files = {"before": job.input, "after": job.output if kept else None}
     record = result.provenance.read_text("utf-8")
+    provenance = "A run without output leaves no provenance."
+    if kept:
+        provenance = record
+        for folder in (job.input.absolute().parent, job.output.absolute().parent, Path.cwd()):
+            # The folders of this machine say nothing to those who get the page.
+            provenance = provenance.replace(f"{json.dumps(str(folder))[1:-1]}/", "")
     written = f"written to {job.output.name}" if kept else "no output was written"
     return comparison_page(
         compared,
         title=f"{job.input.name}: {job.recipe.title}",
         subtitle=f"The recipe {job.recipe.name} on {job.input.name}, {written}.",
-        numbers=page_numbers(
-            {
-                "files": {"before": job.input, "after": job.output if kept else None},
-                "change": result.change,
-                "comparison": compared.comparison,
-            }
-        ),
+        numbers=page_numbers({"files": files, "change": result.change, "comparison": compared.comparison}),
         up=up,
         unit=result.unit,
         warnings=result.warnings,
         left_out=left_out,
         verdict=_verdict(job, result, compared.comparison, kept=kept),
-        markers=[Marker(place, words) for place, words in places],
+        markers=[Marker(b["place"], f"{b['guard']}, vertex {b['vertex']}") for b in result.breaches if b["place"]],
         run=json.loads(record),
-        provenance=_without_folders(record, job) if kept else "A run without output leaves no provenance.",
+        provenance=provenance,
     )
-
-
-def _without_folders(text: str, job: Job) -> str:
-    """The record without the folders of this machine, which say nothing to those who get the page."""
-    for folder in (job.input.absolute().parent, job.output.absolute().parent, Path.cwd()):
-        text = text.replace(f"{json.dumps(str(folder))[1:-1]}/", "")
-    return text
 
 
 def _verdict(job: Job, result: RunResult, comparison: Comparison, *, kept: bool) -> Verdict:
@@ -123,8 +116,7 @@ def _verdict(job: Job, result: RunResult, comparison: Comparison, *, kept: bool)
         count = "a limit" if len(lines) == 1 else f"{len(lines)} limits"
         what = "the output was written all the same" if kept else "no output was written"
         return Verdict("bad", f"The run went beyond {count}; {what}.", (*lines, moved.text, *moved.lines, steps))
-    limits = job.all_guards.texts()
-    if limits:
+    if limits := job.all_guards.texts():
         kept_limits = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in limits.items())
         return Verdict("good", f"Done, and every limit was kept: {kept_limits}.", (moved.text, *moved.lines, steps))
     return Verdict(moved.kind, moved.text, (*moved.lines, f"{steps} No limits were set."))

@@ -1,16 +1,20 @@
-"""``pymeshfair run RECIPE INPUT -o OUTPUT``."""
+"""``pymeshfair run RECIPE INPUT -o OUTPUT``; ``demo``, a run on a scan that is there; and ``verify``, which repeats a run."""
 
 from __future__ import annotations
 
 import contextlib
+import importlib.util
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from typer import Argument, Option
 
+from ..looking.words import change_lines, counted
 from . import options
-from .streams import Talk, complain, counted, print_document, print_lines, printable, say, talk, warn
+from .streams import Talk, complain, print_document, print_lines, printable, say, show, talk, warn
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,31 +22,32 @@ if TYPE_CHECKING:
     from ..running.job import Event, Job, RunResult
 
 
-@options.with_groups
+#: of the demo
+_RECIPE, _SCAN = "clean_range_map", Path("tests/sample_meshes/rangemaps/face000.ply")
+
+#: exit code by verdict
+EXIT_CODES = {
+    "identical": 0,
+    "within tolerance": 0,
+    "not repeated": 1,
+    "output changed": 3,
+    "input changed": 4,
+    "recipe changed": 5,
+    "other versions": 6,
+}
+
+
+@options.with_run_options
 def run(
     recipe: options.Recipe,
-    input: Annotated[Path, typer.Argument(metavar="INPUT", help="The mesh file to clean.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The mesh file to write; its extension is the format.")],
+    input: Annotated[Path, Argument(metavar="INPUT", help="The mesh file to clean.")],
+    output: Annotated[Path, Option("--output", "-o", help="The mesh file to write; its extension is the format.")],
     chosen: options.RunOptions,
-    cluster: options.SchedulerOptions,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input, and the files of --map and --report.")
-    ] = False,
-    map: Annotated[
-        Path | None,
-        typer.Option(metavar="MAP.ply", help="Write the intervention map there: what was kept, moved and added, and how far."),
-    ] = None,
-    map_tolerance: Annotated[
-        str | None,
-        typer.Option(metavar="LENGTH", help="What moved by no more counts as kept in MAP.ply: 0.05, 0.1%, 0.5edge, 0.05mm."),
-    ] = None,
-    tiles: Annotated[
-        bool, typer.Option("--tiles", help="Work by tiles, for clouds and meshes larger than memory; see docs/scale.md.")
-    ] = False,
-    resume: Annotated[
-        bool,
-        typer.Option("--resume", help="With --tiles: go on with a run that was killed, and let this one be gone on with."),
-    ] = False,
+    overwrite: Annotated[bool, Option("--overwrite", help="Replace OUTPUT, even the input, and map and report.")] = False,
+    map: Annotated[Path | None, Option(metavar="MAP.ply", help="Write what was kept, moved and added, and how far.")] = None,
+    map_tolerance: Annotated[str | None, Option(metavar="LENGTH", help="What moved no further is kept.")] = None,
+    tiles: Annotated[bool, Option("--tiles", help="Work by tiles, if memory is too small; see docs/scale.md.")] = False,
+    resume: Annotated[bool, Option("--resume", help="With --tiles: go on where a killed run ended.")] = False,
     report: options.Report = None,
     up: options.Up = "y",
     json: options.Json = False,
@@ -53,39 +58,41 @@ def run(
     them. If OUTPUT exists, it is replaced only if it is, to the byte, what this very run wrote there before: from the same INPUT,
     with the same recipe and settings. Anything else is kept, and the run refused, unless --overwrite is given.
     """
-    from ..running.supervise import workers_of_runs
+    from ..files.writing import check_target
+    from ..running.supervise import run_job, workers_of_runs
 
     if report is not None:
-        options.check_report(report, up, overwrite=overwrite)
-        options.check_measured(no_measures=chosen.no_measures)
+        check_target(report, options.PAGES, overwrite=overwrite)
+        chosen.check_measured()
     with workers_of_runs() as workers:
         if not tiles:
             workers.prepare()
+        from ..declaration import Length
         from ..scripts.warnings import traps
 
-        tolerance = options.map_tolerance(map_tolerance, map)
+        tolerance = None if map_tolerance is None else Length.parse(map_tolerance)
+        if tolerance is not None and (map is None or tolerance.amount < 0.0):
+            wrong = "it is about the intervention map: give --map, too" if map is None else f"{map_tolerance} is below 0"
+            raise typer.BadParameter(wrong, param_hint="--map-tolerance")
         job = chosen.job(recipe, input, output, overwrite=overwrite, map=map, map_tolerance=tolerance)
         changes = (str(change) for change in job.recipe.changes if not change.same_meaning)
         job = replace(job, warnings=(*changes, *traps(job.recipe.script)))
-        scheduler = cluster.chosen()
-        if tiles or scheduler is not None or resume:
-            if not tiles or report is not None:
-                raise typer.BadParameter(
-                    "it needs --tiles" if not tiles else "--tiles makes no report, which shows the whole mesh"
-                )
+        scheduler = chosen.chosen_scheduler()
+        if not tiles and (scheduler is not None or resume):
+            raise typer.BadParameter("it needs --tiles")
+        if tiles:
+            if report is not None:
+                raise typer.BadParameter("--tiles makes no report, which shows the whole mesh")
             from ..tiles.course import run_by_tiles
 
             carry_out(job, lambda show: run_by_tiles(job, show, scheduler=scheduler, resume=resume), json=json)
-            return
-        from ..running.supervise import run_job
+        elif report is not None:
+            from .reports import reporting
 
-        if report is None:
+            with reporting(job, report, up) as page:
+                carry_out(job, lambda show: run_job(job, show, workers=workers, also=page), json=json, report=report)
+        else:
             carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)
-            return
-        from .reports import reporting
-
-        with reporting(job, report, up) as page:
-            carry_out(job, lambda show: run_job(job, show, workers=workers, also=page), json=json, report=report)
 
 
 def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *, json: bool, report: Path | None = None) -> None:
@@ -93,9 +100,7 @@ def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *
 
     `carry` runs it, and is given what shows the events; `report` is the page that it makes.
     """
-    from ..looking import words  # noqa: F401  # for `_show`, while the worker still loads MeshLab
-    from . import tables  # noqa: F401
-    from .progress import progress
+    from .display import progress
 
     with progress() as show:
         result = carry(show)
@@ -103,7 +108,8 @@ def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *
     if report is not None:
         say(f"Report: {report}", err=True)
     if json:
-        print_document(_document(job, result))
+        unmeasured = {name: None for name in ("before", "after", "change") if not getattr(result, name)}
+        print_document({"recipe": job.recipe.name, "input": job.input, **vars(result), **unmeasured})
     elif talk() > Talk.LITTLE:
         _show(result)
     for breach in result.breaches:
@@ -112,25 +118,112 @@ def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *
         raise typer.Exit(1)
 
 
-def _document(job: Job, result: RunResult) -> dict[str, object]:
-    unmeasured = {name: None for name in ("before", "after", "change") if not getattr(result, name)}
-    return {"recipe": job.recipe.name, "input": job.input, **vars(result), **unmeasured}
-
-
 def _show(result: RunResult) -> None:
-    from ..looking.words import change_lines
-    from .tables import console, measures_table
+    from .display import show_measures
 
     if result.before:
-        console().print(measures_table({"before": result.before, "after": result.after}, result.unit))
+        show_measures({"before": result.before, "after": result.after}, result.unit)
         print_lines((*change_lines(result.change, result.unit), ""))
     typer.echo(f"{counted(len(result.steps), 'step')} in {result.seconds:.1f} s. Written:")
     for path in (result.output, *result.side_files, result.provenance, *result.maps):
-        typer.echo(f"  {printable(_near(path))}")
+        near = path
+        with contextlib.suppress(OSError, ValueError):  # the working folder is gone, or another one
+            near = path.relative_to(Path.cwd())
+        typer.echo(f"  {printable(near)}")
 
 
-def _near(path: Path) -> Path:
-    """The path from the working folder, where that is shorter."""
-    with contextlib.suppress(OSError, ValueError):  # the working folder is gone, or another one
-        return path.relative_to(Path.cwd())
-    return path
+def demo(
+    folder: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where to write.")] = Path("pymeshfair_demo"),
+    json: options.Json = False,
+) -> None:
+    """Clean a real range map, and say what to try next.
+
+    It is the face of 85,849 vertices from a laser scanner that the pymeshlab wheel carries. FOLDER gets a copy of it, face.ply,
+    and the result, face_clean.ply, in place of that of an earlier demo.
+    """
+    from shlex import quote
+
+    from ..running.supervise import run_job, workers_of_runs
+
+    with workers_of_runs() as workers:
+        workers.prepare()
+        from ..files.errors import OutputError
+        from ..files.writing import write_file
+        from ..recipe import load_recipe
+        from ..running.job import Job
+
+        scan = sample_scan()
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(folder, error.strerror or str(error)) from error
+        if not (folder / "face.ply").exists():
+            write_file(folder / "face.ply", scan.read_bytes(), overwrite=False)
+        say(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
+        job = Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv))
+        carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)
+    say(
+        f"\nTry next:\n  pymeshfair info {_RECIPE}\n"
+        f"  pymeshfair run {_RECIPE} {quote(str(scan))} -o {quote(str(folder / 'smoother.ply'))} --set detail_size=10edge\n"
+        f"  pymeshfair list recipes",
+        err=True,
+    )
+
+
+def sample_scan() -> Path:
+    """The range map in the folder of pymeshlab, which is found without importing it."""
+    from ..files.errors import InputError
+
+    spec = importlib.util.find_spec("pymeshlab")
+    if spec is None or spec.origin is None:
+        raise InputError(_SCAN, "pymeshlab is not installed; `python -m pip install pymeshlab` installs it with this scan")
+    scan = Path(spec.origin).parent / _SCAN
+    if not scan.is_file():
+        raise InputError(
+            scan, "this pymeshlab came without its samples; the wheels of pymeshlab 2025.7 and later on PyPI have them"
+        )
+    return scan
+
+
+def verify(
+    output: Annotated[Path, Argument(metavar="OUTPUT", help="A mesh file that a run wrote, its provenance beside it.")],
+    recorded: Annotated[bool, Option("--recorded", help="Use the recipe of the provenance, not that of its file.")] = False,
+    timeout: options.Timeout = None,
+    allow_outside: options.AllowOutside = False,
+    unchecked: options.Unchecked = False,
+    memory: options.Memory = None,
+    json: options.Json = False,
+) -> None:
+    """Make a file again from its provenance, and compare.
+
+    The recipe in the provenance is compared with the one that pymeshfair ships, or with its file. --allow-outside and --unchecked
+    must be given as they were to the run.
+
+    Exit codes: 0 the same bytes (or, for random filters without a seed, equal counts of elements and small distances), 1 other
+    bytes, or the run failed, 3 the output has changed since, 4 the input has, 5 the recipe has, 6 other bytes with other
+    versions.
+    """
+    from ..running.verify import verify_output
+    from .display import progress
+
+    with progress() as on_event:
+        verified = verify_output(
+            output,
+            recorded=recorded,
+            allow_outside=allow_outside,
+            unchecked=unchecked,
+            timeout=timeout,
+            memory_limit=options.memory_limit(memory),
+            on_event=on_event,
+            by_tiles=_by_tiles,
+        )
+    document = {"output": output, "verdict": verified.verdict, "findings": verified.findings, "notes": verified.notes}
+    details = (f"  {printable(text)}" for text in (*verified.findings, *verified.notes))
+    show(document, [f"{printable(output)}: {verified.verdict}", *details], json=json)
+    raise typer.Exit(EXIT_CODES[verified.verdict])
+
+
+def _by_tiles(job: Job, on_event: Callable[[Event], None]) -> None:
+    from ..tiles.course import run_by_tiles
+
+    run_by_tiles(job, on_event)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import io
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer import Argument, Option
 
 from .options import Json, Overwrite, Timeout
 from .streams import print_document, say
@@ -16,34 +19,19 @@ if TYPE_CHECKING:
     from ..declaration import Length
     from ..filters.spectral.responses import Response
 
-#: the filter whose parameters the response has
-FILTERS = "apply_coord_spectral_filter"
 PICTURES = ("png", "svg", "pdf")
 
 
 def spectrum(
-    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="The mesh file to look at; it is not changed.")],
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="PICTURE", help="Draw the spectrum there: a .png, .svg or .pdf file."),
-    ] = None,
-    after: Annotated[
-        Path | None, typer.Option(metavar="MESH2", help="Compare with this mesh, for example the same one cleaned.")
-    ] = None,
+    mesh: Annotated[Path, Argument(metavar="MESH", help="The mesh file to look at; it is not changed.")],
+    output: Annotated[Path | None, Option("--output", "-o", metavar="PICTURE", help="A .png, .svg or .pdf file to draw.")] = None,
+    after: Annotated[Path | None, Option(metavar="MESH2", help="Compare with this mesh.")] = None,
     response: Annotated[
-        str,
-        typer.Option(
-            metavar="low_pass|band_pass|enhance",
-            help="Draw this response of the spectral filter too and, without MESH2, compare with what it leaves of MESH.",
-        ),
+        str, Option(metavar="low_pass|band_pass|enhance", help="Draw this response, too, and what it leaves of MESH.")
     ] = "",
-    detail_size: Annotated[
-        str, typer.Option(metavar="LENGTH", help="Of the response, such as 6edge, 1% or 0.5; 6edge if not given.")
-    ] = "",
-    largest_size: Annotated[
-        str, typer.Option(metavar="LENGTH", help="The longest wave of a band; four detail sizes if not given.")
-    ] = "",
-    modes: Annotated[int, typer.Option(help="How many modes are listed one by one, from the lowest.", min=0)] = 50,
+    detail_size: Annotated[str, Option(metavar="LENGTH", help="Of the response, such as 1% or 0.5; else 6edge.")] = "",
+    largest_size: Annotated[str, Option(metavar="LENGTH", help="The longest wave of a band; else four detail sizes.")] = "",
+    modes: Annotated[int, Option(help="How many modes are listed one by one, from the lowest.", min=0)] = 50,
     timeout: Timeout = None,
     overwrite: Overwrite = False,
     json: Json = False,
@@ -64,7 +52,7 @@ def spectrum(
     filtering = {}
     if response:
         values = {"response": response, "detail_size": detail_size or "6edge", "largest_size": largest_size or AUTO}
-        checked = find_filter(FILTERS).with_defaults(values)
+        checked = find_filter("apply_coord_spectral_filter").with_defaults(values)
         filtering = {name: checked[name] for name in values}
         if _in_mesh_units(filtering["detail_size"], {"diagonal": 1.0, "mean_edge": 1.0}) == 0.0:
             raise ParameterError(f"detail_size {detail_size} is no wavelength: give a length above 0")
@@ -78,8 +66,6 @@ def spectrum(
     elif drawn is not None:
         shown["after"] = _filtered(before, drawn)
     if output is not None:
-        from .spectrum_picture import draw_spectra
-
         write_file(output, draw_spectra(shown, drawn, extension(output)), overwrite=overwrite)
     if json:
         described = None
@@ -95,7 +81,7 @@ def spectrum(
 def _measured(mesh: Path, modes: int, timeout: float | None) -> dict[str, Any]:
     """The spectrum of a mesh file, with the progress of the process that measures it."""
     from ..running.read import reported_values
-    from .progress import progress
+    from .display import progress
 
     with progress() as show:
         return reported_values(mesh, "get_surface_spectrum", {"modes": modes}, timeout=timeout, on_event=show)
@@ -144,27 +130,73 @@ def _middles(spectrum: Mapping[str, Any]) -> Any:
 
 def _print(spectra: Mapping[str, Mapping[str, Any]], response: Response | None) -> None:
     """A row for each band, from the longest waves to the shortest, with the root mean square height of its waves."""
-    import math
-
-    from .tables import console, table
+    from .display import show_table
 
     heights: dict[int, dict[str, float]] = {}
-    first = spectra["before"]
     for name, spectrum in spectra.items():
         for omega, energy in zip(_middles(spectrum), spectrum["band_energies"], strict=True):
             heights.setdefault(round(3 * math.log2(omega) - 0.5), {})[name] = math.sqrt(max(energy, 0.0))
     headers = ["wavelength", "in mean edges", *(f"height {name}" if len(spectra) > 1 else "height" for name in spectra)]
+    headers += [response.name] if response is not None else []
     rows = []
-    for band in sorted(heights):
+    for band, at_band in sorted(heights.items()):
         omega = 2.0 ** ((band + 0.5) / 3)
-        row = [f"{2 * math.pi / omega:.4g}", f"{2 * math.pi / omega / first['mean_edge']:.3g}"]
-        row += [f"{heights[band][name]:.3g}" if name in heights[band] else "" for name in spectra]
-        if response is not None:
-            row.append(f"{float(response.profile(omega)):.3f}")
-        rows.append(row)
-    if response is not None:
-        headers.append(response.name)
-    console().print(table(headers, rows, numbers=range(len(headers))))
+        row = [f"{2 * math.pi / omega:.4g}", f"{2 * math.pi / omega / spectra['before']['mean_edge']:.3g}"]
+        row += [f"{at_band[name]:.3g}" if name in at_band else "" for name in spectra]
+        rows.append(row if response is None else [*row, f"{float(response.profile(omega)):.3f}"])
+    show_table(headers, *rows, numbers=range(len(headers)))
     typer.echo(
         "\nheight: the root mean square, in mesh units, of what the waves of a third of an octave add to the surface", err=True
     )
+
+
+_COLORS = {"before": "tab:gray", "after": "tab:blue"}
+
+
+def draw_spectra(spectra: Mapping[str, Mapping[str, Any]], response: Response | None, extension: str) -> bytes:
+    """The bytes of a picture, png, svg or pdf, of what ``get_surface_spectrum`` returns by name, with the response over it.
+
+    Bands are steps and single modes dots, on logarithmic axes; the upper one tells wavelengths.
+    """
+    import numpy as np
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    def inverted(value: Any) -> Any:
+        """A frequency of a wavelength, and the other way round."""
+        with np.errstate(divide="ignore"):
+            return 2.0 * np.pi / np.asarray(value, dtype=np.float64)
+
+    figure = Figure(figsize=(7.5, 4.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots()
+    lowest, highest, least, most = math.inf, 0.0, math.inf, 0.0
+    for name, spectrum in spectra.items():
+        edges, energies = np.asarray(spectrum["band_edges"]), np.asarray(spectrum["band_energies"])
+        if len(energies) == 0:
+            continue
+        label = f"bands of 1/3 octave, {name}" if len(spectra) > 1 else "bands of 1/3 octave"
+        axes.stairs(energies, edges, color=_COLORS.get(name), label=label)
+        energy = np.asarray(spectrum["energies"])
+        seen, frequencies = energy > 0.0, np.asarray(spectrum["frequencies"])
+        axes.plot(frequencies[seen], energy[seen], ".", color=_COLORS.get(name), markersize=3, alpha=0.5)
+        lowest, highest = min(lowest, float(edges[0])), max(highest, float(edges[-1]))
+        most = max(most, float(energies.max()))
+        least = least if name == "after" and math.isfinite(least) else float(energies[energies > 0.0].min())
+    axes.set(xscale="log", yscale="log", xlabel="frequency (radians per mesh unit)", ylabel="energy (squared mesh units)")
+    if lowest < highest:
+        axes.set_xlim(lowest, highest)
+        # A response takes all that there is, and the last bands of a mesh may hold next to nothing.
+        axes.set_ylim(bottom=max(0.1 * least, 1e-11 * most))
+        axes.secondary_xaxis("top", functions=(inverted, inverted)).set_xlabel("wavelength (mesh units)")
+        if response is not None:
+            omega = np.geomspace(lowest, highest, 400)
+            factor = axes.twinx()
+            factor.plot(omega, response.profile(omega), color="tab:orange", label=response.name)
+            factor.set(ylabel=f"response of {response.name}", ylim=(0.0, None))
+        axes.legend(loc="lower left", fontsize="small")
+    drawn = io.BytesIO()
+    # Without a date in it, a picture of the same spectra is the same file.
+    dates = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    figure.savefig(drawn, format=extension, dpi=120, metadata=dates.get(extension))
+    return drawn.getvalue()

@@ -13,10 +13,10 @@ import json
 import math
 import os
 import sys
-from collections.abc import Collection, Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -31,27 +31,27 @@ class LastingStream(io.TextIOWrapper):
 
     def write(self, text: str) -> int:
         """Write, or not."""
-        try:
-            return super().write(text)
-        except OSError as error:
-            self._give_up(error)
-            return len(text)
+        with self._going_on():
+            super().write(text)
+        return len(text)
 
     def flush(self) -> None:
         """Flush, or not."""
-        try:
+        with self._going_on():
             super().flush()
-        except OSError as error:
-            self._give_up(error)
 
-    def _give_up(self, error: OSError) -> None:
-        if error.errno != errno.EPIPE:
-            self.failure = self.failure or error
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, self.fileno())
-        os.close(nowhere)
-        with suppress(OSError):
-            super().flush()
+    @contextmanager
+    def _going_on(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            if error.errno != errno.EPIPE:
+                self.failure = self.failure or error
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self.fileno())
+            os.close(nowhere)
+            with suppress(OSError):
+                super().flush()
 
 
 def secure_streams() -> None:
@@ -59,18 +59,16 @@ def secure_streams() -> None:
     while (number := os.open(os.devnull, os.O_RDWR)) < 3:  # the lowest number that is free
         pass
     os.close(number)
-    sys.stdout, sys.stderr = (_lasting(number, stream) for number, stream in ((1, sys.stdout), (2, sys.stderr)))
-
-
-def _lasting(number: int, stream: TextIO | None) -> TextIO:
-    if stream is not None and type(stream) is not io.TextIOWrapper:
-        return stream  # replaced by another program, such as a test
-    if stream is not None:
-        with suppress(OSError):
-            stream.flush()
-    binary = open(number, "wb", closefd=False)  # noqa: SIM115 - a number, which stays open to the end
-    encoding = "utf-8" if stream is None else stream.encoding
-    return LastingStream(binary, encoding=encoding, errors="backslashreplace", line_buffering=True)
+    for name, number in (("stdout", 1), ("stderr", 2)):
+        stream = getattr(sys, name)
+        if stream is not None and type(stream) is not io.TextIOWrapper:
+            continue  # replaced by another program, such as a test
+        if stream is not None:
+            with suppress(OSError):
+                stream.flush()
+        binary = open(number, "wb", closefd=False)  # noqa: SIM115 - a number, which stays open to the end
+        encoding = "utf-8" if stream is None else stream.encoding
+        setattr(sys, name, LastingStream(binary, encoding=encoding, errors="backslashreplace", line_buffering=True))
 
 
 def failure_of_stdout() -> OSError | None:
@@ -82,9 +80,7 @@ def failure_of_stdout() -> OSError | None:
 class Talk(enum.IntEnum):
     """The amount of output besides results, warnings and errors."""
 
-    LITTLE = 0
-    USUAL = 1
-    MUCH = 2
+    LITTLE, USUAL, MUCH = range(3)
 
 
 _talk = Talk.USUAL
@@ -99,13 +95,8 @@ def talk(how_much: Talk | None = None) -> Talk:
 
 def say(*texts: object, err: bool = False) -> None:
     """Print remarks, unless little is to be printed."""
-    for text in texts if _talk > Talk.LITTLE else ():
-        typer.echo(printable(text), err=err)
-
-
-def counted(count: int, noun: str) -> str:
-    """A number of things, such as ``1 step`` or ``1,200 steps``."""
-    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+    if _talk > Talk.LITTLE:
+        print_lines(map(printable, texts), err=err)
 
 
 def printable(text: object) -> str:
@@ -120,14 +111,21 @@ def complain(text: object, *, color: bool | None = None) -> None:
 
 def warn(*texts: object) -> None:
     """Print warnings on stderr."""
-    for text in texts:
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {printable(text)}", err=True)
+    print_lines((f"{typer.style('warning:', fg='yellow')} {printable(text)}" for text in texts), err=True)
 
 
 def print_lines(lines: Iterable[str], *, err: bool = False) -> None:
     """Print lines that were asked for."""
     for line in lines:
         typer.echo(line, err=err)
+
+
+def show(document: Mapping[str, Any], lines: Iterable[str], *, json: bool) -> None:
+    """Print the document as JSON, or the lines that say the same."""
+    if json:
+        print_document(document)
+    else:
+        print_lines(lines)
 
 
 def print_document(document: Mapping[str, Any]) -> None:

@@ -61,7 +61,7 @@ def suggest(
     from ..running.read import read_mesh
     from ..running.suitability import documents, ranked
     from ..scripts.write import format_script
-    from .tables import fitting_lines
+    from .display import fitting_lines
 
     if output is not None:
         check_text(output, ("mlx",), overwrite=overwrite, json=json)
@@ -101,7 +101,7 @@ def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dic
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
     """The report of the automatic filter on the scan, run in a process of its own."""
     from ..running.read import reported_values
-    from .progress import progress
+    from .display import progress
 
     with progress() as show:
         return reported_values(scan, FILTER, {"compare": True}, timeout=timeout, on_event=show)

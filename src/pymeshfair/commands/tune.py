@@ -4,21 +4,20 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer import Argument, Option
 
 from .options import Json
 from .streams import print_document
 
 
 def tune(
-    scan: Annotated[Path, typer.Argument(metavar="SCAN", help="The mesh file to tune on; it is not changed.")],
+    scan: Annotated[Path, Argument(metavar="SCAN", help="The mesh file to tune on; it is not changed.")],
     recipe: Annotated[
-        str, typer.Option(metavar="RECIPE", help="The recipe that is shown first: a shipped name or the path of an .mlx file.")
+        str, Option(metavar="RECIPE", help="The first recipe: a shipped name or an .mlx file.")
     ] = "smooth_implicit",
-    host: Annotated[
-        str, typer.Option(metavar="ADDRESS", help="Address to listen on; other machines reach the page if it is not 127.0.0.1.")
-    ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="Port to listen on; 0 takes a free one.", min=0, max=65535)] = 0,
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether to open the page in the browser.")] = True,
+    host: Annotated[str, Option(metavar="ADDRESS", help="Address to listen on; 127.0.0.1 is for this machine.")] = "127.0.0.1",
+    port: Annotated[int, Option(help="Port to listen on; 0 takes a free one.", min=0, max=65535)] = 0,
+    browser: Annotated[bool, Option("--browser/--no-browser", help="Whether to open the page in the browser.")] = True,
     json: Json = False,
 ) -> None:
     """Tune a recipe on a scan, on a page in the browser that shows the result of every change.
@@ -32,18 +31,16 @@ def tune(
 
     from ..errors import PymeshfairError, require_extra
 
-    require_extra("tune", "starlette", "uvicorn", "websockets")
+    require_extra("tune", "websockets")
     from ..files.writing import staging_folder
     from ..recipe import load_recipe
-    from ..tuning.conversation import Subject
-    from ..tuning.scan import prepared_scan
-    from ..tuning.server import application, listening_socket, redirecting_file, serve
+    from ..tuning.bench import prepared_scan
+    from ..tuning.server import Subject, listening_socket, redirecting_file, serve
 
     load_recipe(recipe)
     with staging_folder(Path(tempfile.gettempdir()) / "tuning") as folder:
-        prepared = prepared_scan(scan.absolute(), folder)
+        subject = Subject(prepared_scan(scan.absolute(), folder), recipe, Path.cwd())
         token = secrets.token_urlsafe(32)  # of 256 bits
-        subject = Subject(prepared, recipe, Path.cwd())
         try:
             listening = listening_socket(host, port)
         except OSError as error:
@@ -59,4 +56,4 @@ def tune(
             if browser:
                 webbrowser.open(redirecting_file(address, folder).as_uri())
 
-        serve(application(subject, token, folder, names=(host,)), listening, ready=ready)
+        serve(subject, token, folder, listening, names=(host,), ready=ready)

@@ -53,13 +53,7 @@ class Coloring:
         return symmetric_limits(values) if self.diverging else robust_limits(values)
 
     def colors(self, values: Floats, limits: Limits, tolerance: float = 0.0) -> Floats:
-        """(k, 3) red, green, blue from 0 to 1.
-
-        Args:
-            values: (k,) numbers.
-            limits: the ends of the colour bar.
-            tolerance: of diverging numbers: sizes up to it have one colour, and beyond it colours begin apart from that.
-        """
+        """(k, 3) red, green, blue from 0 to 1 of (k,) numbers; diverging ones up to a tolerance have one colour."""
         if not self.diverging:
             return sequential_colors(values, limits)[:, :3]
         if not tolerance > 0.0:
@@ -68,6 +62,11 @@ class Coloring:
         share = np.clip((np.abs(values) - tolerance) / max(high - tolerance, 1e-12 * tolerance), 0.0, 1.0)
         colors = diverging_colors(np.sign(values) * (_BAND + (1.0 - _BAND) * share), Limits(-1.0, 1.0))[:, :3]
         return np.where((np.abs(values) <= tolerance)[:, None], _WITHIN, colors)
+
+
+def same_elements(first: MeshData, second: MeshData) -> bool:
+    """Whether both have as many vertices and the same faces, so that vertices of the same number are the same."""
+    return len(first.vertices) == len(second.vertices) and np.array_equal(first.faces, second.faces)
 
 
 def in_unit(label: str, unit: str | None) -> str:
@@ -82,8 +81,7 @@ def _distance(mesh: MeshData, reference: MeshData) -> Numbers | None:
 
 
 def _displacement(mesh: MeshData, reference: MeshData) -> Numbers | None:
-    same = len(mesh.vertices) == len(reference.vertices) and np.array_equal(mesh.faces, reference.faces)
-    if mesh is reference or not same:
+    if mesh is reference or not same_elements(mesh, reference):
         return None
     return Numbers(vector_lengths(mesh.vertices - reference.vertices))
 

@@ -4,26 +4,105 @@ Two quantities, never mixed: the distance between the surfaces, and the displace
 """
 
 import io
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..declaration import Floats
+from ..declaration import Bools, Floats, Ints
+from ..files.formats import ATTRIBUTES, attributes_of
 from ..files.ply_write import write_ply
+from ..filters.denoising import estimate_noise
 from ..filters.execution import blocks
 from ..filters.geometry import angles_between, face_normals, vector_lengths
-from ..filters.inspection import SHARP, DistanceStatistics, Surface, SurfaceDistance, sample_places, share_kept, surface_distance
-from ..filters.mesh import scaled_to_unit
-from ..filters.topology import connected_components
+from ..filters.holes.rims import outer_borders
+from ..filters.inspection import (
+    SHARP,
+    SharpEdges,
+    Surface,
+    SurfaceDistance,
+    sample_places,
+    share_kept,
+    sharp_edges,
+    surface_distance,
+)
+from ..filters.mesh import bounding_box, scaled_to_unit
+from ..filters.topology import boundary_loops, connected_components
 from ..mesh_data import MeshData
-from .mesh_state import MeshState
+from ..running.read import ReadMesh
+from .coloring import same_elements
+
+#: vertices of a mesh beyond which a quarter of it gives the same noise, in a quarter of the time and memory
+MOST_OF_NOISE = 100_000
+#: cells of that part along the longest side of the box
+_CELLS = 8
 
 #: mean edges of the first mesh: a place further than that from the other surface was added or removed
 _APART = 1.0
 #: of the largest coordinate: points no further apart are the same place
 _ROUNDING = 256 * float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class MeshState:
+    """One mesh and its measures."""
+
+    path: Path  # its file
+    mesh: MeshData
+    self_intersecting: Bools | None  # (m,) the faces that cut others; None if not looked for
+    #: `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name, and ``border_loops``; ``holes``, the border loops
+    #: that do not go round the outside of a sheet; ``self_intersecting_faces``, None if not looked for; ``noise``, the standard
+    #: deviation along the normals in mesh units, None of a cloud, above `MOST_OF_NOISE` vertices that of about a quarter of them;
+    #: ``sharp_edge_length``
+    measures: dict[str, Any]
+    sharp: SharpEdges  # the sharp edges
+
+    @property
+    def diagonal(self) -> float:
+        """Of the bounding box, in mesh units."""
+        return float(self.measures["diagonal"])
+
+    @property
+    def mean_edge(self) -> float:
+        """In mesh units; of a cloud the mean distance to the nearest point."""
+        return float(self.measures["mean_edge"] or self.measures["mean_spacing"] or 0.0)
+
+
+def state_of(read: ReadMesh) -> MeshState:
+    """Measure a mesh."""
+    mesh = read.mesh
+    # About the middle, as squares of coordinates are taken below.
+    local = mesh.vertices - mesh.vertices.mean(axis=0)
+    border = boundary_loops(local, mesh.faces)
+    holes = [outer for outer in outer_borders(border.loops, local, mesh.faces) if outer == "no"]
+    sharp = sharp_edges(mesh.vertices, mesh.faces)
+    cuts = read.self_intersecting
+    more = {
+        "border_loops": len(border.loops) + len(border.broken),
+        "holes": len(holes),
+        "self_intersecting_faces": None if cuts is None else int(cuts.sum()),
+        "noise": estimate_noise(*part_for_noise(mesh.vertices, mesh.faces)).length if len(mesh.faces) else None,
+        "sharp_edge_length": math.fsum(sharp.lengths),
+    }
+    return MeshState(read.path, mesh, cuts, {**read.measures, **more}, sharp)
+
+
+def part_for_noise(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
+    """A mesh; of a large one the faces within about a quarter of the cells of a grid, spread over all of it."""
+    low, high = bounding_box(vertices)
+    size = float((high - low).max())
+    if len(vertices) <= MOST_OF_NOISE or not size > 0.0:
+        return vertices, faces
+    i, j, k = ((vertices - low) * (_CELLS / size)).astype(np.int64).T
+    chosen = (i * 73_856_093 ^ j * 19_349_663 ^ k * 83_492_791) % 7 < 2  # a hash, so that no plane of cells is all or nothing
+    inside = chosen[faces].all(axis=1)
+    if 8 * np.count_nonzero(inside) < len(faces):  # a vertex far away has made the cells too large
+        return vertices, faces
+    number = np.cumsum(chosen) - 1
+    return vertices[chosen], number[faces[inside]].astype(faces.dtype)
 
 
 @dataclass(frozen=True)
@@ -35,29 +114,6 @@ class Area:
     amount: float  # how far that is, above 0 on the outer side of the other surface; in mesh units, as the next one
     size: float  # the diagonal of its box
     area: float  # of it, in square mesh units
-
-
-def areas_out_of_tolerance(name: str, mesh: MeshData, distance: SurfaceDistance, tolerance: float, area: float) -> list[Area]:
-    """The parts of a surface, or points of a cloud, that lie further from another one than the tolerance, the furthest first."""
-    over = np.flatnonzero(np.abs(distance.distances) > tolerance)
-    if not len(over):
-        return []
-    if len(mesh.faces):
-        faces, row = np.unique(distance.faces[over], return_inverse=True)
-        parts, _ = connected_components(mesh.faces[faces], len(mesh.vertices))
-        part = parts[mesh.faces[faces, 0]][row]
-    else:
-        part = np.arange(len(over))
-    order = np.lexsort((-np.abs(distance.distances[over]), part))
-    starts = np.flatnonzero(np.diff(part[order], prepend=-1))
-    areas = []
-    for rows in np.split(over[order], starts[1:]):
-        places = sample_places(mesh.vertices, mesh.faces, distance.faces, rows)
-        x, y, z = places[0].tolist()
-        size = float(np.linalg.norm(np.ptp(places, axis=0)))
-        share = float(distance.weights[rows].sum())
-        areas.append(Area(name, (x, y, z), float(distance.distances[rows[0]]), size, share * area))
-    return sorted(areas, key=lambda a: -abs(a.amount))
 
 
 @dataclass(frozen=True)
@@ -116,26 +172,19 @@ class Comparison:
     hausdorff_at_most: LengthIn  # it is no larger than that
     rounding: float  # of coordinates of such a size; points no further apart are the same place
     same_surface: bool  # whether the surfaces lie no further apart than that, everywhere
-    #: how far vertices have moved; None unless both meshes have as many and the same faces, so that vertices of the same number
-    #: are the same
-    displacement: Moved | None
+    displacement: Moved | None  # of the vertices; None unless both meshes have as many of them, and the same faces
     area_change: float | None  # in percent, None without area before
     volume_change: float | None  # in percent, None unless both have a volume that is not 0
-    #: the mean angle in degrees between the normals of the faces of the second mesh and of the first there, weighted with the
-    #: area; None of clouds
-    normal_deviation: float | None
+    normal_deviation: float | None  # the mean angle in degrees between the normals of both, by area; None of clouds
     largest_normal_deviation: float | None  # in degrees
     flipped_faces: int | None  # faces of the second mesh that look away from where the first does there, by more than 90 degrees
-    #: the share of the length of the sharp edges of the first mesh within a mean edge of which the second has one; None if there
-    #: were none
-    sharp_edges_kept: float | None
+    sharp_edges_kept: float | None  # the share of the length of sharp edges that have one within a mean edge; None without any
     added_area: float | None  # of the second mesh further than a mean edge from the first
     removed_area: float | None  # of the first further than a mean edge from the second
     attributes_kept: tuple[str, ...]  # attributes of both meshes; then those of one alone
     attributes_lost: tuple[str, ...]
     attributes_gained: tuple[str, ...]
-    #: within which the surfaces should lie; without one, None, and the next two are empty
-    tolerance: LengthIn | None = None
+    tolerance: LengthIn | None = None  # within which the surfaces should lie; without one the next two are empty
     passed: bool | None = None  # whether neither lies further from the other than the tolerance
     out_of_tolerance: tuple[Area, ...] = ()  # the areas that lie further, the furthest first
     sharp_angle: float = SHARP  # degrees from which on an edge counts as sharp
@@ -160,16 +209,22 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         surface_distance(second.vertices, second.faces, Surface.of(first.vertices, first.faces)),
         surface_distance(first.vertices, first.faces, Surface.of(second.vertices, second.faces)),
     )
-    same_vertices = bool(len(first.faces)) and len(first.vertices) == len(second.vertices)
-    same_vertices = same_vertices and np.array_equal(first.faces, second.faces)
+    same_vertices = bool(len(first.faces)) and same_elements(first, second)
 
     def length(value: float) -> LengthIn:
         edge, diagonal = before.mean_edge, before.diagonal
         return LengthIn(float(value), float(value / edge) if edge else None, float(100 * value / diagonal) if diagonal else None)
 
+    judged: dict[str, Any] = {}
+    if tolerance is not None:
+        areas = [*_out_of_tolerance("after", after, distances.after, tolerance)]
+        areas += _out_of_tolerance("before", before, distances.before, tolerance)
+        ordered = tuple(sorted(areas, key=lambda area: -abs(area.amount)))
+        passed = max(d.largest for d in distances) <= tolerance
+        judged = {"tolerance": length(tolerance), "passed": passed, "out_of_tolerance": ordered}
     at_most = max(d.at_most for d in distances)
     rounding = _ROUNDING * max(float(np.abs(mesh.vertices).max()) for mesh in (first, second))
-    had, has = before.attributes, after.attributes
+    had, has = (attributes_of(mesh) for mesh in (first, second))
     return Comparison(
         before=before.measures,
         after=after.measures,
@@ -183,49 +238,49 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         area_change=_change(before.measures["area"], after.measures["area"]),
         volume_change=_change(before.measures["volume"], after.measures["volume"]),
         sharp_edges_kept=share_kept(before.sharp, after.sharp, within=before.mean_edge),
-        attributes_kept=tuple(a for a in had if a in has),
-        attributes_lost=tuple(a for a in had if a not in has),
-        attributes_gained=tuple(a for a in has if a not in had),
-        **({} if tolerance is None else _judged(before, after, distances, tolerance, length)),
+        attributes_kept=tuple(a for a in ATTRIBUTES if a in had and a in has),
+        attributes_lost=tuple(a for a in ATTRIBUTES if a in had and a not in has),
+        attributes_gained=tuple(a for a in ATTRIBUTES if a in has and a not in had),
+        **judged,
         **_faces(before, after, distances, same_faces=same_vertices),
     ), distances
 
 
-def _judged(
-    before: MeshState, after: MeshState, distances: Distances, tolerance: float, length: Callable[[float], LengthIn]
-) -> dict[str, Any]:
-    """Whether two surfaces lie within a tolerance, and where not."""
-    sides = (("after", after, distances.after), ("before", before, distances.before))
-    areas = [
-        a for name, state, d in sides for a in areas_out_of_tolerance(name, state.mesh, d, tolerance, state.measures["area"])
-    ]
-    passed = max(d.largest for d in distances) <= tolerance
-    ordered = tuple(sorted(areas, key=lambda a: -abs(a.amount)))
-    return {"tolerance": length(tolerance), "passed": passed, "out_of_tolerance": ordered}
+def _out_of_tolerance(name: str, state: MeshState, distance: SurfaceDistance, tolerance: float) -> Iterator[Area]:
+    """The parts of a surface, or points of a cloud, that lie further from another one than the tolerance."""
+    mesh, over = state.mesh, np.flatnonzero(np.abs(distance.distances) > tolerance)
+    if not len(over):
+        return
+    part = np.arange(len(over))
+    if len(mesh.faces):
+        faces, row = np.unique(distance.faces[over], return_inverse=True)
+        parts, _ = connected_components(mesh.faces[faces], len(mesh.vertices))
+        part = parts[mesh.faces[faces, 0]][row]
+    order = np.lexsort((-np.abs(distance.distances[over]), part))
+    starts = np.flatnonzero(np.diff(part[order], prepend=-1))
+    for rows in np.split(over[order], starts[1:]):
+        places = sample_places(mesh.vertices, mesh.faces, distance.faces, rows)
+        x, y, z = places[0].tolist()
+        size = float(np.linalg.norm(np.ptp(places, axis=0)))
+        area = float(distance.weights[rows].sum()) * state.measures["area"]
+        yield Area(name, (x, y, z), float(distance.distances[rows[0]]), size, area)
 
 
 def _moved(before: Floats, after: Floats, length: Callable[[float], LengthIn]) -> Moved:
     d = vector_lengths(after - before)
     worst = int(d.argmax())
     x, y, z = after[worst].tolist()
-    return Moved(
-        length(d.mean()), length(np.sqrt((d**2).mean())), length(np.quantile(d, 0.99)), length(d[worst]), worst, (x, y, z)
-    )
+    mean, rms, most, largest = map(length, (d.mean(), np.sqrt((d**2).mean()), np.quantile(d, 0.99), d[worst]))
+    return Moved(mean, rms, most, largest, worst, (x, y, z))
 
 
 def _deviation(distance: SurfaceDistance, tolerance: float | None, length: Callable[[float], LengthIn]) -> Deviation:
-    statistics: DistanceStatistics = distance.statistics(tolerance)
+    statistics = vars(distance.statistics(tolerance))
     x, y, z = distance.furthest.tolist()
-    return Deviation(
-        samples=statistics.samples,
-        percentiles={percent: length(value) for percent, value in statistics.percentiles.items()},
-        largest=length(distance.largest),
-        place=(x, y, z),
-        at_most=length(distance.at_most),
-        within=statistics.within,
-        within_error=statistics.within_error,
-        **{name: length(getattr(statistics, name)) for name in _LENGTHS},
-    )
+    lengths = {name: length(statistics[name]) for name in _LENGTHS}
+    percentiles = {percent: length(value) for percent, value in statistics["percentiles"].items()}
+    more = {"percentiles": percentiles, "largest": length(distance.largest), "at_most": length(distance.at_most)}
+    return Deviation(**{**statistics, **lengths, **more, "place": (x, y, z)})
 
 
 def _change(before: float | None, after: float | None) -> float | None:

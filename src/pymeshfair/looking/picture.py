@@ -1,21 +1,91 @@
-"""A picture of several meshes from one camera, side by side."""
+"""A picture of several meshes from one camera, side by side, with titles, a scale bar and a colour bar.
+
+The camera is one parallel projection for all of them, so that lengths can be read off the picture.
+"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
-from ..declaration import Floats
+from ..declaration import Floats, nearest
 from ..errors import MeshError, ParameterError
 from ..filters.inspection import Limits, reflection_stripes
+from ..filters.mesh import bounding_box
 from ..mesh_data import MeshData
-from .annotation import BAR_STRIP, TITLE_STRIP, draw_color_bar, draw_scale_bar, write_title
-from .camera import Camera, close_up, fitting_camera, view_rows
 from .coloring import COLORINGS, OTHERS, Numbers, check_coloring, in_unit, numbers_of
-from .shading import CLAY, Scene, render, texture_of
+from .shading import Camera, Scene, render, texture_of, turned
+
+# ----------------------------------------------------------------------------------------------------- from where
+
+#: azimuth and elevation in degrees of each view that has a name
+VIEWS = {
+    "front": (0.0, 0.0),
+    "back": (180.0, 0.0),
+    "right": (90.0, 0.0),
+    "left": (-90.0, 0.0),
+    "top": (0.0, 90.0),
+    "bottom": (0.0, -90.0),
+    "iso": (35.0, 25.0),
+}
+#: the share of a picture that is left free on every side
+_MARGIN = 0.03
+
+
+def view_angles(text: str) -> tuple[float, float]:
+    """Azimuth and elevation in degrees of ``"front"``, ``"iso"`` ... or ``"AZ,EL"``."""
+    if text in VIEWS:
+        return VIEWS[text]
+    try:
+        azimuth, elevation = (float(part) for part in text.split(","))
+    except ValueError:
+        near = nearest(text, VIEWS)
+        hint = f"did you mean {near!r}?" if near else f"it takes {', '.join(VIEWS)} or AZIMUTH,ELEVATION in degrees"
+        raise ParameterError(f"{text!r} is no view; {hint}") from None
+    if not (math.isfinite(azimuth) and -90.0 <= elevation <= 90.0):
+        raise ParameterError(f"{text!r} is no view: the elevation is from -90 to 90 degrees")
+    return azimuth, elevation
+
+
+def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
+    """(3, 3) the directions to the right, upwards and to the eye; `up` is the upright axis, "y" as scanners have it, or "z".
+
+    The eye goes by `azimuth` degrees to the right round that axis, and by `elevation` degrees up. At 0 it looks along -z if y is
+    up, along +y if z is up.
+    """
+    a, e = math.radians(azimuth), math.radians(elevation)
+    eye = np.array([math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)])
+    right = np.array([math.cos(a), 0.0, -math.sin(a)])
+    rows = np.array([right, np.cross(eye, right), eye])
+    if up == "y":
+        return rows
+    if up == "z":
+        return np.asarray(rows @ np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]))
+    raise ParameterError(f"{up!r} is no upright axis: it is y or z")
+
+
+def fitting_camera(clouds: Sequence[Floats], rows: Floats, aspect: float) -> Camera:
+    """The camera in whose window, `aspect` times as wide as high, all finite points of (n, 3) clouds are."""
+    # About one of the points, as coordinates far from the origin lose digits when they are turned.
+    origin = next(points[0] for points in clouds if len(points))
+    ends = [bounding_box(turned(points - origin, rows)) for points in clouds if len(points)]
+    low, high = np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
+    width, height = (high - low)[:2] / (1.0 - 2.0 * _MARGIN)
+    height = max(float(height), float(width) / aspect) or 1.0
+    return Camera(rows, origin + (low + high) / 2 @ rows, height * aspect, height)
+
+
+def close_up(point: Floats, size: float, rows: Floats, aspect: float) -> Camera:
+    """The camera around a (3,) point; `size` is the shorter side of its window, in mesh units."""
+    height = size if aspect >= 1.0 else size / aspect
+    return Camera(rows, point, height * aspect, height)
+
+
+# ----------------------------------------------------------------------------------------------------- the panels
 
 #: the share of a panel's width that a scale bar takes at most
 _SCALE_BAR = 0.25
@@ -27,12 +97,12 @@ class Appearance:
 
     color: str = "plain"  # one of `pymeshfair.looking.coloring.COLORINGS` or `OTHERS`
     azimuth: float = 0.0  # see `view_rows`
-    elevation: float = 0.0  # see `view_rows`
+    elevation: float = 0.0
     up: str = "y"  # the upright axis, "y" or "z"
     centre: tuple[float, float, float] | None = None  # (x, y, z) of a close-up; None for the whole
     extent: float = 0.0  # the shorter side of a close-up, in mesh units
     width: int = 640  # of a panel, in pixels
-    height: int = 640  # of a panel, in pixels
+    height: int = 640
     stripes: float = 8.0  # of reflection lines, all round
     titles: bool = True  # whether every panel has a title
     label: str = ""  # the text at the colour bar; the words of the coloring if it is empty
@@ -43,8 +113,7 @@ class Appearance:
 
     def camera(self, clouds: Sequence[Floats]) -> Camera:
         """The one camera for all meshes."""
-        rows = view_rows(self.azimuth, self.elevation, self.up)
-        aspect = self.width / self.height
+        rows, aspect = view_rows(self.azimuth, self.elevation, self.up), self.width / self.height
         if self.centre is None:
             return fitting_camera(clouds, rows, aspect)
         return close_up(np.asarray(self.centre, dtype=np.float64), self.extent, rows, aspect)
@@ -59,15 +128,7 @@ def draw_meshes(
 ) -> Image.Image:
     """Draw meshes side by side, all from one camera, with one scale bar and one colour bar.
 
-    Args:
-        meshes: at least one; the first is the reference of displacements.
-        titles: one for each.
-        appearance: how.
-        numbers: those that colour each mesh; measured if it is None.
-
-    Raises:
-        ParameterError: an unknown coloring, or a picture without extent.
-        MeshError: no mesh has the numbers to be coloured by.
+    The first mesh is the reference of distances and displacements; `numbers` colour each mesh, and are measured if they are None.
     """
     check_coloring(appearance.color)
     if min(appearance.width, appearance.height) < 64 or max(appearance.width, appearance.height) > 8192:
@@ -95,10 +156,7 @@ def draw_meshes(
 
 
 def _scenes(
-    meshes: Sequence[MeshData],
-    appearance: Appearance,
-    camera: Camera,
-    numbers: Sequence[Numbers | None] | None,
+    meshes: Sequence[MeshData], appearance: Appearance, camera: Camera, numbers: Sequence[Numbers | None] | None
 ) -> tuple[list[Scene], Limits | None]:
     """The scene of each panel, and the limits of the colour bar if there is one."""
     bare = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_attributes.get("normals")) for m in meshes]
@@ -126,7 +184,7 @@ def _painted(scene: Scene, mesh: MeshData, appearance: Appearance, camera: Camer
 
         return replace(scene, paint=paint)
     if appearance.color == "own":
-        if (texture := texture_of(mesh, CLAY)) is not None:
+        if (texture := texture_of(mesh)) is not None:
             return replace(scene, texture=texture)
         if mesh.has_vertex_colors:
             return replace(scene, colors=mesh.vertex_colors[:, :3])
@@ -134,3 +192,75 @@ def _painted(scene: Scene, mesh: MeshData, appearance: Appearance, camera: Camer
             return replace(scene, colors=mesh.face_colors[:, :3], by_face=True)
         raise MeshError(f"{mesh.label} has no colours of its own")
     return scene
+
+
+# ------------------------------------------------------------------------------------------------ words and bars
+
+INK = (40, 44, 52)
+#: heights in pixels of the strip for titles and of that for the colour bar
+TITLE_STRIP, BAR_STRIP = 34, 58
+_TITLE_SIZE, _SMALL = 17, 14
+#: words are made smaller down to this, and then shortened
+_SMALLEST = 10
+
+
+def write_title(picture: Image.Image, text: str, left: int, top: int, width: int) -> None:
+    """Write a title in the middle of a strip, smaller or shortened until it fits."""
+    draw = ImageDraw.Draw(picture)
+    font, text = _fitting(draw, text, width - 12)
+    draw.text((left + width / 2, top + TITLE_STRIP / 2), text, fill=INK, font=font, anchor="mm")
+
+
+def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit: float, most: float, unit: str = "") -> None:
+    """Draw a bar of 1, 2 or 5 times a power of ten mesh units, at most `most` pixels long, with its length over it."""
+    length = round_length(most / pixels_per_unit)
+    end = left + length * pixels_per_unit
+    draw = ImageDraw.Draw(picture)
+    # White round them, as a close-up may be dark there.
+    draw.rectangle((left - 2, bottom - 6, end + 2, bottom + 2), fill="white")
+    draw.rectangle((left, bottom - 4, end, bottom), fill=INK)
+    words, font = f"{number(length)} {unit}".strip(), ImageFont.load_default(_SMALL)
+    draw.text((left, bottom - 9), words, fill=INK, font=font, anchor="ls", stroke_width=2, stroke_fill="white")
+
+
+def draw_color_bar(
+    picture: Image.Image, top: int, limits: Limits, colors: Callable[[Floats, Limits], Floats], label: str
+) -> None:
+    """Draw a colour bar over half of the width, with its ends and its label."""
+    width = picture.width // 2
+    left = (picture.width - width) // 2
+    low, high = limits
+    shown = colors(np.linspace(low, high, width), limits) if high > low else colors(np.full(width, low), limits)
+    row = np.asarray(np.rint(255.0 * shown), dtype=np.uint8)
+    picture.paste(Image.fromarray(np.broadcast_to(row, (14, width, 3)).copy()), (left, top + 4))
+    draw = ImageDraw.Draw(picture)
+    draw.rectangle((left - 1, top + 3, left + width, top + 18), outline=INK)
+    font = ImageFont.load_default(_SMALL)
+    draw.text((left - 8, top + 11), number(low), fill=INK, font=font, anchor="rm")
+    draw.text((left + width + 8, top + 11), number(high), fill=INK, font=font, anchor="lm")
+    font, label = _fitting(draw, label, picture.width - 12, _SMALL)
+    draw.text((picture.width / 2, top + 24), label, fill=INK, font=font, anchor="ma")
+
+
+def round_length(most: float) -> float:
+    """The largest of 1, 2 and 5 times powers of ten that is at most this, which is above 0."""
+    power = 10.0 ** math.floor(math.log10(most))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1.0 + 1e-12))
+
+
+def number(value: float) -> str:
+    """A number in three digits, as it is written beside a bar."""
+    return f"{value + 0.0:.3g}"
+
+
+def _fitting(draw: ImageDraw.ImageDraw, text: str, width: int, size: int = _TITLE_SIZE) -> tuple[Any, str]:
+    """A font in which the text is at most `width` wide, and the text, its middle left out if the smallest is too large."""
+    for pixels in range(size, _SMALLEST - 1, -1):
+        font = ImageFont.load_default(pixels)
+        if draw.textlength(text, font) <= width:
+            return font, text
+    kept, short = len(text), text
+    while kept > 2 and draw.textlength(short, font) > width:
+        kept -= 1
+        short = f"{text[: (kept + 1) // 2]}...{text[len(text) - kept // 2 :]}"
+    return font, short

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from ..declaration import Bools, Floats, Ints
 from ..errors import MeshError
 from ..filters.compilation import compiled
-from ..filters.geometry import face_normals
+from ..filters.geometry import face_normals, unit_vectors
 from ..filters.inspection import mesh_normals
 from ..mesh_data import MeshData
 from ..mesh_data.apply_edit import read_pixels, sampled
-from .camera import Camera
 
 #: each pixel is the mean of so many by so many
 SUPERSAMPLING = 2
@@ -28,17 +27,39 @@ _INSIDE = np.array([0.55, 0.36, 0.30])
 _BACKGROUND = 1.0
 #: from the upper left, over the eye's shoulder; in the directions of the camera
 _LIGHT = np.array([-0.38, 0.48, 0.79])
+_LIGHT /= math.sqrt(float(_LIGHT @ _LIGHT))
 _SHININESS = 40
 #: radius in pixels of a dot of a cloud
 _DOT = 1.1
 #: more dots make up no edge, however far a close-up lets it reach beyond the picture
 _LONGEST = 20_000
 
-
 #: shares of ambient, diffuse and specular light
 _CLAY_LIGHT = (0.20, 0.85, 0.32)
 #: colours of numbers must stay near those of the colour bar
 _NUMBERS_LIGHT = (0.45, 0.58, 0.06)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A parallel projection."""
+
+    rows: Floats  # (3, 3) the directions to the right, upwards and to the eye
+    centre: Floats  # (3,) the point of space that is in the middle of the picture
+    width: float  # of the window, in mesh units
+    height: float  # of the window, in mesh units
+
+    def screen(self, vertices: Floats, columns: int, rows: int) -> Floats:
+        """(n, 3) pixels from the left, pixels from the top, and nearness in mesh units, in a picture of columns x rows pixels."""
+        scale = np.array([columns / self.width, -rows / self.height, 1.0])
+        seen = turned(vertices - self.centre, scale[:, None] * self.rows)
+        seen += [columns / 2, rows / 2, 0.0]
+        return seen
+
+
+def turned(vectors: Floats, rows: Floats) -> Floats:
+    """(n, 3) vectors in the directions of the rows; for so few columns faster than a product of matrices."""
+    return np.asarray(np.einsum("ij,kj->ik", vectors, rows))
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +96,8 @@ def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.
     seen = buffer.elements >= 0
     pixels = np.full((rows, columns, 3), _BACKGROUND, dtype=np.float32)
     if seen.any():
-        pixels[seen] = (_lit_surface if len(scene.faces) else _lit_dots)(scene, camera, screen, buffer, seen)
+        lit = _lit_surface if len(scene.faces) else _lit_dots
+        pixels[seen] = lit(scene, camera, screen, buffer, seen)
     mixed = pixels.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 3).mean(axis=(1, 3))
     return np.asarray(np.rint(255.0 * np.clip(mixed, 0.0, 1.0)), dtype=np.uint8)
 
@@ -83,39 +105,28 @@ def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.
 def _lit_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
     """(k, 3) the colours of the pixels that are `seen`."""
     elements = buffer.elements[seen]
+
+    def at_pixels(values: Floats) -> Floats:
+        weights, corners = _weights(screen, scene.faces, elements, seen), scene.faces[elements]
+        return np.asarray(sum(weights[:, k, None] * values[corners[:, k]] for k in range(3)))
+
     if scene.paint is not None:
-        weights = _weights(screen, scene.faces, elements, seen)
-        normals = mesh_normals(scene.vertices, scene.faces)
-        mixed = sum(weights[:, k, None] * normals[scene.faces[elements, k]] for k in range(3))
-        lengths = np.linalg.norm(mixed, axis=1, keepdims=True)
-        mixed = np.divide(mixed, lengths, out=np.zeros_like(mixed), where=lengths > 0.0)
+        normals = unit_vectors(at_pixels(mesh_normals(scene.vertices, scene.faces)))
         # A surface seen from inside is polished there, too.
-        mixed[mixed @ camera.rows[2] < 0.0] *= -1.0
-        return scene.paint(mixed)
+        normals[normals @ camera.rows[2] < 0.0] *= -1.0
+        return scene.paint(normals)
     in_front = np.zeros(len(scene.faces), dtype=np.bool_)
     in_front[elements] = True
     rows = (np.cumsum(in_front) - 1)[elements]
     # About the middle of the picture, as coordinates far from the origin lose digits.
     normals = face_normals(scene.vertices - camera.centre, scene.faces[in_front]) @ camera.rows.T
-    inside = normals[:, 2:] < 0.0
-    diffuse, shine = _reflected(np.where(inside, -normals, normals))
     if scene.texture is not None:
         colors = scene.texture(elements, _weights(screen, scene.faces, elements, seen))
     elif scene.colors is None:
-        clay = _from_either_side(np.broadcast_to(CLAY, normals.shape), inside)
-        return np.asarray(_lit(diffuse, shine, clay, _CLAY_LIGHT)[rows])
-    elif scene.by_face:
-        colors = scene.colors[elements]
+        return np.asarray(_lit(normals, np.broadcast_to(CLAY, normals.shape), _CLAY_LIGHT)[rows])
     else:
-        weights = _weights(screen, scene.faces, elements, seen)
-        corners = scene.faces[elements]
-        colors = np.asarray(sum(weights[:, k, None] * scene.colors[corners[:, k]] for k in range(3)))
-    return _lit(diffuse[rows], shine[rows], _from_either_side(colors, inside[rows]), _NUMBERS_LIGHT)
-
-
-def _from_either_side(colors: Floats, inside: Bools) -> Floats:
-    """(k, 3) colours; those seen from `inside`, (k, 1), are mixed with the colour of the inner side."""
-    return np.where(inside, 0.45 * colors + 0.55 * _INSIDE, colors) if inside.any() else colors
+        colors = scene.colors[elements] if scene.by_face else at_pixels(scene.colors)
+    return _lit(normals, colors, _NUMBERS_LIGHT, rows)
 
 
 def _lit_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
@@ -123,7 +134,7 @@ def _lit_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer,
     colors = np.broadcast_to(CLAY, (len(points), 3)) if scene.colors is None else scene.colors[points]
     if scene.normals is not None and not len(scene.edges):
         normals = scene.normals[points] @ camera.rows.T
-        return _lit(*_reflected(np.where(normals[:, 2:] < 0.0, -normals, normals)), colors, _NUMBERS_LIGHT)
+        return _lit(np.where(normals[:, 2:] < 0.0, -normals, normals), colors, _NUMBERS_LIGHT)
     # Without normals the depth gives shape: far points are paler.
     depths = screen[:, 2]
     far = (depths.max() - buffer.depths[seen]) / (np.ptp(depths) or 1.0)
@@ -131,19 +142,20 @@ def _lit_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer,
     return np.asarray(_BACKGROUND + strength * ((0.8 if scene.colors is None else 1.0) * colors - _BACKGROUND))
 
 
-def _reflected(normals: Floats) -> tuple[Floats, Floats]:
-    """(k, 1) each, the light that (k, 3) normals in the directions of the camera, which look to the eye, scatter and mirror."""
-    light = _LIGHT / math.sqrt(float(_LIGHT @ _LIGHT))
-    half = light + np.array([0.0, 0.0, 1.0])
+def _lit(normals: Floats, colors: Floats, shares: tuple[float, float, float], rows: Ints | slice = slice(None)) -> Floats:
+    """(k, 3) colours under light of these shares, ambient, scattered and mirrored, on surfaces of (m, 3) normals.
+
+    Normals are in the directions of the camera; surfaces that look away from it are seen from inside. `rows` are the normals of
+    the colours.
+    """
+    inside = normals[:, 2:] < 0.0
+    facing = np.where(inside, -normals, normals)
+    half = _LIGHT + np.array([0.0, 0.0, 1.0])
     half /= math.sqrt(float(half @ half))
-    diffuse = np.clip(normals @ light, 0.0, 1.0)[:, None]
-    return diffuse, np.clip(normals @ half, 0.0, 1.0)[:, None] ** _SHININESS
-
-
-def _lit(diffuse: Floats, shine: Floats, colors: Floats, light: tuple[float, float, float]) -> Floats:
-    """(k, 3) colours under the light of `_reflected`, of these shares."""
-    ambient, scattered, specular = light
-    return np.asarray((ambient + scattered * diffuse) * colors + specular * shine * (1.0 - 0.5 * colors))
+    diffuse, shine = np.clip(facing @ _LIGHT, 0.0, 1.0)[:, None], np.clip(facing @ half, 0.0, 1.0)[:, None] ** _SHININESS
+    colors = np.where(inside[rows], 0.45 * colors + 0.55 * _INSIDE, colors) if inside.any() else colors
+    ambient, scattered, specular = shares
+    return np.asarray((ambient + scattered * diffuse[rows]) * colors + specular * shine[rows] * (1.0 - 0.5 * colors))
 
 
 def _weights(screen: Floats, faces: Ints, elements: Ints, seen: Bools) -> Floats:
@@ -228,17 +240,10 @@ def draw_dots(screen: Floats, radius: float, elements: Ints, depths: Floats) -> 
 Sampler = Callable[[Ints, Floats], Floats]
 
 
-def texture_of(mesh: MeshData, plain: Floats) -> Sampler | None:
-    """The colours of the images at each place; None for a mesh without texture coordinates or images.
+def texture_of(mesh: MeshData) -> Sampler | None:
+    """The colours of the images at each place, clay where a face has none; None without texture coordinates or images.
 
-    The nearest pixel is taken, and the image repeats itself beyond its edges.
-
-    Args:
-        mesh: the mesh.
-        plain: (3,) the colour of faces without an image.
-
-    Raises:
-        MeshError: an image is not there, or is none.
+    The nearest pixel is taken, and the image repeats itself beyond its edges. An image that cannot be read is a `MeshError`.
     """
     corners = mesh.face_attributes.get("wedge_texture_coordinates")
     if corners is None and "texture_coordinates" in mesh.vertex_attributes:
@@ -256,7 +261,7 @@ def texture_of(mesh: MeshData, plain: Floats) -> Sampler | None:
 
     def sample(faces: Ints, weights: Floats) -> Floats:
         places = np.einsum("ki,kij->kj", weights, corners[faces])
-        colors = np.broadcast_to(plain, (len(faces), 3)).copy()
+        colors = np.broadcast_to(CLAY, (len(faces), 3)).copy()
         for number, pixels in enumerate(images):
             here = of_faces[faces] == number
             colors[here] = sampled(pixels, places[here])

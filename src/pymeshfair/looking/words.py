@@ -38,17 +38,6 @@ _MEASURES = (
 _POWERS = {"area": "²", "volume": "³", "mean_edge": "", "mean_spacing": "", "noise": "", "sharp_edge_length": ""}
 
 
-def distance_headers(unit: str | None = None) -> tuple[str, ...]:
-    """Above the columns of `distance_rows`; `unit` is that of the scan, or None."""
-    return ("", unit or "mesh units", "mean edges", "% of diagonal")
-
-
-def area_headers(unit: str | None = None) -> tuple[str, ...]:
-    """Above the columns of `area_rows`; `unit` is that of the scan, or None."""
-    length, square = (f"{unit}", f"{unit}²") if unit else ("mesh units", "mesh units²")
-    return ("area out of tolerance", "furthest at", f"by ({length})", f"size ({length})", f"area ({square})")
-
-
 def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
     """A measure's name and its value for each mesh; rare measures that are 0 or unknown in all of them are left out."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
@@ -73,35 +62,34 @@ def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
     if not moved or not moved["same"]:
         parts.append("made a new mesh")
     elif removed["faces"] and added["faces"] and not (removed["vertices"] or added["vertices"]):
-        parts.append(f"cut the surface otherwise: {_count(added['faces'], 'face')} of {_count(removed['faces'], 'other face')}")
+        parts.append(f"cut the surface otherwise: {counted(added['faces'], 'face')} of {counted(removed['faces'], 'other face')}")
     else:
-        parts += [f"removed {_part(removed)}"] if removed["vertices"] or removed["faces"] else []
-        parts += [f"added {_part(added)}"] if added["vertices"] or added["faces"] else []
-    if moved:
-        verb = "moved" if moved["same"] else "lies away from the input by"
-        parts.append(f"{verb} {_mean_of(moved, unit)}" if moved["largest"] else "moved no vertex")
+        parts += [f"{name} {_part(part)}" for name, part in _parts(change).items()]
+    if moved and not moved["largest"]:
+        parts.append("moved no vertex")
+    elif moved:
+        length = f"{_in(moved['mean'], unit)} on average, {_in(moved['largest'], unit)}"
+        if moved["edges"] is not None:
+            length = f"{moved['mean_edges']:.2g} mean edges on average, {moved['edges']:.2g}"
+        parts.append(f"{'moved' if moved['same'] else 'lies away from the input by'} {length} at most")
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}"
 
 
 def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str]:
     """The change of shape by a run, `pymeshfair.running.shape_change.ShapeChange` by name, as lines below the table."""
+    sides = dict(zip("xyz", change["sides"], strict=True))
     if "removed" not in change:  # done by tiles, which measure no more than the box
-        sides = ", ".join(f"{name} {share:+.2%}" for name, share in zip("xyz", change["sides"], strict=True) if share)
-        return [f"changed: {sides}"] if sides else []
-    parts = {"removed": change["removed"], "added": change["added"]}
-    moved = change["moved"]
-    shares = [*zip(("x", "y", "z"), change["sides"], strict=True), ("area", change["area"]), ("volume", change["volume"])]
-    why = [words for words, part in parts.items() if part["vertices"] or part["faces"]]
-    because = f", as parts were {' and '.join(why)}" if why else ""
-    lines = [
-        became_text(change, unit),
-        *(line for words, part in parts.items() if moved and moved["same"] for line in _pieces(words, part, unit)),
-        f"changed{because}: " + ", ".join(f"{name} {share:+.2%}" for name, share in shares if share is not None),
-    ]
+        shares = _shares({name: share or None for name, share in sides.items()})
+        return [f"changed: {shares}"] if shares else []
+    moved, parts = change["moved"], _parts(change)
+    because = f", as parts were {' and '.join(parts)}" if parts else ""
+    lines = [became_text(change, unit)]
+    if moved and moved["same"]:
+        lines += [line for name, part in parts.items() for line in _pieces(name, part, unit)]
+    lines.append(f"changed{because}: {_shares({**sides, 'area': change['area'], 'volume': change['volume']})}")
     if aside := change.get("sides_without_noise"):
-        shown = ", ".join(f"{name} {share:+.2%}" for name, share in zip("xyz", aside, strict=True) if share is not None)
-        lines.append(f"noise at the ends aside: {shown}")
+        lines.append(f"noise at the ends aside: {_shares(dict(zip('xyz', aside, strict=True)))}")
     if moved and moved["largest"]:
         x, y, z = moved["place"]
         edges = f" ({moved['edges']:.2g} mean edges)" if moved["edges"] is not None else ""
@@ -109,25 +97,28 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
             f"{'moved' if moved['same'] else 'away'}: mean {_in(moved['mean'], unit)}, 99 % below {_in(moved['most'], unit)}, "
             f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
         )
-    shortest = change.get("relief_from", 0.0)
+    shortest, lost = change.get("relief_from", 0.0), change["relief_lost"]
     relief = f"relief from {shortest:g} mean edges on" if shortest else "relief beside the noise"
-    kept = [
-        f"{_percent(share)} of the {words}"
-        for words, share in (
-            (relief, None if change["relief_lost"] is None else max(0.0, 1.0 - change["relief_lost"])),
-            ("length of sharp edges, those of noise among them", change["sharp_kept"]),
-        )
-        if share is not None
-    ]
+    kept = [] if lost is None else [f"{_percent(max(0.0, 1.0 - lost))} of the {relief}"]
+    if change["sharp_kept"] is not None:
+        kept.append(f"{_percent(change['sharp_kept'])} of the length of sharp edges, those of noise among them")
     if kept:
-        hidden = "; of shorter relief nothing can be told beside the noise" if shortest else ""
-        unseen = "; of the relief nothing can be told beside the noise" if change["relief_lost"] is None else hidden
+        unknown = "the" if lost is None else "shorter" if shortest else ""
+        unseen = f"; of {unknown} relief nothing can be told beside the noise" if unknown else ""
         lines.append(f"kept: {', '.join(kept)}{unseen}")
     if change["turned"]:
-        more = "more" if change["folded"] else "no more"
-        is_fault = "a fault" if change["folded"] else "no fault"
-        lines.append(f"turned over: {_count(change['turned'], 'face')}, {is_fault}: {more} faces are folded over than before")
+        verdict = "a fault: more" if change["folded"] else "no fault: no more"
+        lines.append(f"turned over: {counted(change['turned'], 'face')}, {verdict} faces are folded over than before")
     return lines
+
+
+def _parts(change: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """What was removed and added, if there is any."""
+    return {name: change[name] for name in ("removed", "added") if change[name]["vertices"] or change[name]["faces"]}
+
+
+def _shares(shares: Mapping[str, float | None]) -> str:
+    return ", ".join(f"{name} {share:+.2%}" for name, share in shares.items() if share is not None)
 
 
 def _pieces(words: str, part: Mapping[str, Any], unit: str | None) -> Iterator[str]:
@@ -136,34 +127,31 @@ def _pieces(words: str, part: Mapping[str, Any], unit: str | None) -> Iterator[s
         return
     for piece in part["largest"][:_SHOWN]:
         share = "" if piece["share"] is None else f", {_percent(piece['share'])} of the area"
-        yield f"  {words}: {_count(piece['faces'], 'face')}{share}, {_in(piece['size'], unit)} across, at {_at(piece['place'])}"
+        yield f"  {words}: {counted(piece['faces'], 'face')}{share}, {_in(piece['size'], unit)} across, at {_at(piece['place'])}"
     if (more := part["pieces"] - _SHOWN) > 0:
-        yield f"  {words}: {_count(more, 'smaller piece')}"
+        yield f"  {words}: {counted(more, 'smaller piece')}"
 
 
 def _part(part: Mapping[str, Any]) -> str:
     """Such as "14 loose pieces and a rim: 12.6 % of the area"."""
     if not part["faces"]:
-        return _count(part["vertices"], "vertex", "vertices")
-    others = part["pieces"] - part["loose"] - part["rims"]
-    kinds = ((part["loose"], "loose piece"), (part["rims"], "part of the rim"), (others, "part inside"))
-    several = {"part of the rim": "parts of the rim", "part inside": "parts inside"}
-    pieces = [_count(count, words, several.get(words, "")) for count, words in kinds if count]
+        return counted(part["vertices"], "vertex", "vertices")
+    kinds = (
+        (part["loose"], "loose piece", "loose pieces"),
+        (part["rims"], "part of the rim", "parts of the rim"),
+        (part["pieces"] - part["loose"] - part["rims"], "part inside", "parts inside"),
+    )
+    pieces = [counted(*kind) for kind in kinds if kind[0]]
     share = "" if part["share"] is None else f": {_percent(part['share'])} of the area"
-    return f"{' and '.join(pieces)} ({_count(part['faces'], 'face')}){share}"
+    return f"{' and '.join(pieces)} ({counted(part['faces'], 'face')}){share}"
 
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.3g} %"
 
 
-def _mean_of(moved: Mapping[str, Any], unit: str | None) -> str:
-    if moved["edges"] is None:
-        return f"{_in(moved['mean'], unit)} on average, {_in(moved['largest'], unit)} at most"
-    return f"{moved['mean_edges']:.2g} mean edges on average, {moved['edges']:.2g} at most"
-
-
-def _count(count: int, one: str, several: str = "") -> str:
+def counted(count: int, one: str, several: str = "") -> str:
+    """A number of things, such as ``1 step`` or ``1,200 steps``."""
     return f"{count:,} {one if count == 1 else several or one + 's'}"
 
 
@@ -187,45 +175,50 @@ def verdict_text(result: Comparison, unit: str | None = None) -> str:
     if result.tolerance is not None and there.within is not None and here.within is not None:
         parts = f"{100 * there.within:.4g} % of AFTER and {100 * here.within:.4g} % of BEFORE"
         shares = f"{parts} lie within {_in(result.tolerance.mesh_units, unit, 6)}"
-        count = len(result.out_of_tolerance)
-        areas = "1 area" if count == 1 else f"{count:,} areas"
-        text = f"{'Passed' if result.passed else 'Failed'}: {shares}{'' if result.passed else f', {areas} not'}. {text}"
+        areas = counted(len(result.out_of_tolerance), "area")
+        text = f"Passed: {shares}. {text}" if result.passed else f"Failed: {shares}, {areas} not. {text}"
     return text
 
 
-def area_rows(result: Comparison, most: int) -> list[list[str]]:
-    """The areas out of tolerance, the furthest first; see `area_headers`."""
-    return [
+def area_table(result: Comparison, most: int, unit: str | None = None) -> list[list[str]]:
+    """The areas out of tolerance, the furthest first, below the headers of their columns; `unit` is that of the scan."""
+    length = unit or "mesh units"
+    headers = ["area out of tolerance", "furthest at", f"by ({length})", f"size ({length})", f"area ({length}²)"]
+    return [headers] + [
         [f"{k}, of {a.mesh.upper()}", _at(a.place), f"{a.amount:+.4g}", f"{a.size:.4g}", f"{a.area:.4g}"]
         for k, a in enumerate(result.out_of_tolerance[:most], 1)
     ]
 
 
-def distance_rows(result: Comparison) -> list[list[str]]:
-    """The distances of the two surfaces, in three units; see `distance_headers`."""
+def distance_table(result: Comparison, unit: str | None = None) -> list[list[str]]:
+    """The distances of the two surfaces, in three units, below the headers of their columns."""
     there, here, moved = result.after_from_before, result.before_from_after, result.displacement
     rows = [
-        _length("AFTER from BEFORE, mean (above 0: outwards)", there.mean),
-        _length("mean without sign", there.mean_size),
-        _length("root mean square", there.rms),
-        _length("standard deviation", there.standard_deviation),
-        *(_length(f"{percent} % of the area keep below", length) for percent, length in there.percentiles.items()),
-        _length(f"largest, at {_at(there.place)}", there.largest),
-        _length("BEFORE from AFTER, root mean square", here.rms),
-        _length(f"largest, at {_at(here.place)}", here.largest),
+        ("AFTER from BEFORE, mean (above 0: outwards)", there.mean),
+        ("mean without sign", there.mean_size),
+        ("root mean square", there.rms),
+        ("standard deviation", there.standard_deviation),
+        *((f"{percent} % of the area keep below", length) for percent, length in there.percentiles.items()),
+        (f"largest, at {_at(there.place)}", there.largest),
+        ("BEFORE from AFTER, root mean square", here.rms),
+        (f"largest, at {_at(here.place)}", here.largest),
     ]
     if moved is not None:
         rows += [
-            _length("displacement of the vertices, mean", moved.mean),
-            _length("root mean square", moved.rms),
-            _length(f"largest, vertex {moved.vertex} at {_at(moved.place)}", moved.largest),
+            ("displacement of the vertices, mean", moved.mean),
+            ("root mean square", moved.rms),
+            (f"largest, vertex {moved.vertex} at {_at(moved.place)}", moved.largest),
         ]
-    return [*rows, _length("Hausdorff distance", result.hausdorff)]
+    return [["", unit or "mesh units", "mean edges", "% of diagonal"]] + [
+        [words, *("-" if value is None else f"{value:.4g}" for value in vars(length).values())]
+        for words, length in (*rows, ("Hausdorff distance", result.hausdorff))
+    ]
 
 
 def comparison_lines(result: Comparison, unit: str | None = None) -> list[str]:
     """The bound for places between the samples, and other changes, one line each."""
     there, here = result.after_from_before, result.before_from_after
+    square = f" {unit}²" if unit else ""
     lines = [
         f"distances: {there.samples:,} samples of AFTER and {here.samples:,} of BEFORE, on faces by area; sampling errors of the "
         f"mean {_in(there.mean_error.mesh_units, unit, 2)}, of the root mean square {_in(there.rms_error.mesh_units, unit, 2)}; "
@@ -244,9 +237,10 @@ def comparison_lines(result: Comparison, unit: str | None = None) -> list[str]:
             f"sharp edges (from {result.sharp_angle:g} degrees): {100 * result.sharp_edges_kept:.1f} % of their length kept"
         )
     if result.added_area is not None:
-        square = f" {unit}²" if unit else ""
-        added, removed = f"{result.added_area:.6g}{square}", f"{result.removed_area:.6g}{square}"
-        lines.append(f"more than a mean edge away: {added} of area added, {removed} removed")
+        lines.append(
+            f"more than a mean edge away: {result.added_area:.6g}{square} of area added, "
+            f"{result.removed_area:.6g}{square} removed"
+        )
     named = {words: getattr(result, f"attributes_{words}") for words in ("kept", "lost", "gained")}
     return [*lines, *(f"{words}: {', '.join(names)}" for words, names in named.items() if names)]
 
@@ -263,11 +257,6 @@ def _in(value: float, unit: str | None, digits: int = 3) -> str:
 
 def _at(place: tuple[float, float, float]) -> str:
     return ", ".join(f"{c:.6g}" for c in place)
-
-
-def _length(words: str, length: LengthIn) -> list[str]:
-    values = (length.mesh_units, length.mean_edges, length.percent_of_diagonal)
-    return [words, *("-" if value is None else f"{value:.4g}" for value in values)]
 
 
 def _shown(value: float | str | None) -> str:

@@ -2,41 +2,37 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..declaration import Floats
 from ..errors import ParameterError
-from ..looking.annotation import number, round_length
+from ..looking.picture import number, round_length
 from ..mesh_data import MeshData
-
-_AXES = "xyz"
 
 
 @dataclass(frozen=True)
 class Plane:
-    """All places whose coordinate along an axis has one value."""
+    """All places whose coordinate along an axis, 0, 1 or 2 for x, y or z, has one value, in mesh units."""
 
-    axis: int  # 0, 1 or 2 for x, y or z
-    value: float  # of the coordinate, in mesh units
+    axis: int
+    value: float
 
     @classmethod
     def parse(cls, text: str) -> Plane:
         """Read ``"z=12.5"``."""
-        name, sign, number = text.partition("=")
-        try:
-            value = float(number)
-        except ValueError:
-            value = float("nan")
-        if name.strip() not in tuple(_AXES) or not sign or not np.isfinite(value):
-            raise ParameterError(f"{text!r} is no section: write an axis and a coordinate in mesh units, such as z=12.5")
-        return cls(_AXES.index(name.strip()), value)
+        name, _, number = text.partition("=")
+        with contextlib.suppress(ValueError):
+            if math.isfinite(value := float(number)):
+                return cls(("x", "y", "z").index(name.strip()), value)
+        raise ParameterError(f"{text!r} is no section: write an axis and a coordinate in mesh units, such as z=12.5")
 
     def __str__(self) -> str:
-        return f"{_AXES[self.axis]} = {self.value:.6g}"
+        return f"{'xyz'[self.axis]} = {self.value:.6g}"
 
 
 def outline(mesh: MeshData, plane: Plane) -> Floats:
@@ -61,7 +57,7 @@ def outline(mesh: MeshData, plane: Plane) -> Floats:
 
 #: of a chart, in its own units; a page scales it
 WIDTH, HEIGHT = 460, 220
-_LEFT, _RIGHT, _TOP, _BOTTOM = 52, 10, 22, 36
+_LEFT, _RIGHT, _TOP, _BOTTOM = 52, 450, 22, 184
 #: bars of a histogram
 _BARS = 48
 
@@ -79,12 +75,8 @@ class Chart:
     ticks_upwards: list[tuple[float, str]]  # the marks at the vertical axis
     headers: tuple[str, ...]  # of the table
     rows: tuple[tuple[str, ...], ...]  # of the table
-    width: int = WIDTH
-    height: int = HEIGHT
-    left: int = _LEFT
-    right: int = WIDTH - _RIGHT
-    top: int = _TOP
-    bottom: int = HEIGHT - _BOTTOM
+
+    width, height, left, right, top, bottom = WIDTH, HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM
 
 
 def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
@@ -96,38 +88,47 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
     edges = np.linspace(low, high, _BARS + 1)
     shares = {name: 100.0 * np.histogram(np.clip(values, low, high), edges)[0] / len(values) for name, values in finite.items()}
     most = max(float(share.max()) for share in shares.values())
-    rows = tuple((f"{a:.4g} to {b:.4g}", *(f"{share[k]:.2f}" for share in shares.values())) for k, (a, b) in _pairs(edges))
     medians = ", ".join(f"{name} {np.median(values):.4g}" for name, values in finite.items())
     return Chart(
         title=title,
         summary=f"Half of the numbers lie below: {medians} ({across}).",
         across=across,
         upwards="percent",
-        lines={name: _steps(edges, share, (low, high), (0.0, most)) for name, share in shares.items()},
+        lines={name: _steps(edges, share, (low, high), (0.0, most), floor=True) for name, share in shares.items()},
         ticks_across=[(_across(x, low, high), f"{x:.4g}") for x in round_numbers(low, high, 6)],
         ticks_upwards=[(_upwards(y, 0.0, most), f"{y:.4g}") for y in round_numbers(0.0, most, 4)],
         headers=(across, *(f"{name}, %" for name in shares)),
-        rows=rows,
+        rows=tuple(
+            (f"{a:.4g} to {b:.4g}", *(f"{share:.2f}" for share in bar))
+            for a, b, *bar in zip(edges[:-1], edges[1:], *shares.values(), strict=True)
+        ),
     )
 
 
 def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]], unit: str) -> Chart | None:
     """Root mean square heights of waves against their length, both axes logarithmic; None if there are no bands."""
-    bands = {name: _heights(spectrum) for name, spectrum in spectra.items()}
-    bands = {name: band for name, band in bands.items() if len(band[1]) and (band[1] > 0.0).any()}
+    bands = {}
+    for name, spectrum in spectra.items():
+        energies = np.asarray(spectrum["band_energies"], dtype=np.float64)
+        if (energies > 0.0).any():
+            with np.errstate(divide="ignore"):
+                bands[name] = (
+                    2.0 * math.pi / np.asarray(spectrum["band_edges"], dtype=np.float64),
+                    np.sqrt(np.maximum(energies, 0.0)),
+                )
     if not bands:
         return None
-    every = np.log10(np.concatenate([edges for edges, _ in bands.values()]))
+    every = np.log10(np.concatenate([lengths for lengths, _ in bands.values()]))
     positive = np.log10(np.concatenate([heights[heights > 0.0] for _, heights in bands.values()]))
     # Long waves on the left, as a spectrum of frequencies has them.
     left, right = float(every.max()), float(every.min())
     low, high = float(max(positive.min(), positive.max() - 7.0)) - 0.1, float(positive.max()) + 0.1
     lines, rows = {}, []
-    for name, (edges, heights) in bands.items():
+    for name, (lengths, heights) in bands.items():
         # The line has a gap where the energy of a band could not be distinguished from 0.
         shown = np.log10(np.where(heights > 10.0**low, heights, np.nan))
-        lines[name] = _steps(np.log10(edges), shown, (left, right), (low, high), floor=False)
-        rows += [(name, f"{b:.4g} to {a:.4g}", f"{heights[k]:.4g}") for k, (a, b) in _pairs(edges)]
+        lines[name] = _steps(np.log10(lengths), shown, (left, right), (low, high))
+        rows += [(name, f"{b:.4g} to {a:.4g}", f"{h:.4g}") for a, b, h in zip(lengths[:-1], lengths[1:], heights, strict=True)]
     return Chart(
         title="Spectrum: how high are waves of which length",
         summary="Where both lines are the same nothing was changed; noise is what stays high at short waves, on the right.",
@@ -150,18 +151,6 @@ def round_numbers(low: float, high: float, count: int) -> list[float]:
     return [k * step for k in range(first, last + 1)]
 
 
-def _heights(spectrum: Mapping[str, Sequence[float]]) -> tuple[Floats, Floats]:
-    """Wavelengths at the ends of the bands, from long to short, and the root mean square height of each band."""
-    frequencies = np.asarray(spectrum["band_edges"], dtype=np.float64)
-    energies = np.asarray(spectrum["band_energies"], dtype=np.float64)
-    with np.errstate(divide="ignore"):
-        return 2.0 * math.pi / frequencies, np.sqrt(np.maximum(energies, 0.0))
-
-
-def _pairs(edges: Floats) -> list[tuple[int, tuple[float, float]]]:
-    return list(enumerate(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)))
-
-
 def _powers(low: float, high: float) -> list[float]:
     """Powers of ten between two exponents; with 2 and 5 times them if there are few."""
     first, last = math.floor(low), math.ceil(high)
@@ -172,28 +161,24 @@ def _powers(low: float, high: float) -> list[float]:
 
 
 def _across(x: float, low: float, high: float) -> float:
-    return round(_LEFT + (WIDTH - _LEFT - _RIGHT) * (x - low) / (high - low), 1)
+    return round(_LEFT + (_RIGHT - _LEFT) * (x - low) / (high - low), 1)
 
 
 def _upwards(y: float, low: float, high: float) -> float:
-    return round(HEIGHT - _BOTTOM - (HEIGHT - _TOP - _BOTTOM) * (y - low) / (high - low), 1)
+    return round(_BOTTOM - (_BOTTOM - _TOP) * (y - low) / (high - low), 1)
 
 
 def _steps(
-    edges: Floats, values: Floats, across: tuple[float, float], upwards: tuple[float, float], *, floor: bool = True
+    edges: Floats, values: Floats, across: tuple[float, float], upwards: tuple[float, float], *, floor: bool = False
 ) -> str:
     """The path along the tops of bars, with gaps where there is no number; with `floor` it begins and ends at the bottom."""
-    bottom = HEIGHT - _BOTTOM
+    places = [_across(x, *across) for x in edges.tolist()]
     path, joined = "", False
-    for left, right, y in zip(edges[:-1].tolist(), edges[1:].tolist(), values.tolist(), strict=True):
+    for left, right, y in zip(places[:-1], places[1:], values.tolist(), strict=True):
         if not math.isnan(y):
-            height = _upwards(y, *upwards)
-            path += f"{'L' if joined else 'M'}{_across(left, *across):g} {height:g}H{_across(right, *across):g}"
+            path += f"{'L' if joined else 'M'}{left:g} {_upwards(y, *upwards):g}H{right:g}"
         joined = not math.isnan(y)
-    if floor:
-        ends = _across(float(edges[0]), *across), _across(float(edges[-1]), *across)
-        path = f"M{ends[0]:g} {bottom:g}L{path[1:]}L{ends[1]:g} {bottom:g}"
-    return path
+    return f"M{places[0]:g} {_BOTTOM:g}L{path[1:]}L{places[-1]:g} {_BOTTOM:g}" if floor else path
 
 
 #: of a section in its own units; a page scales it
@@ -209,13 +194,13 @@ class SectionChart:
     after: str  # that of the second
     bar: float  # the length of the scale bar in the picture
     bar_words: str  # its length in mesh units, with the unit if there is one
-    width: int = _WIDTH
-    height: int = _HEIGHT
+
+    width, height = _WIDTH, _HEIGHT
 
 
-def section_chart(before: MeshData, after: MeshData, plane: Plane, unit: str | None = None) -> SectionChart | None:
-    """The section of both meshes; None if the plane cuts neither. `unit` is that of the scan, or None."""
-    outlines = [outline(mesh, plane) for mesh in (before, after)]
+def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None = None) -> SectionChart | None:
+    """The section of two meshes; None if the plane cuts neither. `unit` is that of the scan, or None."""
+    outlines = [outline(mesh, plane) for mesh in meshes]
     every = np.concatenate(outlines).reshape(-1, 2)
     if not len(every):
         return None
@@ -223,10 +208,10 @@ def section_chart(before: MeshData, after: MeshData, plane: Plane, unit: str | N
     room = np.array([_WIDTH - 2 * _MARGIN, _HEIGHT - 3 * _MARGIN])
     scale = float((room / np.maximum(high - low, 1e-300)).min())
     right, up = [axis for k, axis in enumerate("xyz") if k != plane.axis]
-    paths = [_path(segments, low, scale) for segments in outlines]
     bar = round_length(0.25 * _WIDTH / scale)
+    before_path, after_path = (_path(segments, low, scale) for segments in outlines)
     title = f"Section {plane}; {right} to the right, {up} upwards"
-    return SectionChart(title, paths[0], paths[1], bar * scale, f"{number(bar)} {unit or ''}".strip())
+    return SectionChart(title, before_path, after_path, bar * scale, f"{number(bar)} {unit or ''}".strip())
 
 
 def _path(segments: Floats, low: Floats, scale: float) -> str:

@@ -13,23 +13,19 @@ from PIL import Image
 from ..declaration import Floats
 from ..filters.geometry import edge_lengths, vector_lengths
 from ..filters.inspection import Limits, mean_curvature, robust_limits, symmetric_limits, triangle_shapes
-from ..looking.annotation import BAR_STRIP, draw_color_bar
-from ..looking.camera import VIEWS
-from ..looking.coloring import COLORINGS, Numbers, in_unit
-from ..looking.comparison import Comparison, Distances
-from ..looking.mesh_state import MeshState
-from ..looking.picture import Appearance, draw_meshes
+from ..looking.coloring import COLORINGS, Numbers, in_unit, same_elements
+from ..looking.comparison import Comparison, Distances, MeshState
+from ..looking.picture import BAR_STRIP, VIEWS, Appearance, draw_color_bar, draw_meshes
 from ..looking.words import (
-    area_headers,
-    area_rows,
+    area_table,
     became_text,
     change_lines,
     comparison_lines,
-    distance_headers,
-    distance_rows,
+    distance_table,
     measure_rows,
     verdict_text,
 )
+from ..mesh_data import MeshData
 from ..running.report import steps_of
 from .charts import Chart, Plane, histogram, section_chart, spectrum_chart
 from .page import Figure, figure_of, render
@@ -63,6 +59,16 @@ class Compared:
     #: by "before" and "after", the values of the filter ``get_surface_spectrum``; empty without it
     spectra: Mapping[str, Mapping[str, Any]]
 
+    @property
+    def meshes(self) -> dict[str, MeshData]:
+        """Both by their names."""
+        return {"before": self.before.mesh, "after": self.after.mesh}
+
+    @property
+    def tolerance(self) -> float:
+        """In mesh units; 0 without one."""
+        return self.comparison.tolerance.mesh_units if self.comparison.tolerance else 0.0
+
 
 def comparison_page(
     compared: Compared,
@@ -83,46 +89,31 @@ def comparison_page(
 ) -> bytes:
     """The report as the bytes of an HTML file.
 
-    Args:
-        compared: the meshes.
-        title: of the page.
-        subtitle: a sentence below it.
-        numbers: the same document that the command prints with ``--json``, in terms of JSON.
-        verdict: made of the comparison if it is None.
-        markers: places to show; the areas out of tolerance, or the largest distance, if there are none.
-        warnings: for the reader.
-        left_out: the parts that the page does not show, and why.
-        run: the record of the run between the meshes, or None.
-        provenance: the text of that record, as the page shows it.
-        up: the upright axis, "y" or "z".
-        limits: the ends of the colours of distances; those of the distances if it is None.
-        planes: of the sections to show.
-        unit: of the scan, or None.
+    `numbers` is the document that the command prints with ``--json``, in terms of JSON; `left_out` are the parts that the page
+    does not show, and why. After a run `run` is its record, and `provenance` the text of that. By default the verdict is that of
+    the comparison, the markers are at the areas out of tolerance or at the largest distance, and the colours end at those of the
+    distances.
     """
-    before, after = compared.before.mesh, compared.after.mesh
-    tolerance = compared.comparison.tolerance
-    least = 1.5 * tolerance.mesh_units if tolerance else 0.0  # so that the tolerance lies well within the colour bar
+    comparison = compared.comparison
+    least = 1.5 * compared.tolerance  # so that the tolerance lies well within the colour bar
     low, high = symmetric_limits(compared.distances.after.distances)
     ends = limits or Limits(min(low, -least), max(high, least))
-    meshes = {"before": before, "after": after}
-    curvatures = {name: mean_curvature(mesh.vertices, mesh.faces) for name, mesh in meshes.items() if len(mesh.faces)}
-    scene, shown = _scene(compared, up, markers or _markers(compared.comparison, unit), ends, curvatures, unit)
+    curvatures = {name: mean_curvature(m.vertices, m.faces) for name, m in compared.meshes.items() if len(m.faces)}
+    scene, shown = _scene(compared, up, markers or _markers(comparison, unit), ends, curvatures, unit)
     text = render(
         "report.html",
         title=title,
         subtitle=subtitle,
-        verdict=verdict or verdict_of(compared.comparison, unit=unit),
+        verdict=verdict or verdict_of(comparison, unit=unit),
         pictures=_pictures(compared, up, ends, unit),
         scene=scene,
         notes=[_decimation(mesh) for mesh in shown if mesh.decimated],
         change=change_lines(run["measures"]["change"], unit) if run and run["measures"]["change"] else (),
-        distance_headers=distance_headers(unit),
-        distance_rows=distance_rows(compared.comparison),
-        area_headers=area_headers(unit),
-        area_rows=area_rows(compared.comparison, _AREAS),
-        lines=comparison_lines(compared.comparison, unit),
-        measure_rows=measure_rows({"before": compared.comparison.before, "after": compared.comparison.after}, unit),
-        sections=[c for plane in planes if (c := section_chart(before, after, plane, unit)) is not None],
+        distances=distance_table(comparison, unit),
+        areas=area_table(comparison, _AREAS, unit),
+        lines=comparison_lines(comparison, unit),
+        measure_rows=measure_rows({"before": comparison.before, "after": comparison.after}, unit),
+        sections=[c for plane in planes if (c := section_chart(compared.meshes.values(), plane, unit)) is not None],
         charts=_charts(compared, ends, curvatures, unit or "mesh units"),
         left_out=left_out,
         warnings=warnings,
@@ -170,20 +161,19 @@ def _scene(
     curvatures: Mapping[str, Floats],
     unit: str | None,
 ) -> tuple[Scene, list[Shown]]:
-    before, after = compared.before.mesh, compared.after.mesh
+    before, after = compared.meshes.values()
     limits = {"distance": ends}
-    scalars = {name: {"curvature": numbers} for name, numbers in curvatures.items()}
-    of_after = {**scalars.get("after", {}), "distance": compared.distances.after.at_vertices}
+    scalars = {name: {"curvature": curvatures[name]} if name in curvatures else {} for name in compared.meshes}
+    scalars["after"]["distance"] = compared.distances.after.at_vertices
     if compared.comparison.displacement is not None:
-        of_after["displacement"] = vector_lengths(after.vertices - before.vertices)
-        limits["displacement"] = robust_limits(of_after["displacement"])
+        scalars["after"]["displacement"] = vector_lengths(after.vertices - before.vertices)
+        limits["displacement"] = robust_limits(scalars["after"]["displacement"])
     if curvatures:
         limits["curvature"] = symmetric_limits(np.concatenate(list(curvatures.values())))
-    same = len(before.vertices) == len(after.vertices) and np.array_equal(before.faces, after.faces)
-    shown = [shown_mesh("before", before, scalars=scalars.get("before"))]
-    shown.append(shown_mesh("after", after, scalars=of_after, like=shown[0] if same else None))
-    tolerance = compared.comparison.tolerance.mesh_units if compared.comparison.tolerance else 0.0
-    return pack_scene(shown, limits, up=up, markers=markers, tolerance=tolerance, unit=unit), shown
+    shown = [shown_mesh("before", before, scalars=scalars["before"])]
+    like = shown[0] if same_elements(before, after) else None
+    shown.append(shown_mesh("after", after, scalars=scalars["after"], like=like))
+    return pack_scene(shown, limits, up=up, markers=markers, tolerance=compared.tolerance, unit=unit), shown
 
 
 def _decimation(mesh: Shown) -> str:
@@ -197,23 +187,22 @@ def _decimation(mesh: Shown) -> str:
 
 def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> list[Figure]:
     """Both meshes from the front, and how far the second lies from the first from six sides."""
-    tolerance = compared.comparison.tolerance.mesh_units if compared.comparison.tolerance else 0.0
+    spoken, tolerance = unit or "mesh units", compared.tolerance
     plain = Appearance(up=up, width=_PICTURE, height=_PICTURE, titles=False, unit=unit or "")
-    whole = draw_meshes([compared.before.mesh, compared.after.mesh], ["", ""], plain)
+    whole = draw_meshes([*compared.meshes.values()], ["", ""], plain)
     panels = [whole.crop((k * _PICTURE, 0, (k + 1) * _PICTURE, _PICTURE)) for k in range(2)]
     figures = [
-        figure_of(panels[0], "The mesh before, from the front.", f"Before, with a scale bar in {unit or 'mesh units'}"),
+        figure_of(panels[0], "The mesh before, from the front.", f"Before, with a scale bar in {spoken}"),
         figure_of(panels[1], "The mesh after, from the same place.", "After"),
     ]
     numbers = [Numbers(compared.distances.after.at_vertices)]
+    look = replace(plain, color="distance", width=_VIEW, height=_VIEW, limits=ends, tolerance=tolerance)
     for side in _SIDES:
         azimuth, elevation = VIEWS[side]
-        view = Appearance("distance", azimuth, elevation, up, width=_VIEW, height=_VIEW, titles=False, limits=ends)
-        view = replace(view, tolerance=tolerance, unit=unit or "")
+        view = replace(look, azimuth=azimuth, elevation=elevation)
         drawn = draw_meshes([compared.after.mesh], [""], view, numbers=numbers)
         words = "orange where it lies outside of the mesh before, blue where inside"
         figures.append(figure_of(drawn.crop((0, 0, _VIEW, _VIEW)), f"The mesh after, {side}: {words}.", f"Distance, {side}"))
-    spoken = unit or "mesh units"
     within = f", within {tolerance:.4g} {spoken} pale green" if tolerance else ""
     bar = Image.new("RGB", (3 * _PICTURE, BAR_STRIP), "white")
     coloring = COLORINGS["distance"]
@@ -227,17 +216,9 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
 
 
 def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], unit: str) -> list[Chart]:
-    before, after = compared.before.mesh, compared.after.mesh
-    charts = [
-        histogram(
-            "Distance from the mesh before",
-            f"{unit}, outwards above 0",
-            {"after": compared.distances.after.at_vertices},
-            *ends,
-        )
-    ]
-    if len(before.faces) and len(after.faces):
-        meshes = {"before": before, "after": after}
+    meshes, distances = compared.meshes, compared.distances.after.at_vertices
+    charts = [histogram("Distance from the mesh before", f"{unit}, outwards above 0", {"after": distances}, *ends)]
+    if len(curvatures) == 2:
         every = np.concatenate(list(curvatures.values()))
         charts.append(histogram("Mean curvature", f"1 / {unit.removesuffix('s')}", curvatures, *symmetric_limits(every)))
         edges = {  # of every side of every face: an inner edge counts twice

@@ -18,6 +18,8 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from PIL import Image
 
+#: the scripts of a page with the viewer
+VIEWER = ("viewer.js", "page.js")
 #: the most characters of a value in a list of parameters
 _SHORT = 120
 
@@ -42,27 +44,17 @@ def figure_of(picture: Image.Image, alternative: str, caption: str) -> Figure:
 
 
 def render(
-    template: str,
-    /,
-    *,
-    scripts: Sequence[str] = ("viewer.js", "page.js"),
-    sockets: bool = False,
-    package: str = __package__,
-    **values: Any,
+    template: str, /, *, scripts: Sequence[str] = VIEWER, sockets: bool = False, package: str = __package__, **values: Any
 ) -> str:
-    """Fill a template.
+    """Fill a template, which extends ``page.html``; a variable that is missing is an error.
 
-    Args:
-        template: its file, such as ``"report.html"``. It extends ``page.html``, which takes ``title``.
-        scripts: files in ``static/`` that the page holds, in this order.
-        sockets: whether the page may connect to its own server; else it may connect to nothing.
-        package: a package with further templates and scripts.
-        values: the variables of the template; a missing one is an error.
+    The page holds these files of ``static/``, and may connect to nothing, or with `sockets` to its own server. `package` has
+    further templates and scripts.
     """
     texts = tuple(Markup(_resource(name, package)) for name in scripts)
     style = Markup(_resource("page.css", package))
-    allowed = " ".join(f"'sha256-{_digest(text)}'" for text in texts)
-    policy = f"default-src 'none'; img-src data:; style-src 'sha256-{_digest(style)}'; script-src {allowed}"
+    allowed = " ".join(_digest(text) for text in texts)
+    policy = f"default-src 'none'; img-src data:; style-src {_digest(style)}; script-src {allowed}"
     policy += "; base-uri 'none'; form-action 'none'" + ("; connect-src 'self'" if sockets else "")
     return _environment(package).get_template(template).render(scripts=texts, style=style, policy=policy, **values)
 
@@ -74,18 +66,13 @@ def _resource(name: str, package: str) -> str:
 
 
 def _digest(text: str) -> str:
-    return base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
 
 
 @cache
 def _environment(package: str) -> Environment:
-    environment = Environment(
-        loader=ChoiceLoader([PackageLoader(place) for place in dict.fromkeys((package, __package__))]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    loader = ChoiceLoader([PackageLoader(place) for place in dict.fromkeys((package, __package__))])
+    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"json_block": json_block, "short": short}
     return environment
 

@@ -6,6 +6,7 @@ bits between their limits; of all of them the differences, by byte.
 """
 
 import base64
+import json
 import math
 import zlib
 from collections.abc import Mapping, Sequence
@@ -59,34 +60,25 @@ def shown_mesh(
     most_faces: int = MOST_FACES,
     most_points: int = MOST_POINTS,
 ) -> Shown:
-    """A mesh with at most so many elements.
+    """A mesh with at most so many elements: its faces, or else its edges, or the points of a cloud with normals of its own.
 
-    Numbers and normals are those of the whole mesh: a vertex that remains has those of the nearest vertex of the whole.
-
-    Args:
-        name: see `Shown`.
-        mesh: its edges are shown where there are no faces, its own normals where it is a cloud.
-        scalars: (n,) each.
-        like: another mesh of the same vertices and faces, moved; what remains of it is what remains here.
-        most_faces: a mesh with more is decimated by quadrics; one with many more is thinned on a grid first.
-        most_points: of a cloud with more, evenly chosen ones are left out.
+    Numbers and normals are those of the whole mesh: a vertex that remains has those of the nearest vertex of the whole. Of more
+    faces some are decimated by quadrics, of many more after a thinning on a grid; of more points evenly chosen ones are left out.
+    `like` is another mesh of the same vertices and faces, moved; what remains of it is what remains here.
     """
-    vertices, faces, edges = mesh.vertices, mesh.faces, mesh.edges
-    points, elements = vertices, faces if len(faces) else edges if len(edges) else np.empty((0, 3), dtype=np.int32)
+    vertices, faces = mesh.vertices, mesh.faces
+    elements = faces if len(faces) else mesh.edges if len(mesh.edges) else np.empty((0, 3), dtype=np.int32)
+    points, kept = None, np.arange(len(vertices), dtype=np.int32)
     if like is not None:
         kept, elements = like.kept, like.elements
-        points = vertices[kept]
     elif len(faces) > most_faces:
         points, elements, kept = _simplified(vertices, faces, most_faces)
     elif not len(elements) and len(vertices) > most_points:
         kept = np.linspace(0, len(vertices) - 1, most_points).astype(np.int32)
-        points = vertices[kept]
-    else:
-        kept = np.arange(len(vertices), dtype=np.int32)
     of = {key: np.asarray(values)[kept] for key, values in (scalars or {}).items()}
     own = mesh.vertex_attributes.get("normals", np.zeros((len(vertices), 3)))
-    normals = mesh_normals(vertices, faces) if len(faces) else own
-    return Shown(name, points, elements, normals[kept], of, len(vertices), len(faces), kept)
+    normals = (mesh_normals(vertices, faces) if len(faces) else own)[kept]
+    return Shown(name, vertices[kept] if points is None else points, elements, normals, of, len(vertices), len(faces), kept)
 
 
 def _simplified(vertices: Floats, faces: Ints, most: int) -> tuple[Floats, Ints, Ints]:
@@ -146,8 +138,6 @@ class Scene:
     @property
     def message(self) -> bytes:
         """Header and body as one message: the length of the header in four bytes, little end first, the header, the body."""
-        import json
-
         head = json.dumps(self.header).encode("utf-8")
         return len(head).to_bytes(4, "little") + head + self.body
 
@@ -162,32 +152,22 @@ def pack_scene(
     tolerance: float = 0.0,
     unit: str | None = None,
 ) -> Scene:
-    """Pack meshes that are seen from one camera.
+    """Pack meshes, at least one with a vertex, that are seen from one camera.
 
-    Args:
-        meshes: at least one with a vertex.
-        limits: the ends of the colour bar, by coloring, for every coloring that a mesh has numbers of.
-        up: the upright axis, "y" or "z".
-        markers: places to show.
-        box: the middle and half the side of the cube in which coordinates are kept, for scenes that are to be shown together;
-            points outside are moved to its sides. The least box of all meshes if it is None.
-        tolerance: of distances, whose colours have a band of that size.
-        unit: of the scan, or None.
+    `limits` are the ends of the colour bar by coloring, for every coloring that a mesh has numbers of; a tolerance above 0 is a
+    band in the colours of distances. `box` is the middle and half the side of the cube in which coordinates are kept, for scenes
+    that are to be shown together; points outside are moved to its sides. Without it, it is the least box of all meshes.
     """
     centre, half = _least_box(meshes) if box is None else box
     parts: list[bytes] = []
-    described = [_packed(mesh, centre, half, limits, parts) for mesh in meshes]
+    bars = {name: _color_bar(COLORINGS[name], ends, tolerance if name == "distance" else 0.0) for name, ends in limits.items()}
     header = {
         "centre": centre.tolist(),
         "half": half,
         "fit": min(1.0, _least_box(meshes)[1] / half),
         "up": up,
-        "meshes": described,
-        "colorings": {
-            name: _coloring(COLORINGS[name], ends, tolerance if name == "distance" else 0.0)
-            | {"label": in_unit(COLORINGS[name].label, unit)}
-            for name, ends in limits.items()
-        },
+        "meshes": [_packed(mesh, centre, half, limits, parts) for mesh in meshes],
+        "colorings": {name: {**bar, "label": in_unit(COLORINGS[name].label, unit)} for name, bar in bars.items()},
         "markers": [
             {"place": ((np.asarray(m.place) - centre) / half).tolist(), "label": m.label, "mesh": m.mesh} for m in markers
         ],
@@ -219,12 +199,7 @@ def _packed(mesh: Shown, centre: Floats, half: float, limits: Mapping[str, Limit
         "lit": bool(mesh.normals.any()),
         "limits": {name: list(limits[name]) for name in mesh.scalars},
         "arrays": [
-            {
-                "name": name,
-                "bits": 8 * array.itemsize,
-                "rows": len(array),
-                "columns": array.size // len(array) if len(array) else 1,
-            }
+            {"name": name, "bits": 8 * array.itemsize, "rows": len(array), "columns": array.size // (len(array) or 1) or 1}
             for name, array in arrays
         ],
     }
@@ -266,7 +241,7 @@ def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
     return np.asarray(np.rint(shares * _LEVELS), dtype=np.uint8)
 
 
-def _coloring(coloring: Coloring, limits: Limits, tolerance: float) -> dict[str, Any]:
+def _color_bar(coloring: Coloring, limits: Limits, tolerance: float) -> dict[str, Any]:
     """The ends and 256 colours of a coloring."""
     values = np.linspace(limits.low, limits.high, _LEVELS + 1)
     if not limits.high > limits.low:

@@ -26,7 +26,6 @@ class ChoiceError(ParameterError):
 def controls(recipe: Recipe) -> dict[str, Any]:
     """The recipe in terms of JSON: its words, and for each step and parameter what a control needs."""
     info = recipe.info
-    steps = [step.with_defaults() for step in recipe.script.steps]
     return {
         "name": recipe.name,
         "title": recipe.title,
@@ -39,7 +38,7 @@ def controls(recipe: Recipe) -> dict[str, Any]:
                 "summary": step.filter.summary,
                 "parameters": [_control(p, step.values.get(p.name)) for p in step.filter.parameters if not isinstance(p, Shot)],
             }
-            for step in steps
+            for step in (step.with_defaults() for step in recipe.script.steps)
         ],
     }
 
@@ -56,12 +55,7 @@ def choices_of(documents: Sequence[Any]) -> list[StepChoices]:
 
 
 def script_with(script: Script, settings: Sequence[StepChoices]) -> Script:
-    """The script with the steps that are on, and with these values.
-
-    Raises:
-        ChoiceError: a value that is not allowed, and where.
-        ParameterError: other steps than the script has, or none that is on.
-    """
+    """The script with the steps that are on, and with these values; a `ChoiceError` says where one is not allowed."""
     if len(settings) != len(script.steps):
         raise ParameterError(f"the page has settings for {len(settings)} steps, the recipe has {len(script.steps)}")
     pairs = enumerate(zip(script.steps, settings, strict=True))
@@ -79,14 +73,12 @@ def in_mesh_units(script: Script, diagonal: float, mean_edge: float) -> Script:
 
 def saved_comment(recipe: Recipe, scan: str, note: str) -> str:
     """The head comment of a tuned recipe: what it was made of, and the words of the original."""
-    lines = [
+    title, origin = (
         f"{recipe.title}, tuned on {_plain(scan)}",
-        "",
         f"Tuned with `pymeshfair tune`, from the recipe {_plain(recipe.name)}.",
-    ]
-    if note.strip():
-        lines += ["", _plain(note)]
-    return "\n".join([*lines, "", recipe.description]).strip()
+    )
+    notes = [_plain(note)] if note.strip() else []
+    return "\n\n".join([title, origin, *notes, recipe.description]).strip()
 
 
 def _plain(text: str) -> str:
@@ -111,7 +103,18 @@ def _set(number: int, step: Step, setting: Mapping[str, str]) -> Step:
 
 
 def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
-    control: dict[str, Any] = {
+    kind: dict[str, Any] = {"kind": "text"}
+    if isinstance(parameter, Bool):
+        kind = {"kind": "switch"}
+    elif isinstance(parameter, Enum):
+        kind = {"kind": "menu", "choices": list(parameter.choices)}
+    elif isinstance(parameter, Percentage):
+        shown = parameter.default if value == AUTO else value  # the slider has the reach of the filter's own default
+        kind = {"kind": "length", **_bounds(parameter.minimum, None, shown.amount if isinstance(shown, Length) else 0.0)}
+    elif isinstance(parameter, Int | Float):
+        bounds = _bounds(parameter.minimum, parameter.maximum, value if isinstance(value, int | float) else 0)
+        kind = {"kind": "whole" if isinstance(parameter, Int) else "number", **bounds}
+    return {
         "name": parameter.name,
         "label": parameter.label or parameter.name,
         "help": parameter.help,
@@ -119,21 +122,8 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
         "advanced": parameter.advanced,
         "automatic": AUTO if parameter.automatic is not None else None,
         "value": value_text(value),
-        "kind": "text",
+        **kind,
     }
-    if isinstance(parameter, Bool):
-        return control | {"kind": "switch"}
-    if isinstance(parameter, Enum):
-        return control | {"kind": "menu", "choices": list(parameter.choices)}
-    if isinstance(parameter, Percentage):
-        shown = parameter.default if value == AUTO else value  # the slider has the reach of the filter's own default
-        amount = shown.amount if isinstance(shown, Length) else 0.0
-        return control | {"kind": "length", **_bounds(parameter.minimum, None, amount)}
-    if isinstance(parameter, Int | Float):
-        whole = isinstance(parameter, Int)
-        bounds = _bounds(parameter.minimum, parameter.maximum, value if isinstance(value, int | float) else 0)
-        return control | {"kind": "whole" if whole else "number", **bounds}
-    return control
 
 
 def _bounds(minimum: float | None, maximum: float | None, value: float) -> dict[str, Any]:

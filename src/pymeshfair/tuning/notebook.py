@@ -37,27 +37,23 @@ class Tuning:
     def __init__(self, scan: str | os.PathLike[str], recipe: str = "smooth_implicit", *, height: int = 900) -> None:
         command = [sys.executable, "-m", "pymeshfair", "tune", os.fspath(scan), "--recipe", recipe, "--no-browser", "--json"]
         self._height = height
-        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **this_system().own_session())
-        self._ending = weakref.finalize(self, _end, self._process)  # which Python also calls before it exits
-        assert self._process.stdout is not None
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **this_system().own_session())
+        self.close = weakref.finalize(self, _end, process)  # which Python also calls before it exits
+        assert process.stdout is not None
         printed = ""
-        for line in self._process.stdout:
+        for line in process.stdout:
             printed += line
             if line == "}\n":
                 break
         document = json.loads(printed or "{}")
         if "address" not in document:
-            self._process.wait()
+            process.wait()
             raise RunError(str(document.get("error", {}).get("message", "the server ended without a word")))
         self.address = str(document["address"])
 
     def _repr_html_(self) -> str:
         """The frame that a notebook shows."""
         return f'<iframe src="{escape(self.address)}" width="100%" height="{self._height}" title="pymeshfair tune"></iframe>'
-
-    def close(self) -> None:
-        """End the server, which stops what it runs."""
-        self._ending()
 
     def __enter__(self) -> Tuning:
         return self
@@ -67,12 +63,9 @@ class Tuning:
 
 
 def _end(process: subprocess.Popen[str]) -> None:
-    if process.poll() is None:
+    with process:  # waits for it, and closes its output
         process.terminate()
         try:
             process.wait(_PATIENCE)
         except subprocess.TimeoutExpired:
             process.kill()
-            process.wait()
-    if process.stdout is not None:
-        process.stdout.close()

@@ -1,40 +1,64 @@
-"""Serves the page and talks with it through one socket, behind a token.
+"""Serves the page, and talks with it through one socket: JSON documents, and meshes as bytes.
 
-Access is by the token, from a page of the server itself, under a name of this machine.
+Access is by a token, from a page of the server itself, under a name of this machine.
 """
 
+import asyncio
 import contextlib
 import hmac
 import ipaddress
-import os
+import json
+import logging
 import signal
 import socket
 import sys
-from collections.abc import AsyncIterator, Callable
+import tempfile
+import threading
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import asdict, dataclass, replace
 from html import escape
+from http import HTTPStatus
 from pathlib import Path
+from typing import Any
 
-import uvicorn
-from starlette.applications import Starlette
-from starlette.requests import Request
-from starlette.responses import HTMLResponse
-from starlette.routing import Route, WebSocketRoute
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
-from starlette.websockets import WebSocket
+import numpy as np
+from websockets.asyncio import server as websockets
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
 
+from ..errors import ParameterError, PymeshfairError
 from ..operating_system import this_system
+from ..recipe import Recipe, load_recipe, shipped_heads, shipped_recipes
 from ..report.page import render
-from .conversation import Conversation, Subject
+from ..running.job import Event, Job
+from ..running.supervise import run_job
+from ..scripts.script import Script
+from ..scripts.write import write_script
+from .bench import Result, Scan, Stopped, cut_out
+from .controls import ChoiceError, choices_of, controls, in_mesh_units, saved_comment, script_with
 from .workshop import Workshop
 
 #: of every answer: browsers keep nothing and tell other sites nothing; a notebook, which has the token, may frame the page
-_HEADERS = [
-    (b"cache-control", b"no-store"),
-    (b"referrer-policy", b"no-referrer"),
-    (b"x-content-type-options", b"nosniff"),
-    (b"cross-origin-resource-policy", b"same-origin"),
-    (b"cross-origin-opener-policy", b"same-origin"),
-]
+_HEADERS = (
+    ("Cache-Control", "no-store"),
+    ("Referrer-Policy", "no-referrer"),
+    ("X-Content-Type-Options", "nosniff"),
+    ("Cross-Origin-Resource-Policy", "same-origin"),
+    ("Cross-Origin-Opener-Policy", "same-origin"),
+)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The subject of a page."""
+
+    scan: Scan
+    recipe: str  # the name or path of the recipe that is shown first
+    folder: Path  # for recipes and results
+
+
+# -------------------------------------------------------------------------------------------------------------- who is answered
 
 
 def redirecting_file(address: str, folder: Path) -> Path:
@@ -42,147 +66,318 @@ def redirecting_file(address: str, folder: Path) -> Path:
 
     The address holds the token, and every user of the machine can read the browser's command line.
     """
-    path = folder / "open.html"
-    where = escape(address)
-    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
-        file.write(
-            f'<!DOCTYPE html>\n<meta http-equiv="refresh" content="0; url={where}">\n<a href="{where}">pymeshfair tune</a>\n'
-        )
+    path, where = folder / "open.html", escape(address)
+    path.touch(0o600, exist_ok=False)
+    page = f'<!DOCTYPE html>\n<meta http-equiv="refresh" content="0; url={where}">\n<a href="{where}">pymeshfair tune</a>\n'
+    path.write_text(page, "utf-8")
     return path
 
 
-class Guarded:
-    """An application behind a token.
+def is_allowed(request: Request, token: str, names: Collection[str] = ()) -> bool:
+    """Whether a request has the token, the right host and the right origin.
 
-    A request is answered with 403 unless its path begins with the token; the ``Host`` header is an address in numbers,
-    ``localhost`` or the name that was asked for, so that no other site's name leads here; and the ``Origin`` header, without
-    which no browser opens a socket, is that host itself.
-
-    Args:
-        application: to be guarded.
-        token: the first part of every path.
-        names: host names besides ``localhost`` and addresses in numbers.
+    Its path begins with the token; the ``Host`` header is an address in numbers, ``localhost`` or one of the names, so that no
+    other site's name leads here; and the ``Origin`` header, without which no browser opens a socket, is that host itself.
     """
-
-    def __init__(self, application: ASGIApp, token: str, names: tuple[str, ...] = ()) -> None:
-        self._application = application
-        self._start = f"/{token}/".encode()
-        self._names = {"localhost", *(name.casefold() for name in names)}
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer one request of ASGI."""
-        if scope["type"] in ("http", "websocket") and not self.allows(scope):
-            await _refuse(scope, receive, send)
-        else:
-            await self._application(scope, receive, _with_headers(send) if scope["type"] == "http" else send)
-
-    def allows(self, scope: Scope) -> bool:
-        """Whether token, host and origin are right."""
-        path = str(scope["path"]).encode("utf-8", "replace")
-        if not hmac.compare_digest(path[: len(self._start)], self._start):
-            return False
-        headers = [(name.lower(), value.decode("latin-1")) for name, value in scope["headers"]]
-        hosts = [value for name, value in headers if name == b"host"]
-        origins = [value for name, value in headers if name == b"origin"]
-        if len(hosts) != 1 or not self._is_ours(hosts[0]):
-            return False
-        if scope["type"] == "websocket" and not origins:
-            return False
-        return all(origin == f"http://{hosts[0]}" for origin in origins)
-
-    def _is_ours(self, host: str) -> bool:
-        name = host.rsplit(":", 1)[0] if not host.endswith("]") else host
-        if name.casefold() in self._names:
-            return True
+    start = f"/{token}/".encode()
+    hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
+    if not hmac.compare_digest(request.path.encode("utf-8", "replace")[: len(start)], start) or len(hosts) != 1:
+        return False
+    host = hosts[0] if hosts[0].endswith("]") else hosts[0].rpartition(":")[0] or hosts[0]
+    if host.casefold() not in {"localhost", *(name.casefold() for name in names)}:
         try:
-            ipaddress.ip_address(name.removeprefix("[").removesuffix("]"))
+            ipaddress.ip_address(host.removeprefix("[").removesuffix("]"))
         except ValueError:
             return False
-        return True
+    has_origin = bool(origins) or not request.path.endswith("/socket")
+    return has_origin and all(origin == f"http://{hosts[0]}" for origin in origins)
 
 
-async def _refuse(scope: Scope, receive: Receive, send: Send) -> None:
-    if scope["type"] == "websocket":
-        await receive()
-        await send({"type": "websocket.close", "code": 1008})  # before it is accepted, that is an answer with 403
-        return
-    await send({"type": "http.response.start", "status": 403, "headers": [(b"content-type", b"text/plain"), *_HEADERS]})
-    await send({"type": "http.response.body", "body": b"403: this page needs the address that pymeshfair tune printed\n"})
-
-
-def _with_headers(send: Send) -> Send:
-    async def sending(message: Message) -> None:
-        if message["type"] == "http.response.start":
-            message = {**message, "headers": [*message.get("headers", ()), *_HEADERS]}
-        await send(message)
-
-    return sending
-
-
-def application(subject: Subject, token: str, folder: Path, names: tuple[str, ...] = ()) -> Guarded:
-    """The page and its socket, behind the token; `names` are host names besides ``localhost`` and addresses in numbers."""
-    workshops = {False: Workshop(subject.scan.part or subject.scan.path, folder / "part")}
-    if subject.scan.part is not None:
-        workshops[True] = Workshop(subject.scan.path, folder / "whole")
-    newest: list[Conversation] = []
-
-    async def page(request: Request) -> HTMLResponse:
-        text = render(
-            "tune.html", scripts=("viewer.js", "tune.js"), sockets=True, package="pymeshfair.tuning", title=subject.scan.path.name
-        )
-        return HTMLResponse(text)
-
-    async def talk(connection: WebSocket) -> None:
-        await connection.accept()
-        # The page that was opened last is the one that is served.
-        for former in newest:
-            await former.end()
-        newest[:] = [Conversation(connection, subject, workshops)]
-        await newest[0].held()
-
-    @contextlib.asynccontextmanager
-    async def lifespan(app: Starlette) -> AsyncIterator[None]:
-        yield
-        for workshop in workshops.values():
-            await workshop.close()
-
-    routes = [Route(f"/{token}/", page), WebSocketRoute(f"/{token}/socket", talk)]
-    return Guarded(Starlette(routes=routes, lifespan=lifespan), token, names)
-
-
-def serve(guarded: Guarded, listening: socket.socket, *, ready: Callable[[], None] = lambda: None) -> None:
-    """Answer requests until Ctrl-C, or until the process is asked to end, which is done in order."""
-    for name in this_system().stop_signals:
-        if name != "SIGINT":
-            # The server hands the signal on once it has ended; by default that would end the process on the spot.
-            signal.signal(getattr(signal, name), lambda number, _: sys.exit(128 + number))
-    config = uvicorn.Config(
-        guarded,
-        access_log=False,  # which would write the token
-        log_level="warning",
-        ws="websockets-sansio",
-        ws_max_size=1 << 20,
-        lifespan="on",
-        loop="asyncio",  # wherever another one is installed, too
-        timeout_graceful_shutdown=2,
-    )
-    with contextlib.suppress(KeyboardInterrupt):
-        _Server(config, ready).run(sockets=[listening])
-
-
-class _Server(uvicorn.Server):
-    """A server that says when it answers."""
-
-    def __init__(self, config: uvicorn.Config, ready: Callable[[], None]) -> None:
-        super().__init__(config)
-        self._ready = ready
-
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        await super().startup(sockets)
-        if self.started:
-            self._ready()
+def _response(status: HTTPStatus, kind: str, body: bytes) -> Response:
+    headers = Headers([("Content-Type", kind), ("Content-Length", str(len(body))), ("Connection", "close"), *_HEADERS])
+    return Response(status.value, status.phrase, headers, body)
 
 
 def listening_socket(host: str, port: int) -> socket.socket:
     """A socket of this machine's; port 0 takes one that is free."""
     return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
+
+
+def serve(
+    subject: Subject,
+    token: str,
+    folder: Path,
+    listening: socket.socket,
+    *,
+    names: Collection[str] = (),
+    ready: Callable[[], None] = lambda: None,
+) -> None:
+    """Answer requests until Ctrl-C, or until the process is asked to end, which is done in order.
+
+    `token` is the first part of every path, `folder` for temporary files, and `listening` a `listening_socket` of a host with
+    these names. `ready` is called once requests are answered.
+    """
+    workshops = {False: Workshop(subject.scan.part or subject.scan.path, folder / "part")}
+    if subject.scan.part is not None:
+        workshops[True] = Workshop(subject.scan.path, folder / "whole")
+    scripts = ("viewer.js", "tune.js")
+    page = render("tune.html", scripts=scripts, sockets=True, package="pymeshfair.tuning", title=subject.scan.path.name)
+    newest: list[Conversation] = []
+
+    def answered(connection: websockets.ServerConnection, request: Request) -> Response | None:
+        """The answer to a request; None lets the page open its socket."""
+        if not is_allowed(request, token, names):
+            refusal = b"403: this page needs the address that pymeshfair tune printed\n"
+            return _response(HTTPStatus.FORBIDDEN, "text/plain", refusal)
+        if request.path == f"/{token}/socket":
+            return None
+        if request.path.partition("?")[0] == f"/{token}/":
+            return _response(HTTPStatus.OK, "text/html; charset=utf-8", page.encode("utf-8", "replace"))
+        return _response(HTTPStatus.NOT_FOUND, "text/plain", b"404: there is no such page\n")
+
+    async def talk(connection: websockets.ServerConnection) -> None:
+        for former in newest:  # the page that was opened last is the one that is served
+            await former.end()
+        newest[:] = [Conversation(connection, subject, workshops)]
+        await newest[0].held()
+
+    async def serving() -> None:
+        logger = logging.getLogger("pymeshfair.tuning")
+        logger.setLevel(logging.CRITICAL)  # browsers open connections in advance, and give some of them up
+        served = websockets.serve(
+            talk, sock=listening, process_request=answered, max_size=1 << 20, compression=None, logger=logger, close_timeout=2
+        )
+        try:
+            async with served as server:
+                ready()
+                await server.serve_forever()
+        finally:
+            for workshop in workshops.values():
+                await workshop.close()
+
+    for name in this_system().stop_signals:
+        if name != "SIGINT":
+            signal.signal(getattr(signal, name), lambda number, _: sys.exit(128 + number))
+    with contextlib.suppress(KeyboardInterrupt):
+        asyncio.run(serving())
+
+
+# ------------------------------------------------------------------------------------------------------------------- what is said
+
+
+class Conversation:
+    """One page."""
+
+    def __init__(self, connection: websockets.ServerConnection, subject: Subject, workshops: dict[bool, Workshop]) -> None:
+        """There is a workshop for the scan, and one for the whole of a large one."""
+        self._connection = connection
+        self._subject = subject
+        self._workshops = workshops
+        self._recipes: dict[str, Recipe] = {}
+        self._number = 0
+        self._sending = asyncio.Lock()
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._finish_stopped = threading.Event()  # stops a run of the file into a file at its next sign of life
+        self._opened: set[bool] = set()
+        self._replaced = False
+
+    async def held(self) -> None:
+        """Answer the page until it is closed."""
+        works = (self.welcome, self.recipe, self.run, self.stop, self.save, self.finish, self.overview, self.part)
+        answers = {work.__name__: work for work in works}
+        order: Any = {"do": "welcome"}
+        try:
+            while True:
+                try:
+                    await answers[order["do"]](order)
+                except (PymeshfairError, OSError) as error:
+                    place: dict[str, Any] = (
+                        {"step": error.step, "parameter": error.parameter} if isinstance(error, ChoiceError) else {}
+                    )
+                    await self._tell("problem", message=str(error), **place)
+                except (KeyError, TypeError, ValueError):
+                    await self._tell("problem", message="the page asked for something that there is not; load it again")
+                order = json.loads(await self._connection.recv())
+        except (ConnectionClosed, ValueError):
+            pass  # the page is gone, or none of ours
+        finally:
+            self._finish_stopped.set()
+            for task in list(self._tasks):
+                task.cancel()
+            if not self._replaced:  # else they work for another page by now
+                await self.stop({})
+
+    async def end(self) -> None:
+        """Stop what runs for the page, and tell it that another one took its place."""
+        self._replaced = True
+        await self.stop({})
+        await self._tell("ended", message="Another page was opened for this scan; this one shows nothing new any more.")
+        await self._connection.close()
+
+    async def welcome(self, order: Mapping[str, Any]) -> None:
+        """Tell what there is."""
+        scan = self._subject.scan
+        titles = {self._subject.recipe: Path(self._subject.recipe).name}
+        titles = {
+            **({} if self._subject.recipe in shipped_recipes() else titles),
+            **{h.name: h.info.title for h in shipped_heads()},
+        }
+        await self._tell(
+            "welcome",
+            scan=scan.path.name,
+            vertices=scan.vertices,
+            has_part=scan.part is not None,
+            diagonal=scan.diagonal,
+            mean_edge=scan.mean_edge,
+            recipes=[{"name": name, "title": title} for name, title in titles.items()],
+            chosen=self._subject.recipe,
+            folder=str(self._subject.folder),
+            warnings=list(scan.warnings),
+        )
+        await self.recipe({"recipe": self._subject.recipe})
+        await self._open(False)
+
+    async def _open(self, whole: bool) -> None:
+        """Show the scan, or the whole of it."""
+        await self._tell("opening", whole=whole)
+        opening, scene = await self._workshops[whole].open()
+        self._opened.add(whole)
+        await self._tell("scan", scene, whole=whole, **opening)
+
+    async def overview(self, order: Mapping[str, Any]) -> None:
+        """Show the whole of a large scan, so that a part of it can be chosen."""
+        await self.stop(order)
+        await self._open(True)
+
+    async def part(self, order: Mapping[str, Any]) -> None:
+        """Take another part of a large scan."""
+        x, y, z = map(float, order["place"])
+        radius = None if order.get("radius") is None else float(order["radius"])
+        scan = self._subject.scan
+        if scan.part is None or not np.isfinite([x, y, z, radius or 0.0]).all():
+            raise ParameterError("this scan has no such part")
+        await self.stop(order)
+        part = Path(tempfile.mkdtemp(prefix="part-", dir=scan.part.parent)) / "part.ply"
+        await asyncio.to_thread(cut_out, scan.path, part, (x, y, z), radius)
+        await self._workshops[False].close()
+        self._workshops[False] = Workshop(part, part.with_suffix(""))
+        await self._open(False)
+
+    async def recipe(self, order: Mapping[str, Any]) -> None:
+        """Show a recipe."""
+        name = str(order["recipe"])
+        if name not in (*shipped_recipes(), self._subject.recipe):
+            raise ParameterError(f"there is no recipe {name!r}")
+        self._recipes[name] = self._recipes.get(name) or load_recipe(name)
+        await self._tell("recipe", key=name, **controls(self._recipes[name]))
+
+    async def run(self, order: Mapping[str, Any]) -> None:
+        """Run the recipe with these settings; the result comes later."""
+        _, script = self._asked(order)
+        whole = order.get("whole") is True and True in self._workshops
+        for other, workshop in self._workshops.items():
+            if other != whole:
+                await workshop.stop()
+        if whole not in self._opened:
+            await self._open(whole)
+        scan = self._subject.scan
+        if scan.part is not None and not whole:
+            script = in_mesh_units(script, scan.diagonal, scan.mean_edge)
+        self._number += 1
+        about: dict[str, Any] = {"run": self._number, "asked": order.get("asked")}
+        await self._tell("begun", **about)
+        workshop = self._workshops[whole]
+        running = await workshop.begin(script, self._telling(self._number))
+        self._keep(self._told(workshop, running, about))
+
+    async def _told(self, workshop: Workshop, running: asyncio.Task[Result], about: Mapping[str, Any]) -> None:
+        """The mesh, and when they are there its numbers."""
+        try:
+            numbers, scene = await asyncio.shield(running)
+            await self._tell("result", scene, **about, **numbers)
+            if (measuring := await workshop.measure(running)) is not None:
+                numbers, scene = await asyncio.shield(measuring)
+                await self._tell("numbers", scene, **about, **numbers)
+        except (asyncio.CancelledError, Stopped) as error:
+            if isinstance(error, Stopped) or running.cancelled():
+                await self._tell("cancelled", **about)
+        except (PymeshfairError, OSError) as error:
+            await self._tell("failed", **about, message=str(error))
+
+    async def stop(self, order: Mapping[str, Any]) -> None:
+        """Stop what runs."""
+        self._finish_stopped.set()
+        for workshop in self._workshops.values():
+            await workshop.stop()
+
+    async def save(self, order: Mapping[str, Any]) -> None:
+        """Write the recipe."""
+        path, overwrite = self._target(order, ".mlx"), order.get("replace") is True
+        recipe, script = self._asked(order)
+        if path.exists() and not overwrite:
+            raise ParameterError(f"{path.name} is there already: give another name, or tick that it may be replaced")
+        scan = self._subject.scan
+        script = replace(script, comment=saved_comment(recipe, scan.path.name, str(order.get("note", ""))))
+        write_script(script, path, diagonal=scan.diagonal, mean_edge=scan.mean_edge, overwrite=overwrite)
+        await self._tell("saved", path=str(path))
+
+    async def finish(self, order: Mapping[str, Any]) -> None:
+        """Run the recipe on the whole file, into a file."""
+        path = self._target(order)
+        recipe, script = self._asked(order)
+        await self.stop(order)
+        scan = self._subject.scan.path
+        script = replace(script, comment=saved_comment(recipe, scan.name, ""), path=None)
+        job = Job(Recipe(recipe.name, script), scan, path, overwrite=order.get("replace") is True, command=tuple(sys.argv))
+        stopped, tell = threading.Event(), self._telling(0)
+        self._finish_stopped = stopped
+
+        def passed_on(event: Event) -> None:
+            if stopped.is_set():
+                raise Stopped("stopped")
+            tell(event)
+
+        async def work() -> None:
+            try:
+                result = await asyncio.to_thread(run_job, job, passed_on)
+            except (PymeshfairError, OSError) as error:
+                await self._tell("failed", run=0, message=str(error))
+            else:
+                await self._tell("finished", files=[str(file) for file in (result.output, *result.side_files, result.provenance)])
+
+        await self._tell("begun", run=0)
+        self._keep(work())
+
+    def _asked(self, order: Mapping[str, Any]) -> tuple[Recipe, Script]:
+        recipe = self._recipes[str(order["recipe"])]
+        return recipe, script_with(recipe.script, choices_of(order["steps"]))
+
+    def _target(self, order: Mapping[str, Any], extension: str = "") -> Path:
+        """A file of the folder that the command was started in."""
+        name = str(order["name"]).strip()
+        if not name or Path(name).name != name or name in (".", ".."):
+            raise ParameterError(f"{name!r} is no name of a file: give it without a folder")
+        return self._subject.folder / (name if name.casefold().endswith(extension) else name + extension)
+
+    def _telling(self, number: int) -> Callable[[Any], None]:
+        """A function that passes the events of a run on to the page."""
+        loop = asyncio.get_running_loop()
+
+        def tell(event: Any) -> None:
+            document = {"event": type(event).__name__, **asdict(event)}
+            loop.call_soon_threadsafe(lambda: self._keep(self._tell("event", run=number, **document)))
+
+        return tell
+
+    def _keep(self, work: Any) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _tell(self, what: str, scene: bytes | None = None, **more: Any) -> None:
+        """Send a document and, right after it, the mesh that belongs to it."""
+        async with self._sending:
+            with contextlib.suppress(ConnectionClosed):
+                await self._connection.send(json.dumps({"is": what, **more}))
+                if scene is not None:
+                    await self._connection.send(scene)

@@ -1,0 +1,190 @@
+"""What rich draws: tables on stdout, and on stderr the progress of a run, a bar on a terminal and lines elsewhere.
+
+Texts of users, such as paths with brackets, are never read as rich's markup.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import textwrap
+import time
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, ProgressColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from ..looking.words import measure_rows
+from ..running.job import Compiling, Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .streams import Talk, printable, say, talk
+
+if TYPE_CHECKING:
+    from ..running.suitability import Suitability
+
+#: characters of a line where the output is a file or a pipe; programs read --json
+_WIDTH = 100
+
+
+def show_table(headers: Sequence[str], *rows: Sequence[str], numbers: Collection[int] = ()) -> None:
+    """Print a table of texts; the columns in `numbers` are aligned to the right."""
+    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else _WIDTH
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for index, header in enumerate(headers):
+        table.add_column(Text(printable(header)), justify="right" if index in numbers else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*(Text(printable(cell)) for cell in row))
+    Console(width=width, highlight=False, markup=False, emoji=False, soft_wrap=True).print(table)
+
+
+def show_measures(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> None:
+    """Print one column for each mesh, by its header; rare measures that are 0 or unknown in all of them are left out.
+
+    `unit` is that of the scan, if it is known.
+    """
+    show_table(["", *columns], *measure_rows(columns, unit), numbers=range(1, len(columns) + 1))
+
+
+#: characters of a line of text about recipes
+_NARROW = 80
+_INDENT = " " * 6
+
+
+def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
+    """The recipes that fit, the best first, with reasons; then in one line each those that do not."""
+    fitting = [s for s in recipes if s.fits]
+    if not fitting:
+        yield "no recipe is for such a mesh"
+    for number, suited in enumerate(fitting, 1):
+        title = f"{number:>4}  {suited.recipe}: {suited.title}"
+        yield textwrap.fill(title, _NARROW, subsequent_indent=_INDENT)
+        # The first condition, that there are faces, is left out where there are others.
+        words = [text for _, text in suited.met[len(suited.met) > 1 :]]
+        reasons = "; ".join([*words, *([] if suited.trial is None else [suited.trial.words])])
+        yield textwrap.fill(reasons, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT)
+    others = [s for s in recipes if not s.fits]
+    if others:
+        yield "not for this one:"
+    for suited in others:
+        text = f"{suited.recipe}: {suited.unmet[0][1] if suited.unmet else 'does not say for what it is'}"
+        yield textwrap.fill(text, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT + "  ")
+
+
+# ------------------------------------------------------------------------------------------------------------------- progress
+
+#: seconds between two lines about the same step where there is no bar
+_PATIENCE = 10.0
+_COMPILING = "compiling filters for this machine"
+
+
+def progress_bar(*columns: ProgressColumn) -> Progress:
+    """A bar on stderr behind the words about its task, which leaves nothing behind; a context manager."""
+    console = Console(stderr=True, highlight=False, emoji=False)
+    return Progress(TextColumn("{task.description}"), *columns, console=console, transient=True)
+
+
+class ProgressLines(contextlib.ExitStack):
+    """One line when a step begins, and what filters note; with `much` also how long it takes, and how far a long one is."""
+
+    _margin = "  "  # before notes
+
+    def __init__(self, *, much: bool = False) -> None:
+        super().__init__()
+        self.push(self._end)
+        self._much = much
+        self._step = ""
+        self._compiled: Compiling | None = None
+        self._warnings: list[str] = []
+        self._silent_since = time.monotonic()
+
+    def _end(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if (compiled := self._compiled) is not None:
+            after = (
+                "the next run has them"
+                if compiled.lasts
+                else "they are kept nowhere, as your cache folder cannot be written: set NUMBA_CACHE_DIR to a folder where they "
+                "can be"
+            )
+            self._say(f"{self._margin}{compiled.seconds:.1f} s of that went into {_COMPILING}; {after}")
+        for text in self._warnings if error is not None else ():  # else the command shows them below its results
+            self._say(f"warning: {text}")
+
+    def __call__(self, event: Event) -> None:
+        """Show an event of the run."""
+        if isinstance(event, Message) and event.level == "info":
+            self._say(f"{self._margin}{f'step {event.step}: ' if event.step else ''}{event.text}")
+        elif isinstance(event, Message):
+            self._warnings.append(event.text)
+        else:
+            self._compiled = event if isinstance(event, Compiling) else self._compiled
+            self._show(event)
+
+    def _show(self, event: Event) -> None:
+        waited = self._much and time.monotonic() - self._silent_since > _PATIENCE
+        if isinstance(event, StepStarted):
+            self._step = f"step {event.index} of {event.total}"
+            self._say(f"{self._step}: {event.filter}")
+        elif isinstance(event, Compiling) and event.kernels == 1 and event.is_going_on:
+            self._say(f"  {_COMPILING}")
+        elif isinstance(event, Compiling) and waited:
+            self._say(f"  {_COMPILING}: {event.seconds:.0f} s so far")
+        elif isinstance(event, PhaseStarted) and self._much:
+            self._say(event.phase)
+        elif isinstance(event, StepFinished) and self._much:
+            self._say(f"{self._step}: {event.seconds:.2f} s")
+        elif isinstance(event, StepProgress) and waited:
+            self._say(f"{self._step}: {event.fraction:.0%}")
+
+    def _say(self, text: str) -> None:
+        say(text, err=True)
+        self._silent_since = time.monotonic()
+
+
+class ProgressBar(ProgressLines):
+    """A bar over the steps, which also moves within a step whose filter tells how far it is; finished steps stay above it."""
+
+    _margin = " " * 17
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._bar = self.enter_context(progress_bar(BarColumn(), TaskProgressColumn(), TimeElapsedColumn()))
+        self._doing = "starting"
+        self._task = self._bar.add_task(self._doing, total=None)
+
+    def _show(self, event: Event) -> None:
+        changed: dict[str, Any] = {}
+        if isinstance(event, PhaseStarted):
+            self._doing = event.phase
+        elif isinstance(event, StepStarted):
+            self._step = event.filter
+            self._doing = escape(f"step {event.index} of {event.total}: {event.filter}")
+            changed = {"total": event.total, "completed": event.index - 1}
+        elif isinstance(event, StepProgress):
+            changed = {"completed": event.index - 1 + event.fraction}
+        elif isinstance(event, StepFinished):
+            changed = {"completed": event.index}
+            self._say(f"{event.index:>3}  {event.seconds:8.2f} s  {self._step}")
+        doing = self._doing
+        if isinstance(event, Compiling) and event.is_going_on:
+            doing = f"{doing}: {_COMPILING}, {event.seconds:.0f} s so far"
+        self._bar.update(self._task, description=doing, **changed)
+
+    def _say(self, text: str) -> None:
+        self._bar.console.print(printable(text), markup=False)
+
+
+@contextlib.contextmanager
+def progress() -> Iterator[Callable[[Event], None]]:
+    """The display of events: none if little is to be printed, a bar if stderr is a terminal, else lines."""
+    if talk() == Talk.LITTLE:
+        yield lambda event: None
+        return
+    has_bar = talk() == Talk.USUAL and sys.stderr.isatty()
+    with ProgressBar() if has_bar else ProgressLines(much=talk() == Talk.MUCH) as show:
+        yield show

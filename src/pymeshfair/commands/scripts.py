@@ -1,0 +1,144 @@
+"""``pymeshfair check``, ``upgrade`` and ``export``: the commands about scripts, which open no mesh unless one is given."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer import Argument, Option
+
+from ..looking.words import counted
+from .group import Failure
+from .options import Json, Overwrite, Recipe
+from .streams import STANDARD, Talk, check_text, open_recipe, print_document, read_script_bytes, save_text, say, talk
+
+if TYPE_CHECKING:
+    from ..running.read import ReadMesh
+
+
+def _read(mesh: Path) -> ReadMesh:
+    from ..running.read import read_mesh
+
+    return read_mesh(mesh)
+
+
+def check(
+    recipes: Annotated[list[str], Argument(metavar="RECIPE", help="Shipped names, .mlx files, or - for standard input.")],
+    mesh: Annotated[Path | None, Option("--mesh", metavar="SCAN", help="Look whether the lengths suit that mesh.")] = None,
+    json: Json = False,
+) -> None:
+    """Check recipes and name every problem in them.
+
+    What runs but hardly does what was meant is a warning. No mesh is opened, but for SCAN.
+    """
+    diagonal = None if mesh is None else _read(mesh).measured.diagonal
+    checked, problems = [], []
+    for name in recipes:
+        verdict, text = _verdict(name, diagonal)
+        checked.append(verdict)
+        problems += verdict.get("problems", [])
+        if not verdict["ok"] or verdict["warnings"] or talk() > Talk.LITTLE:
+            typer.echo(text, err=json)
+    bad = sum(not verdict["ok"] for verdict in checked)
+    if json:
+        message = f"{bad} of {counted(len(checked), 'recipe')} not valid"
+        error = {"error": {"kind": "ScriptError", "message": message, "problems": problems}} if bad else {}
+        print_document({"recipes": checked, **error})
+    if bad:
+        raise typer.Exit(2)
+
+
+def _verdict(name: str, diagonal: float | None) -> tuple[dict[str, Any], str]:
+    """The verdict on a recipe, in terms of JSON and as text."""
+    from ..errors import PymeshfairError
+    from ..scripts.warnings import script_warnings
+
+    try:
+        script = open_recipe(name).script
+    except PymeshfairError as error:
+        failure = Failure.of(error)
+        problems = failure.details.get("problems", [{"file": name, "message": failure.message}])
+        return {"recipe": name, "ok": False, "problems": problems}, failure.message
+    steps = len(script.steps)
+    warnings = script_warnings(script, diagonal=diagonal)
+    lines = [f"{name}: ok, {counted(steps, 'step')}", *(f"  warning: {text}" for text in warnings)]
+    return {"recipe": name, "ok": True, "steps": steps, "warnings": warnings}, "\n".join(lines)
+
+
+def upgrade(
+    script: Annotated[Path, Argument(metavar="OLD.mlx", help="A script of any MeshLab since 2010; - is standard input.")],
+    output: Annotated[Path, Option("--output", "-o", metavar="NEW.mlx", help="The script to write; - is standard output.")],
+    accept: Annotated[bool, Option("--accept", help="Write it even if its meaning changes.")] = False,
+    mend: Annotated[bool, Option("--mend", help="Set values that lack a type, which MeshLab drops.")] = False,
+    relative_to: Annotated[Path | None, Option("--relative-to", metavar="MESH", help="Make lengths relative to it.")] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Bring a script of an older MeshLab up to date.
+
+    Every change is listed, and whether the script still means the same. Nothing is written if a meaning changes, unless accepted.
+    """
+    from ..files.errors import InputError
+    from ..scripts import format_script
+    from ..scripts.upgrade import relative_script, upgrade_script
+    from ..scripts.write import NOMINAL_DIAGONAL
+
+    check_text(output, ("mlx",), overwrite=overwrite, json=json)
+    path, name = (None, "<stdin>") if script == STANDARD else (script, str(script))
+    upgraded = upgrade_script(read_script_bytes(script), name, path=path, mend=mend)
+    result, diagonal = upgraded.script, NOMINAL_DIAGONAL
+    if relative_to is not None:
+        diagonal = _read(relative_to).measured.diagonal
+        if not diagonal > 0:
+            raise InputError(relative_to, "its points are all in one place, so that no length can be relative to its size")
+        result = relative_script(result, diagonal=diagonal)
+    written = accept or not upgraded.warnings
+    if written:
+        save_text(format_script(result, known_mesh=False, diagonal=diagonal), output, overwrite=overwrite)
+    bad, total = len(upgraded.warnings), len(upgraded.changes)
+    refusal = f"nothing is written: {bad} of {total} changes alter the meaning; --accept writes the script all the same"
+    if json:
+        changes = [{**vars(change), "same_meaning": change.same_meaning} for change in upgraded.changes]
+        error = {"error": {"kind": "MeaningChanges", "message": refusal, "changes": list(upgraded.warnings)}}
+        document = {"script": script, "output": output if written else None, "changes": changes}
+        print_document({**document, **({} if written else error)})
+    else:
+        say(*upgraded.changes, err=output == STANDARD)
+        if written:
+            say(f"{output}: {counted(total, 'change') if total else 'no changes'}", err=output == STANDARD)
+        else:
+            typer.echo(refusal, err=True)
+    if not written:
+        raise typer.Exit(2)
+
+
+def export(
+    recipe: Recipe,
+    output: Annotated[Path, Option("--output", "-o", metavar="PLAIN.mlx", help="The script to write; - is standard output.")],
+    mesh: Annotated[Path | None, Option("--for", metavar="MESH", help="The mesh that makes lengths mesh units.")] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Write a recipe as a script for MeshLab's desktop and plain pymeshlab.
+
+    Every parameter is written, in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is replaced by one
+    that does the same, or refused.
+    """
+    from ..scripts.write import MeshFacts, export_script
+
+    check_text(output, ("mlx",), overwrite=overwrite, json=json)
+    script = open_recipe(recipe).script
+    facts, lengths = None, []
+    if mesh is not None:
+        from ..running.read import lengths_on_mesh
+
+        read = _read(mesh)
+        facts = MeshFacts(read.measured.diagonal, read.measured.resolution(), closed=read.measures["closed"])
+        lengths = lengths_on_mesh(script, mesh)
+    exported, replaced = export_script(script, mesh=facts, lengths=lengths)
+    save_text(exported, output, overwrite=overwrite)
+    if json:
+        print_document({"recipe": recipe, "output": output, "steps": len(script.steps), "replaced": replaced})
+    else:
+        say(*replaced, f"{output}: {counted(len(script.steps), 'step')}", err=output == STANDARD)
