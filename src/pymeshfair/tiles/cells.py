@@ -94,8 +94,9 @@ class Part:
 
     def rows(self, slots: NDArray[Any]) -> NDArray[Any]:
         """The places of some slots among these."""
-        inside = (slots >= self.begin) & (slots < self.end)
-        return np.where(inside, slots - self.begin, self.end - self.begin + np.searchsorted(self.outside, slots))
+        rows, others = slots - self.begin, (slots < self.begin) | (slots >= self.end)
+        rows[others] = self.end - self.begin + np.searchsorted(self.outside, slots[others])
+        return rows
 
     def of_own(self, column: Column) -> NDArray[Any]:
         """The values of the points of the tile."""

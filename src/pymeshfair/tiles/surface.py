@@ -147,11 +147,12 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, plac
         new = frontier[~loaded[frontier]]
         loaded[new] = True
         faces = np.concatenate([faces, surface.faces_at(new)])
-        corners = faces["corners"]
-        reached = (corners >= begin) & (corners < end) | np.isin(corners, outside)
+        corners = np.ascontiguousarray(faces["corners"])
+        reached = (corners >= begin) & (corners < end)
+        reached[~reached] = np.isin(corners[~reached], outside)
         touching = reached.any(axis=1)
         found.append(faces[touching])
-        fresh = np.unique(corners[touching][~reached[touching]]).astype(np.int64)
+        fresh = np.unique(corners[touching[:, None] & ~reached]).astype(np.int64)
         outside = np.union1d(outside, fresh)
         frontier = np.unique(np.searchsorted(cells.starts, fresh, "right") - 1)
         faces = faces[~touching]
