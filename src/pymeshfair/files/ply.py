@@ -155,11 +155,8 @@ def texture_names(table: Table) -> tuple[str, str] | None:
 
 
 def _attributes_of_vertices(table: Table) -> dict[str, Array]:
-    attributes: dict[str, Array | None] = {
-        "normals": _vectors(table, NORMAL),
-        "colors": colors_of(table),
-        "texture_coordinates": _vectors(table, texture_names(table) or ("",)),
-    }
+    attributes: dict[str, Array | None] = {"normals": _vectors(table, NORMAL), "colors": colors_of(table)}
+    attributes["texture_coordinates"] = _vectors(table, texture_names(table) or ("",))
     for name, attribute in ((SCALAR, "scalars"), (RADIUS, "radii")):
         column = table.numbers(name)
         attributes[attribute] = None if column is None else column.astype(np.float64)

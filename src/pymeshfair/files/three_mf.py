@@ -144,7 +144,8 @@ def read_3mf(path: Path, references: References) -> Reading:
     except _BROKEN as error:
         raise ContentsError(f"it is no whole archive ({str(error)[:80]})") from error
     extras = [f"its part {shown(name)}" for name in sorted(reader.parts.keys() - reader.used)]
-    extras += [f"{what} ({number:,})" for what, number in sorted(reader.unread().items())]
+    unread = sum((model.unread for model in reader.models.values()), Counter[str]())
+    extras += [f"{what} ({number:,})" for what, number in sorted(unread.items())]
     return reader.assembly.reading(path, "3mf", extras, unit)
 
 
@@ -157,7 +158,7 @@ class _Reader:
         self.used: set[str] = set()
         self._archive, self._references = archive, references
         self._left, self._size = _MOST_TIMES * size + _BESIDES, size
-        self._models: dict[str, _Model] = {}
+        self.models: dict[str, _Model] = {}
         if len(archive.infolist()) > _MOST_PARTS:
             raise ContentsError(f"it holds {len(archive.infolist()):,} parts; {_MOST_PARTS:,} are the most")
         for entry in archive.infolist():
@@ -180,13 +181,9 @@ class _Reader:
         with np.errstate(all="ignore"):
             for item in model.items:
                 self._place(item, parts[0], np.eye(4))
-        if not any(o.part for m in self._models.values() for o in m.objects.values()):
+        if not any(o.part for m in self.models.values() for o in m.objects.values()):
             raise ContentsError("it builds no mesh")
         return _UNITS[model.unit]
-
-    def unread(self) -> Counter[str]:
-        """The elements and attributes of all models that are not read, with counts."""
-        return sum((model.unread for model in self._models.values()), Counter[str]())
 
     def _part(self, name: str) -> bytes:
         entry = self.parts.get(name.removeprefix("/"))
@@ -201,10 +198,10 @@ class _Reader:
         return data
 
     def _model(self, name: str) -> _Model:
-        if name not in self._models:
-            self._models[name] = _Model()
-            parse_xml(self._part(name), self._models[name].start, self._models[name].end)
-        return self._models[name]
+        if name not in self.models:
+            self.models[name] = _Model()
+            parse_xml(self._part(name), self.models[name].start, self.models[name].end)
+        return self.models[name]
 
     def _place(self, use: dict[str, str], within: str, above: Floats) -> None:
         """Place an object that a component or an item of a model names."""

@@ -284,6 +284,8 @@ def changed_words(
 
 def patched(text: bytes, spans: Longs, new: Sequence[bytes]) -> bytes:
     """The text with new words in place of the (k, 2) ascending spans, each from its first byte to before its end."""
+    parts = [b""] * (2 * len(new) + 1)
     begins, ends = [0, *spans[:, 1].tolist()], [*spans[:, 0].tolist(), len(text)]
-    kept = [text[begin:end] for begin, end in zip(begins, ends, strict=True)]
-    return b"".join(chain.from_iterable(zip(kept, (*new, b""), strict=True)))
+    parts[::2] = [text[begin:end] for begin, end in zip(begins, ends, strict=True)]
+    parts[1::2] = new
+    return b"".join(parts)
