@@ -38,14 +38,9 @@ class FaceNeighbourhoods(NamedTuple):
 def face_neighbourhoods(
     faces: Ints, at_vertices: VertexFaces, kind: Neighborhood, *, centres: Floats | None = None, radius: float = 0.0
 ) -> FaceNeighbourhoods:
-    """The neighbourhood of every face, in time linear in the neighbours.
+    """The neighbourhood of every face, in time linear in the neighbours; `at_vertices` is `vertex_faces`.
 
-    Args:
-        faces: (m, 3) triangles.
-        at_vertices: the faces at every vertex, of `vertex_faces`.
-        kind: which faces are neighbours.
-        centres: (m, 3) centres of the faces, for "radius" and "geodesic".
-        radius: the largest distance of two centres, for these, in the unit of the centres. Larger is slower, by its square.
+    "radius" and "geodesic" take the (m, 3) centres of the faces and their largest distance. Larger is slower, by its square.
 
     Raises:
         FilterInputError: no such neighbourhood, or no radius.

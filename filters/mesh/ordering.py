@@ -20,8 +20,6 @@ _THICK, _MOST_SLABS = 2.0, 4096
 _STRAY = 0.01
 #: Of fewer vertices a sweep finds most in the processor's caches, in any order.
 FITS_IN_CACHE = 200_000
-# Triangles are sorted by their lowest vertex over this, rounded down.
-_RUN = 64
 # Parts of a sort by counting, for threads.
 _PARTS = 4
 
@@ -66,13 +64,11 @@ def order_by_place(points: Floats, faces: Ints, middle: Floats | None = None, sc
     return order
 
 
-def faces_by_place(faces: Ints, n_vertices: int) -> Ints:
-    """(m, 3) the triangles sorted by about their lowest vertex, for vertices in an order such as that of `order_by_place`."""
-    return faces[order_of_faces(faces, n_vertices, _RUN)]
-
-
 def order_of_faces(faces: Ints, n_vertices: int, run: int = 1) -> Ints:
-    """(m,) a permutation: the triangles by the number of their lowest vertex over `run`, rounded down."""
+    """(m,) a permutation: the triangles by the number of their lowest vertex over `run`, rounded down.
+
+    It suits vertices in an order such as that of `order_by_place`.
+    """
     lowest = np.minimum(np.minimum(faces[:, 0], faces[:, 1]), faces[:, 2]) // np.int32(run)
     order = np.empty(len(faces), dtype=np.int32)
     starts = np.zeros((_PARTS, n_vertices // run + 1), dtype=np.int32)

@@ -178,16 +178,10 @@ def offer_cells(
     rows: Longs,
     offered: tuple[Floats, Longs, Longs],
 ) -> None:
-    """Put the points of some cells among the nearest, in place.
+    """Put the points of the cells that `cells_within` has listed among the `nearest`, in place.
 
-    Args:
-        points: (a, 3) coordinates.
-        own: (a,) their own numbers; no point is a neighbour of itself.
-        nearest: of them.
-        asked: of `cells_within`.
-        cells: of the whole cloud.
-        rows: (c, 2) for every cell where its points begin and end in what is offered; both 0 if it is not.
-        offered: (r, 3) coordinates, (r,) numbers and (r,) slots.
+    The points have the numbers `own`, so that none is a neighbour of itself. Offered are (r, 3) coordinates, (r,) numbers and
+    (r,) slots; the (c, 2) `rows` say for every cell where its points begin and end in these, both 0 if it is not among them.
     """
     squared, numbers, slots = nearest
     offsets, listed = asked
