@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from ..checks import check_choice
-from ..diffusion.taubin import taubin_fairing
+from ..diffusion.explicit import taubin_fairing
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, Whole
 from ..topology import BorderPolicy, border_vertices

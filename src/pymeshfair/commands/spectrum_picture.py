@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
-    from ..filters.spectral.responses import Response
+    from ..filters.spectral.problem import Response
 
 _COLORS = {"before": "tab:gray", "after": "tab:blue"}
 
