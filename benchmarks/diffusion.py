@@ -25,8 +25,7 @@ import pymeshlab
 from numpy.typing import NDArray
 
 from pymeshfair.filters.compilation import allowed_threads, set_threads
-from pymeshfair.filters.diffusion.explicit import explicit_smoothing
-from pymeshfair.filters.diffusion.taubin import taubin_fairing
+from pymeshfair.filters.diffusion.explicit import explicit_smoothing, taubin_fairing
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.mesh import order_by_place
 

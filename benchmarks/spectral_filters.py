@@ -23,8 +23,7 @@ from diffusion import make_mesh
 
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
 from pymeshfair.filters.spectral.eigenvector_free import Filtered, filter_without_eigenvectors
-from pymeshfair.filters.spectral.problem import SpectralProblem, spectral_problem
-from pymeshfair.filters.spectral.responses import Response, low_pass
+from pymeshfair.filters.spectral.problem import Response, SpectralProblem, low_pass, spectral_problem
 
 FASTER, SECONDS, GIGABYTES = 4.0, 60.0, 2.0
 

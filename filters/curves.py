@@ -11,10 +11,9 @@ from numpy.typing import ArrayLike
 
 from .checks import FilterInputError, check_choice, check_finite, check_positive, check_whole_number
 from .compilation import compiled
+from .diffusion.explicit import checked_mu
 from .diffusion.implicit import LONGEST_STEP, BackwardEulerStep, time_step_of_detail_size
 from .diffusion.stencil import curve_stencil
-from .diffusion.steps import Rings
-from .diffusion.taubin import checked_mu
 from .execution import Progress, ignore_progress, part_of, threads_for
 from .linear_solvers import CompressedRows
 from .mesh import Bools, Floats, Ints, Longs, check_edges, check_points, mask_of, normalised_mesh, worth_reordering
@@ -155,7 +154,7 @@ def explicit_curve_steps(
     start: Floats, rings: OneRings, weights: OperatorName, steps: Sequence[float], count: int, moves: Bools, progress: Progress
 ) -> Floats:
     """(n, 3) the vertices after `count` rounds of the `steps`."""
-    advance = curve_stencil(start, weights, moves.view(np.uint8), Rings(rings.offsets, rings.neighbours))
+    advance = curve_stencil(start, weights, moves.view(np.uint8), rings[:2])
     now, following = start.copy(), start.copy()
     for done in range(count):
         for step in steps:

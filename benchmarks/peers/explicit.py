@@ -131,7 +131,7 @@ def meshlib_relax(subject: Subject) -> Work:
 def sweeps(subject: Subject) -> Work:
     """Twenty sweeps of the uniform operator on a mesh that has been made ready, renumbered where that pays."""
     surface = explicit_surface(
-        subject.vertices, subject.faces, operator="uniform", border="along", movable=None, iterations=10, steps=2
+        subject.vertices, subject.faces, operator="uniform", border="along", movable=None, iterations=10, whole=None, steps=2
     )
     now, free = surface.mesh.points.copy(), surface.mesh.points.copy()
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..diffusion.taubin import taubin_fairing
+from ..diffusion.explicit import taubin_fairing
 from ..evidence import put_where_expected
 from ..mesh import Bools, Floats, Ints, normalised_mesh
 from ..robust import KernelName

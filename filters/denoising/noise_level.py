@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..diffusion.taubin import taubin_fairing
+from ..diffusion.explicit import taubin_fairing
 from ..evidence import far_from_border, local_means, predicted_heights, tuned
 from ..geometry import NORMAL, face_normals, mean_edge_length, mean_normals_at_vertices, measure_faces
 from ..libraries import sparse

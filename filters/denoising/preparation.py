@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from ..checks import check_choice, check_whole_number
-from ..diffusion.taubin import taubin_fairing
+from ..diffusion.explicit import taubin_fairing
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..inspection import folded_faces
 from ..mesh import Bools, Floats, Ints, Whole

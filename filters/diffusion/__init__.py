@@ -1,12 +1,18 @@
 """Smoothing as diffusion: explicit steps, Taubin's two-sided steps, implicit steps."""
 
 from .anisotropic import EDGE_STOPS, EdgeStop, longest_step, perona_malik
-from .explicit import explicit_smoothing
+from .explicit import (
+    TaubinOperator,
+    explicit_smoothing,
+    meshlab_taubin_smooth,
+    mu_of_pass_band,
+    remove_spikes,
+    taubin_fairing,
+    transfer_function,
+)
 from .implicit import Flow, ImplicitOperator, implicit_fairing, time_step_of_detail_size
 from .relief import ReliefLoss, relief_lost
-from .spikes import remove_spikes
 from .stencil import UPDATE_RULES, UpdateRule
-from .taubin import TaubinOperator, meshlab_taubin_smooth, mu_of_pass_band, taubin_fairing, transfer_function
 
 __all__ = [
     "EDGE_STOPS",

@@ -125,22 +125,21 @@ def _checked(values: Floats, faces: Ints) -> tuple[Floats, Ints]:
     if values.ndim not in (1, 2):
         raise FilterInputError(f"values must have the shape (n,) or (n, k), got {values.shape}")
     if faces.size == 0:
-        triangles = np.empty((0, 3), dtype=np.int32)
+        faces = np.empty((0, 3), dtype=np.int32)
     elif faces.ndim != 2 or faces.shape[1] != 3 or not np.issubdtype(faces.dtype, np.integer):
         raise FilterInputError(f"faces must be an (m, 3) array of whole numbers, got shape {faces.shape} of {faces.dtype}")
     elif faces.min() < 0 or faces.max() >= len(values):
         raise FilterInputError(
             f"faces name the vertices {faces.min()} to {faces.max()}, but the values are of 0 to {len(values) - 1}"
         )
-    else:
-        triangles = np.ascontiguousarray(faces, dtype=np.int32)
-    if not np.isfinite(values).all():
-        bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    columns = np.ascontiguousarray(values.reshape(len(values), -1 if values.size else 1))
+    bad = ~np.isfinite(columns).all(axis=1)
+    if bad.any():
         raise FilterInputError(
             f"{int(bad.sum())} of {len(values)} vertices have a value that is not finite, the first is vertex "
             f"{int(bad.argmax())}: give them values first"
         )
-    return np.ascontiguousarray(values.reshape(len(values), -1 if values.size else 1)), triangles
+    return columns, np.ascontiguousarray(faces, dtype=np.int32)
 
 
 @compiled(parallel=True)

@@ -1,22 +1,27 @@
-"""Explicit smoothing: Euler steps of the diffusion equation."""
+"""Explicit smoothing: Euler steps of the diffusion equation, and Taubin's pairs of steps; and the removal of spikes."""
 
+import math
 from collections.abc import Callable
-from typing import NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from ..checks import FilterInputError, UnstableStepError, check_positive, check_whole_number
+from ..checks import FilterInputError, UnstableStepError, check_choice, check_finite, check_positive, check_whole_number
 from ..execution import Progress, ignore_progress, threads_for
-from ..mesh import Floats, NormalisedMesh, Whole, check_mesh, normalised_mesh, worth_reordering
+from ..libraries import sparse
+from ..mesh import Bools, Floats, NormalisedMesh, Whole, check_mesh, mask_of, normalised_mesh, worth_reordering
 from ..operators import OperatorName
-from ..topology import BorderPolicy, stars
+from ..topology import BorderPolicy, border_edges, border_vertices, edge_face_counts, edges, stars
 from .stencil import Advance, UpdateRule, explicit_stencil
 
-#: operators without a unit, whose spectrum lies in [-2, 0] on every mesh
-NORMALISED_OPERATORS: tuple[OperatorName, ...] = ("uniform", "inverse_length", "cotangent")
+#: The operators without a unit, whose spectrum lies in [-2, 0] on every mesh: lambda, mu and the pass band are defined for these.
+TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
+NORMALISED_OPERATORS: tuple[TaubinOperator, ...] = get_args(TaubinOperator)
 #: A step takes as long for a vertex as so many sums of vectors; one of "uniform" is one.
 _WORK = 4
+# The most passes over spikes. A spike hides those next to it, which the next pass removes.
+_SPIKE_PASSES = 10
 #: One iteration: takes its number from 0 on, the points, and an array to write to in which vertices that do not move have their
 #: places; returns the points after it and the array that is free now.
 Iteration: TypeAlias = Callable[[int, Floats, Floats], tuple[Floats, Floats]]
@@ -72,37 +77,24 @@ def explicit_smoothing(
     normalised = operator in NORMALISED_OPERATORS
     if update == "euler":
         check_positive("step", step, most=1.0 if normalised else None, note=f", as the operator {operator!r} takes it")
-    surface = explicit_surface(
-        vertices,
-        faces,
-        operator=operator,
-        border=border,
-        movable=movable,
-        iterations=iterations,
-        steps=1,
-        update=update,
-        whole=whole,
-    )
+    surface = explicit_surface(vertices, faces, operator, border, movable, iterations, whole, steps=1, update=update)
     scale = surface.mesh.scale
     scaled = step if normalised else step * scale * scale
 
     def euler(done: int, now: Floats, free: Floats) -> tuple[Floats, Floats]:
         bound = surface.advance(now, free, scaled)
         if not normalised and scaled * bound > 2.0:
-            raise _unstable(operator, step, 2.0 / bound / scale / scale, done)
+            largest = 2.0 / bound / scale / scale
+            when = "" if done == 0 else f" after {done} iterations, which have shrunk the surface"
+            raise UnstableStepError(
+                f"step {step:g} is longer than the largest stable one of operator {operator!r} on this mesh, {largest:g} squared "
+                f"mesh units{when}: take that or less (the shortest edges and the thinnest triangles decide; repairing them "
+                "helps), or implicit fairing, which is stable for any step",
+                largest_stable=largest,
+            )
         return free, now
 
     return surface.iterated(euler, iterations, progress)
-
-
-def _unstable(operator: OperatorName, step: float, largest: float, done: int) -> UnstableStepError:
-    when = "" if done == 0 else f" after {done} iterations, which have shrunk the surface"
-    return UnstableStepError(
-        f"step {step:g} is longer than the largest stable one of operator {operator!r} on this mesh, {largest:g} squared mesh "
-        f"units{when}: take that or less (the shortest edges and the thinnest triangles decide; repairing them helps), or "
-        "implicit fairing, which is stable for any step",
-        largest_stable=largest,
-    )
 
 
 class ExplicitSurface(NamedTuple):
@@ -126,7 +118,6 @@ class ExplicitSurface(NamedTuple):
                 progress((done + 1) / iterations)
         del free  # the memory of a result
         result = self.mesh.restored(now)
-        del now
         if not np.isfinite(result).all():
             raise FilterInputError(
                 f"the vertices left all bounds within {iterations} iterations; take fewer, or update='euler', which cannot"
@@ -137,14 +128,14 @@ class ExplicitSurface(NamedTuple):
 def explicit_surface(
     vertices: ArrayLike,
     faces: ArrayLike,
-    *,
     operator: OperatorName,
     border: BorderPolicy,
     movable: ArrayLike | None,
     iterations: int,
+    whole: Whole | None,
+    *,
     steps: int,
     update: UpdateRule = "euler",
-    whole: Whole | None = None,
 ) -> ExplicitSurface:
     """Prepares a mesh for explicit iterations: checked, normalised, and reordered where that is faster.
 
@@ -155,10 +146,215 @@ def explicit_surface(
     mesh = normalised_mesh(points, triangles, movable, whole)
     # "robust" is assembled by a library, in the order of the faces; cotangents lose twice as much to a bad order as means do.
     sweeps = steps * count * (2 if operator in ("cotangent", "laplace_beltrami") else 1)
-    reorder = operator != "robust" and worth_reordering(mesh.cells, len(mesh), sweeps)
-    if reorder:
+    if operator != "robust" and worth_reordering(mesh.cells, len(mesh), sweeps):
         mesh = mesh.by_place()
     star = stars(mesh.numbered_cells(), len(mesh), names=mesh.order)
     with threads_for(len(mesh)):
         advance = explicit_stencil(mesh, star, operator, border=border, update=update)
     return ExplicitSurface(mesh, advance, 1 if operator == "uniform" else _WORK)
+
+
+def taubin_fairing(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    operator: TaubinOperator = "uniform",
+    step: float = 0.5,
+    mu: float = -0.53,
+    pass_band: float | None = None,
+    iterations: int = 10,
+    border: BorderPolicy = "along",
+    movable: ArrayLike | None = None,
+    whole: Whole | None = None,
+    progress: Progress = ignore_progress,
+) -> Floats:
+    """Take p to (1 + mu L)(1 + step L) p, `iterations` times: a low-pass filter that does not shrink [taubin1995].
+
+    A mode of eigenvalue -k of L is multiplied by `transfer_function` (k): by about 1 below the pass band
+    k_PB = 1/step + 1/mu, and by less and less above. With the operator "uniform" it is MeshLab's Taubin Smooth, except on
+    borders, where MeshLab averages a vertex in with its two border neighbours and so goes two thirds of the way of "along",
+    and at non-manifold edges, whose ends MeshLab counts once a face.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        operator: the Laplace operator L; weights that depend on lengths or angles are computed anew for every step.
+        step: lambda, above 0. Larger is smoother.
+        mu: the step back, below -step. Nearer to -step narrows the pass band, and so is smoother.
+        pass_band: k_PB, above 0 and below 1/step; if given, mu = 1 / (k_PB - 1/step). Smaller is smoother; 0.01 to 0.1 is usual.
+        iterations: number of pairs of steps. More damp more, above the pass band alone; the time is proportional.
+        border: what the vertices on borders do; see `BorderPolicy`.
+        movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
+        whole: the mesh that this is a part of, None if it is all. Vertices with twice `iterations` rings of faces around them
+            in the part, in the order of the whole, get the bits of the whole. For "uniform" and "cotangent".
+        progress: called after every pair of steps.
+
+    Returns:
+        (n, 3) float64. Vertices that do not move keep every bit: those that no face uses, that are not `movable`, or on a fixed
+        border. Deterministic, for any number of threads.
+
+    Raises:
+        FilterInputError: not a mesh, or a parameter out of range.
+        UnstableStepError: (1 - step k)(1 - mu k) is below -1 for the largest eigenvalue that such a mesh can have, so that
+            the finest detail would grow. The error names the largest stable step for the same mu / step.
+    """
+    check_choice("operator", operator, TaubinOperator)
+    try:
+        mu = checked_mu(step, mu, pass_band, largest_eigenvalue=2.0)
+    except UnstableStepError:
+        if operator != "uniform" or whole is not None or not (edge_face_counts(check_mesh(vertices, faces)[1])[1] == 2).all():
+            raise
+        # Where every edge has two triangles the operator is a mean over triangles, whose eigenvalues are up to 3/2.
+        mu = checked_mu(step, mu, pass_band, largest_eigenvalue=1.5)
+    surface = explicit_surface(vertices, faces, operator, border, movable, iterations, whole, steps=2)
+
+    def back_and_forth(_: int, now: Floats, free: Floats) -> tuple[Floats, Floats]:
+        surface.advance(now, free, step)
+        surface.advance(free, now, mu)
+        return now, free
+
+    return surface.iterated(back_and_forth, iterations, progress)
+
+
+def meshlab_taubin_smooth(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    step: float = 0.5,
+    mu: float = -0.53,
+    iterations: int = 10,
+    whole: Whole | None = None,
+) -> Floats:
+    """MeshLab's Taubin Smooth but for rounding, where no edge has more than two faces [taubin1995].
+
+    Its factors are of single precision. A vertex with b border edges is averaged with itself and its b neighbours along these,
+    and so goes b / (b + 1) of the way to their mean.
+
+    Arguments, results and errors as of `taubin_fairing`.
+    """
+    surface = explicit_surface(vertices, faces, "uniform", "along", None, iterations, whole, steps=2)
+    border, count = np.unique(border_edges(surface.mesh.numbered_cells()), return_counts=True)
+    share = (count / (count + 1.0))[:, None]
+
+    def back_and_forth(_: int, now: Floats, free: Floats) -> tuple[Floats, Floats]:
+        for factor in (step, mu):
+            surface.advance(now, free, float(np.float32(factor)))
+            free[border] = now[border] + share * (free[border] - now[border])
+            now, free = free, now
+        return now, free
+
+    return surface.iterated(back_and_forth, iterations, ignore_progress)
+
+
+def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigenvalue: float) -> float:
+    """The mu of a stable pair of steps: that of the pass band, or `mu` without one. No eigenvalue of -L is above the largest.
+
+    Raises:
+        FilterInputError: a parameter out of range.
+        UnstableStepError: the finest detail would grow.
+    """
+    check_positive("step", step)
+    if pass_band is not None:
+        mu = mu_of_pass_band(pass_band, step)
+    if not (math.isfinite(mu) and mu < -step):
+        raise FilterInputError(
+            f"mu {mu} is not below -step, {-step}: the step back must be the longer one, for example {-1.06 * step:g}"
+        )
+    largest = largest_stable_step(mu / step, largest_eigenvalue)
+    if step > largest:
+        raise UnstableStepError(
+            f"step {step:g} with mu {mu:g} makes the finest detail grow: take a step of at most {largest:.6g} and mu in "
+            "proportion",
+            largest_stable=largest,
+        )
+    return mu
+
+
+def transfer_function(k: ArrayLike, *, step: float, mu: float, iterations: int) -> NDArray[np.float64]:
+    """((1 - step k)(1 - mu k))^iterations: the factor of a mode of eigenvalue -k [taubin1995].
+
+    Args:
+        k: any shape; from 0 to 2 for a normalised operator.
+        step: lambda.
+        mu: the step back; 0 gives the response of `iterations` explicit steps.
+        iterations: number of pairs of steps.
+    """
+    values = np.asarray(k, dtype=np.float64)
+    return ((1.0 - step * values) * (1.0 - mu * values)) ** iterations
+
+
+def mu_of_pass_band(pass_band: float, step: float) -> float:
+    """The mu = 1 / (k_PB - 1/step) for which `transfer_function` is 1 at k = k_PB.
+
+    Raises:
+        FilterInputError: the pass band is not above 0 and below 1/step.
+    """
+    if not 0.0 < pass_band < 1.0 / step:
+        raise FilterInputError(f"pass_band {pass_band} is not above 0 and below 1/step = {1.0 / step:g}; 0.01 to 0.1 is usual")
+    return 1.0 / (pass_band - 1.0 / step)
+
+
+def largest_stable_step(ratio: float, largest_eigenvalue: float) -> float:
+    """The step above which (1 - step k)(1 - mu k) is below -1 at the largest eigenvalue k of -L, for mu = ratio * step.
+
+    With r = -ratio and x = step k it is the positive root of r x^2 + (1 - r) x - 2 = 0, over k.
+    """
+    r = -ratio
+    return (r - 1.0 + math.sqrt((r - 1.0) ** 2 + 8.0 * r)) / (2.0 * r * largest_eigenvalue)
+
+
+def remove_spikes(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    steepness: float = 1.5,
+    movable: ArrayLike | None = None,
+    progress: Progress = ignore_progress,
+) -> tuple[Floats, Bools]:
+    """Put vertices that are farther from the mean m of their neighbours than these spread around it to m.
+
+    With the neighbours j of vertex i, m = mean p_j and s^2 = mean |p_j - m|^2, vertex i is the tip of a spike if
+    |p_i - m| > k s, k the `steepness`, and |p_i - m| is the largest of its one-ring. All tips move at once; then again, until
+    none is left. A pyramid on a regular polygon has the steepness of its height over the radius: k = 1.5 is a tip of 67 degrees
+    from side to side.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        steepness: k, above 0. Larger removes thinner spikes alone; below 1, corners of cubes go.
+        movable: (n,) bool, which vertices may move, None for all.
+        progress: called with the share that is done; may raise to stop.
+
+    Returns:
+        vertices: (n, 3) float64; all but the tips, and those on borders, keep every bit.
+        spikes: (n,) bool, the tips.
+
+    Raises:
+        FilterInputError: not a mesh, or a parameter out of range.
+    """
+    steep = check_finite("steepness", steepness, least=0.0)
+    mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
+    points, pairs = mesh.points.copy(), edges(mesh.cells)
+    n = len(points)
+    spikes = np.zeros(n, dtype=np.bool_)
+    rows, columns = np.concatenate([pairs, pairs[:, ::-1]]).T
+    neighbours = sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(n, n))
+    degrees = np.maximum(np.bincount(rows, minlength=n), 1)[:, None]
+    allowed = ~border_vertices(mesh.cells, n)
+    allowed &= True if mesh.movable is None else mesh.movable
+    for done in range(_SPIKE_PASSES):
+        progress(done / _SPIKE_PASSES)
+        means = (neighbours @ points) / degrees
+        # sum |p_j - m|^2 = sum |p_j|^2 - k |m|^2 would lose the digits of small stars.
+        spread = np.bincount(rows, ((points[columns] - means[rows]) ** 2).sum(axis=1), minlength=n) / degrees[:, 0]
+        heights = np.linalg.norm(points - means, axis=1)
+        highest = heights.copy()
+        np.maximum.at(highest, rows, heights[columns])
+        tips = allowed & (heights > steep * np.sqrt(spread)) & (heights >= highest) & (heights > 0.0)
+        if not tips.any():
+            break
+        points[tips] = means[tips]
+        spikes |= tips
+    result = mesh.restored(points)
+    progress(1.0)
+    return result, mask_of(mesh.used[spikes], len(mesh.vertices))

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -188,26 +187,24 @@ class _Flow:
 
     def _build(self, points: Floats) -> list[BackwardEulerStep]:
         systems = []
+        t, solves = self._time_step, self._solves
         if self._along:
-            self._curve = self._updated(self._curve, lambda: curve_laplacian(points, self._border_edges, self._operator))
-            systems.append(self._system(self._curve, self._fixed_on_curve, self._curve.components()))
+            self._curve = self._updated(self._curve, curve_laplacian(points, self._border_edges, self._operator))
+            components = self._curve.components()
+            systems.append(BackwardEulerStep(self._curve, t, fixed=self._fixed_on_curve, components=components, solves=solves))
         if self._flow == "conformalized" and self._surface is not None and self._operator == "laplace_beltrami":
             # The same as `_updated`, without building a stiffness that is not used.
             self._surface = Laplacian(self._surface.stiffness, mixed_voronoi_areas(points, self._faces))
         else:
-            self._surface = self._updated(self._surface, lambda: build_laplacian(points, self._faces, self._operator))
-        is_cloud = len(self._faces) == 0
-        systems.append(self._system(self._surface, self._fixed, self._surface.components() if is_cloud else self.components))
+            self._surface = self._updated(self._surface, build_laplacian(points, self._faces, self._operator))
+        components = self.components if len(self._faces) else self._surface.components()
+        systems.append(BackwardEulerStep(self._surface, t, fixed=self._fixed, components=components, solves=solves))
         return systems
 
-    def _updated(self, previous: Laplacian | None, build: Callable[[], Laplacian]) -> Laplacian:
-        laplacian = build()
+    def _updated(self, previous: Laplacian | None, new: Laplacian) -> Laplacian:
         if previous is None or self._flow == "mean_curvature":
-            return laplacian
-        return Laplacian(previous.stiffness, laplacian.mass)
-
-    def _system(self, laplacian: Laplacian, fixed: Bools, components: Ints) -> BackwardEulerStep:
-        return BackwardEulerStep(laplacian, self._time_step, fixed=fixed, components=components, solves=self._solves)
+            return new
+        return Laplacian(previous.stiffness, new.mass)
 
 
 class BackwardEulerStep:
@@ -222,7 +219,7 @@ class BackwardEulerStep:
     """
 
     def __init__(self, laplacian: Laplacian, time_step: float, *, fixed: Bools, components: Ints, solves: int = 1) -> None:
-        """Sets up the system; nothing is solved yet.
+        """Sets up the system.
 
         Args:
             laplacian: L = M^-1 C on n vertices.
@@ -244,16 +241,13 @@ class BackwardEulerStep:
         self._solver = self._assemble() if len(self._mass) else None
 
     def displacement(self, points: Floats, prescribed: Floats | None, *, diagonal: float, progress: Progress) -> Floats:
-        """The displacement of all vertices.
+        """(n, d) the displacement of all vertices; the prescribed one where they are fixed.
 
         Args:
             points: (n, d) p: coordinates, or one value a vertex.
             prescribed: (n, d) the displacement of the fixed vertices; 0 elsewhere. None for 0 everywhere.
             diagonal: the length against which errors count.
             progress: called every few solver steps; may raise to stop.
-
-        Returns:
-            (n, d); the prescribed displacement where a vertex is fixed.
 
         Raises:
             ConvergenceError: the solver stalls.

@@ -108,15 +108,7 @@ def dimensions_restored(
     once more. It is twicing [tukey1977] of the shape along its normals. A sphere, whose h is constant, gets its radius back;
     a wave of a plane of which S leaves the share s comes out with 1 - (1 - s) (1 - s^2)^2.
 
-    Args:
-        before: (n, 3) p, the points before the step.
-        after: (n, 3) p', the points after it.
-        faces: (m, 3) triangles.
-        smoothed: S for (n, 1) values, with its progress.
-        progress: called every few solver steps; may raise to stop.
-
-    Returns:
-        (n, 3); vertices that the step has not moved and S leaves at 0 stay.
+    `smoothed` is S for (n, 1) values, with its progress. Vertices that the step has not moved and S leaves at 0 stay.
     """
     for time in range(_TIMES):
         normals = vertex_normals_by_area(after, faces)

@@ -1,29 +1,32 @@
-"""Explicit steps of an operator on a mesh: the vertices that move, their kernel, and a bound of the spectrum."""
+"""Explicit steps of an operator on a mesh: the vertices that move, the kernels, and a bound of the spectrum.
+
+Each kernel takes the points of one moment and writes those of the next for the vertices that move, all at once as the paper's
+equation says: out_i = p_i + step (L p)_i. The others, 0 in `moves`, keep what `out` holds.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
-from ..mesh import Bools, Floats, NormalisedMesh, mask_of
-from ..operators import CURVE_OPERATOR, OPERATOR_NAMES, SHORTEST_EDGE, Laplacian, OperatorName, build_laplacian, curve_laplacian
-from ..topology import BORDER_POLICIES, IRREGULAR, NO_STAR, BorderPolicy, Kinds, Stars, one_rings
-from .steps import (
-    BY_AREA,
-    MESHLAB,
-    NORMALISED,
-    Rings,
-    element_bound,
-    irregular_step,
-    length_step,
-    star_step,
-    sum_ring_lengths,
-    uniform_step,
-    weighted_step,
+from ..compilation import compiled, prange
+from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, mask_of
+from ..operators import (
+    CURVE_OPERATOR,
+    OPERATOR_NAMES,
+    SHORTEST_EDGE,
+    Laplacian,
+    OperatorName,
+    build_laplacian,
+    curve_laplacian,
+    halved_cotangents,
+    mixed_share,
 )
+from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, NO_STAR, OPEN, BorderPolicy, Kinds, Stars, one_rings
 
 #: "euler": p + step (L p). "meshlab": MeshLab's own rule, which averages the vertex in.
 UpdateRule: TypeAlias = Literal["euler", "meshlab"]
@@ -32,24 +35,24 @@ UPDATE_RULES: tuple[UpdateRule, ...] = ("euler", "meshlab")
 #: array holds. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode, and what a longer one
 #: has written is of no use.
 Advance: TypeAlias = Callable[[Floats, Floats, float], float]
+#: The neighbours that count for each vertex i: ``neighbours[offsets[i]:offsets[i + 1]]`` of the offsets (n + 1,) int64 and the
+#: neighbours int32. Parallel kernels take the two arrays: with the tuple these short loops take 6 % longer.
+Rings: TypeAlias = tuple[Longs, Ints]
+# Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
+_U: Any = np.uint64
+#: the sum of the weights' sizes; the mixed Voronoi area; MeshLab's sum of the doubled weights, plus one
+NORMALISED, BY_AREA, MESHLAB = 0, 1, 2
+#: Vertices whose stars are worked on together; their edges stay in the first cache.
+_BLOCK = 64
 
 
 def explicit_stencil(
-    mesh: NormalisedMesh,
-    star: Stars,
-    operator: OperatorName,
-    *,
-    border: BorderPolicy,
-    update: UpdateRule = "euler",
+    mesh: NormalisedMesh, star: Stars, operator: OperatorName, *, border: BorderPolicy, update: UpdateRule
 ) -> Advance:
     """The step of `operator` on a mesh, its weights taken from the current points ("robust": from those of the mesh).
 
-    Args:
-        mesh: n points and triangles, or no triangles for a point cloud. Only what the operator needs of it is computed.
-        star: the stars of its triangles.
-        operator: see `build_laplacian`.
-        border: see `BorderPolicy`.
-        update: "meshlab" for the operators "uniform" and "cotangent" alone; the step is then not used.
+    The mesh has n points and triangles, whose stars are `star`, or no triangles for a point cloud. The update "meshlab" is for
+    the operators "uniform" and "cotangent" alone; the step is then not used.
 
     Raises:
         FilterInputError: an unknown name, or a combination that does not exist.
@@ -63,26 +66,33 @@ def explicit_stencil(
             raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
         free = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
         return _assembled(build_laplacian(mesh.points, mesh.cells, operator), free.view(np.uint8))
-    moving = moving_vertices(star, border, mesh.movable)
+    check_choice("border", border, BORDER_POLICIES)
+    none = np.uint8(NO_STAR)
+    inside = star.kinds if mesh.movable is None else np.where(mesh.movable, star.kinds, none)
+    on_curve = np.empty(0, dtype=np.uint8)
+    edges = np.empty((0, 2), dtype=np.int32) if border == "free" else star.border_edges()
+    if len(edges):
+        at_border = mask_of(edges, len(mesh))
+        inside, on_curve = np.where(at_border, none, inside), np.where(at_border, inside, none)
     if update == "euler":
-        surface = _surface(mesh, operator, star, moving.surface)
+        surface = _surface(mesh, operator, star, inside)
     elif operator == "cotangent":
-        surface = _cotangent(star, moving.surface, MESHLAB)
+        surface = _cotangent(star, inside, MESHLAB)
     else:
         counts = star.face_counts().astype(np.float64)  # an interior edge counts twice, for it has two faces
-        surface = _of_meshlab(moving.surface, Rings(star.offsets, star.neighbours), counts, 1.0)
-    if moving.curve is None:
+        surface = _of_meshlab(inside, (star.offsets, star.neighbours), counts, 1.0)
+    if border == "fixed" or not on_curve.any():
         return surface
-    moves, rings = moving.curve
+    rings = one_rings(edges, len(mesh))[:2]
     if update == "euler":
-        curve = curve_stencil(mesh.points, operator, moves, rings)
+        curve = curve_stencil(mesh.points, operator, on_curve, rings)
     else:
-        curve = _of_meshlab(moves, rings, np.ones(len(rings.neighbours)), 2.0)
+        curve = _of_meshlab(on_curve, rings, np.ones(len(rings[1])), 2.0)
     return lambda now, out, step: max(surface(now, out, step), curve(now, out, step))
 
 
 def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, kinds: Kinds) -> Advance:
-    rings = Rings(star.offsets, star.neighbours)
+    rings = star.offsets, star.neighbours
     if operator == "uniform":
         return _uniform(kinds, rings)
     if operator == "inverse_length" or operator == "scale_dependent":
@@ -97,7 +107,7 @@ def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, kinds: K
             if step * bound <= 2.0:
                 return bound
             # The sharper bound costs a pass over the triangles: only where it can make a difference.
-            return min(bound, float(element_bound(now, mesh.cells)))
+            return min(bound, float(_element_bound(now, mesh.cells)))
 
         return advance
     return _assembled(build_laplacian(mesh.points, mesh.cells, operator), kinds)
@@ -106,24 +116,21 @@ def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, kinds: K
 def curve_stencil(points: Floats, operator: OperatorName, moves: Kinds, rings: Rings) -> Advance:
     """The step on polylines of the operator that `CURVE_OPERATOR` names for `operator`.
 
-    Args:
-        points: (n, 3) coordinates of ordinary size.
-        operator: see `build_laplacian`; the weights are taken from the current points, for "robust" from `points`.
-        moves: (n,) uint8, 0 for vertices that stay.
-        rings: the neighbours of all n vertices along the polylines.
+    Of (n, 3) points of ordinary size; the weights are taken from the current ones, for "robust" from `points`. Vertices that are
+    0 in (n,) uint8 `moves` stay; `rings` are the neighbours of all along the polylines.
     """
     if CURVE_OPERATOR[operator] == "uniform":
         return _uniform(moves, rings)
     if operator == "robust":
-        ends = np.repeat(np.arange(len(points), dtype=np.int32), np.diff(rings.offsets))
-        edges = np.column_stack([ends, rings.neighbours])[ends < rings.neighbours]
+        ends = np.repeat(np.arange(len(points), dtype=np.int32), np.diff(rings[0]))
+        edges = np.column_stack([ends, rings[1]])[ends < rings[1]]
         return _assembled(curve_laplacian(points, edges, operator), moves)
     return _lengths(points, moves, rings, CURVE_OPERATOR[operator] == "scale_dependent")
 
 
 def _uniform(moves: Kinds, rings: Rings) -> Advance:
     def advance(now: Floats, out: Floats, step: float) -> float:
-        uniform_step(now, out, moves, *rings, step)
+        _uniform_step(now, out, moves, *rings, step)
         return 2.0
 
     return advance
@@ -131,12 +138,12 @@ def _uniform(moves: Kinds, rings: Rings) -> Advance:
 
 def _lengths(points: Floats, moves: Kinds, rings: Rings, by_arc_length: bool) -> Advance:
     sums = np.empty(len(points))
-    sum_ring_lengths(points, *rings, sums)
-    mean = float(sums.sum()) / max(len(rings.neighbours), 1)
+    _sum_ring_lengths(points, *rings, sums)
+    mean = float(sums.sum()) / max(len(rings[1]), 1)
     shortest = SHORTEST_EDGE * mean if mean > 0.0 else 1.0
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        bound = length_step(now, out, moves, *rings, step, shortest, by_arc_length)
+        bound = _length_step(now, out, moves, *rings, step, shortest, by_arc_length)
         return float(bound) if by_arc_length else 2.0
 
     return advance
@@ -146,9 +153,9 @@ def _cotangent(star: Stars, kinds: Kinds, rule: int) -> Advance:
     irregular = kinds[star.irregular] == IRREGULAR
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        bound = star_step(now, out, kinds, star.offsets, star.neighbours, rule, step)
+        bound = _star_step(now, out, kinds, star.offsets, star.neighbours, rule, step)
         if len(irregular):
-            bound = max(bound, irregular_step(now, out, star, irregular, rule, step))
+            bound = max(bound, _irregular_step(now, out, star, irregular, rule, step))
         return float(bound) if rule == BY_AREA else 2.0
 
     return advance
@@ -156,13 +163,13 @@ def _cotangent(star: Stars, kinds: Kinds, rule: int) -> Advance:
 
 def _assembled(laplacian: Laplacian, moves: Kinds) -> Advance:
     stiffness, inverse_mass, bound = laplacian.stiffness, laplacian.inverse_mass, laplacian.spectral_bound()
-    rings = Rings(stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32))
+    rings = stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
         if step * bound > 2.0:
             return bound
         # The diagonal is among the entries and does no harm: it multiplies p_i - p_i.
-        weighted_step(now, out, moves, *rings, stiffness.data, step * inverse_mass)
+        _weighted_step(now, out, moves, *rings, stiffness.data, step * inverse_mass)
         return bound
 
     return advance
@@ -171,43 +178,247 @@ def _assembled(laplacian: Laplacian, moves: Kinds) -> Advance:
 def _of_meshlab(moves: Kinds, rings: Rings, counts: Floats, own: float) -> Advance:
     """(own p + sum c_j p_j) / (own + sum c_j), the vertex itself counted once on surfaces and twice on borders."""
     totals = np.concatenate([[0.0], np.cumsum(counts)])
-    shares = 1.0 / (totals[rings.offsets[1:]] - totals[rings.offsets[:-1]] + own)
+    shares = 1.0 / (totals[rings[0][1:]] - totals[rings[0][:-1]] + own)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        weighted_step(now, out, moves, *rings, counts, shares)
+        _weighted_step(now, out, moves, *rings, counts, shares)
         return 2.0
 
     return advance
 
 
-class MovingVertices(NamedTuple):
-    """The vertices that move, by the neighbours that count for them."""
+@compiled(parallel=True)
+def _uniform_step(points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, step: float) -> None:
+    """Towards the mean of the one-ring."""
+    for i in prange(moves.shape[0]):
+        if moves[i]:
+            start, stop = _U(offsets[i]), _U(offsets[i + 1])
+            x = y = z = 0.0
+            k = start
+            while k + _U(1) < stop:  # two at a time: half of the branches, which are what takes time
+                j = _U(neighbours[k])
+                x += points[j, 0]
+                y += points[j, 1]
+                z += points[j, 2]
+                j = _U(neighbours[k + _U(1)])
+                x += points[j, 0]
+                y += points[j, 1]
+                z += points[j, 2]
+                k += _U(2)
+            if k < stop:
+                j = _U(neighbours[k])
+                x += points[j, 0]
+                y += points[j, 1]
+                z += points[j, 2]
+            share = step / np.int64(stop - start)
+            out[i, 0] = points[i, 0] + (share * x - step * points[i, 0])
+            out[i, 1] = points[i, 1] + (share * y - step * points[i, 1])
+            out[i, 2] = points[i, 2] + (share * z - step * points[i, 2])
 
-    surface: Kinds  # (n,) the kind of the star of those that move with their whole star, `NO_STAR` of all others
-    #: (n,) the same of those that move with their neighbours on the border, and these of all n; None where none does
-    curve: tuple[Kinds, Rings] | None
+
+@compiled(parallel=True)
+def _weighted_step(
+    points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, weights: Floats, shares: Floats
+) -> None:
+    """By the sum of weights times edges, times the vertex's share, which holds the step and one over the mass."""
+    for i in prange(moves.shape[0]):
+        if moves[i]:
+            px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+            x = y = z = 0.0
+            for k in range(_U(offsets[i]), _U(offsets[i + 1])):
+                j = _U(neighbours[k])
+                x += weights[k] * (points[j, 0] - px)
+                y += weights[k] * (points[j, 1] - py)
+                z += weights[k] * (points[j, 2] - pz)
+            out[i, 0] = px + shares[i] * x
+            out[i, 1] = py + shares[i] * y
+            out[i, 2] = pz + shares[i] * z
 
 
-def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -> MovingVertices:
-    """The vertices of a mesh that move, by the neighbours that count for them.
+@compiled(parallel=True)
+def _length_step(
+    points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, step: float, shortest: float, by_arc_length: bool
+) -> float:
+    """By the sum of edges over their lengths: over the sum of inverse lengths, or (`by_arc_length`) over half that of lengths.
 
-    Args:
-        stars: the star of every vertex.
-        border: what vertices on an edge with exactly one face do.
-        movable: (n,) which vertices may move; None for all. The others are seen, and vertices that no face uses never move.
-
-    Raises:
-        FilterInputError: an unknown policy.
+    Edges shorter than `shortest` count as that long. Returns Gershgorin's bound of the spectrum of -L, by arc length.
     """
-    check_choice("border", border, BORDER_POLICIES)
-    n = len(stars.kinds)
-    edges = np.empty((0, 2), dtype=np.int32) if border == "free" else stars.border_edges()
-    kinds = stars.kinds if movable is None else np.where(movable, stars.kinds, np.uint8(NO_STAR))
-    if len(edges) == 0:
-        return MovingVertices(kinds, None)
-    on_border = mask_of(edges, n)
-    inside, curve = np.where(on_border, np.uint8(NO_STAR), kinds), np.where(on_border, kinds, np.uint8(NO_STAR))
-    if border == "fixed" or not curve.any():
-        return MovingVertices(inside, None)
-    rings = one_rings(edges, n)
-    return MovingVertices(inside, (curve, Rings(rings.offsets, rings.neighbours)))
+    bound = 0.0
+    for i in prange(moves.shape[0]):
+        if moves[i]:
+            px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+            x = y = z = inverses = lengths = 0.0
+            for k in range(_U(offsets[i]), _U(offsets[i + 1])):
+                j = _U(neighbours[k])
+                dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+                length = max(math.sqrt(dx * dx + dy * dy + dz * dz), shortest)
+                weight = 1.0 / length
+                x += weight * dx
+                y += weight * dy
+                z += weight * dz
+                inverses += weight
+                lengths += length
+            share = 2.0 * step / lengths if by_arc_length else step / inverses
+            out[i, 0], out[i, 1], out[i, 2] = px + share * x, py + share * y, pz + share * z
+            bound = max(bound, 4.0 * inverses / lengths)
+    return bound
+
+
+@compiled(parallel=True)
+def _sum_ring_lengths(points: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
+    """For every vertex the sum of the lengths of its edges, into `sums`."""
+    for i in prange(sums.shape[0]):
+        total = 0.0
+        for k in range(_U(offsets[i]), _U(offsets[i + 1])):
+            j = _U(neighbours[k])
+            dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+            total += math.sqrt(dx * dx + dy * dy + dz * dz)
+        sums[i] = total
+
+
+@compiled
+def _share(rule: int, step: float, total: float, size: float, area: float) -> float:
+    """The factor of the weighted sum of edges; 0 where the operator is not defined."""
+    if rule == NORMALISED:
+        return step / size if size > 0.0 else 0.0
+    if rule == BY_AREA:
+        return step / area if area > 0.0 else 0.0
+    return 2.0 / (2.0 * total + 1.0) if total > 0.0 else 0.0
+
+
+@compiled(parallel=True)
+def _star_step(points: Floats, out: Floats, kinds: Kinds, offsets: Longs, neighbours: Ints, rule: int, step: float) -> float:
+    """A step of the vertices with closed and open stars, whose neighbours are in the order of a walk round or across.
+
+    Returns Gershgorin's bound of the spectrum of -L, by area.
+    """
+    bound, n = 0.0, kinds.shape[0]
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
+        first, last = block * _BLOCK, min((block + 1) * _BLOCK, n)
+        bound = max(bound, _move_block(points, out, kinds, first, last, offsets, neighbours, rule, step))
+    return bound
+
+
+@compiled(error_model="numpy")
+def _move_block(
+    points: Floats, out: Floats, kinds: Kinds, first: int, last: int, offsets: Longs, neighbours: Ints, rule: int, step: float
+) -> float:
+    """A step of the vertices from `first` to `last`."""
+    # The edges of one star after the other, the first of each once more at its end.
+    edges = np.empty((6, offsets[last] - offsets[first] + last - first))
+    x, y, z, squares, at_u, at_v = edges[0], edges[1], edges[2], edges[3], edges[4], edges[5]
+    at = _U(0)
+    for i in range(_U(first), _U(last)):
+        if kinds[i] == CLOSED or kinds[i] == OPEN:
+            start = at
+            px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+            for k in range(_U(offsets[i]), _U(offsets[i + _U(1)])):
+                j = _U(neighbours[k])
+                dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+                x[at], y[at], z[at], squares[at] = dx, dy, dz, dx * dx + dy * dy + dz * dz
+                at += _U(1)
+            x[at], y[at], z[at], squares[at] = x[start], y[start], z[start], squares[start]
+            at += _U(1)
+    # Of each edge u and the next, v. Square roots and divisions of several at a time: most of the work.
+    for u in range(max(at, _U(1)) - _U(1)):
+        v = u + _U(1)
+        at_u[u], at_v[u] = halved_cotangents(x[u], y[u], z[u], squares[u], x[v], y[v], z[v], squares[v])
+    bound, start = 0.0, _U(0)
+    for i in range(_U(first), _U(last)):
+        if kinds[i] == CLOSED or kinds[i] == OPEN:
+            closed, end = kinds[i] == CLOSED, start + _U(offsets[i + _U(1)] - offsets[i]) - _U(1)
+            sx = sy = sz = total = size = area = 0.0
+            # An edge has a weight from each of its two triangles: `weight` is that from the triangle before it.
+            weight = at_u[end] if closed else 0.0
+            for u in range(start, end + _U(1)):
+                if u < end:
+                    weight += at_v[u]
+                elif closed:
+                    weight += at_v[end]
+                sx += weight * x[u]
+                sy += weight * y[u]
+                sz += weight * z[u]
+                total += weight
+                size += abs(weight)
+                weight = at_u[u]
+            if rule == BY_AREA:
+                if closed:
+                    v = end + _U(1)
+                    area += mixed_share(x[end], y[end], z[end], squares[end], x[v], y[v], z[v], squares[v])
+                for u in range(start, end):
+                    v = u + _U(1)
+                    area += mixed_share(x[u], y[u], z[u], squares[u], x[v], y[v], z[v], squares[v])
+                if area > 0.0:
+                    bound = max(bound, (total + size) / area)
+            share = _share(rule, step, total, size, area)
+            out[i, 0], out[i, 1], out[i, 2] = points[i, 0] + share * sx, points[i, 1] + share * sy, points[i, 2] + share * sz
+            start = end + _U(2)
+    return bound
+
+
+@compiled
+def _irregular_step(points: Floats, out: Floats, star: Stars, moves: Bools, rule: int, step: float) -> float:
+    """As `_star_step`, for those of the irregular vertices that move."""
+    _, offsets, neighbours, irregular, end_offsets, ends = star
+    bound = 0.0
+    for m in range(irregular.shape[0]):
+        if not moves[m]:
+            continue
+        i = irregular[m]
+        start, stop = offsets[i], offsets[i + 1]
+        weights = np.zeros(stop - start)
+        area = 0.0
+        for k in range(end_offsets[m], end_offsets[m + 1], 2):
+            a, b = neighbours[ends[k]], neighbours[ends[k + 1]]
+            ux, uy, uz = points[a, 0] - points[i, 0], points[a, 1] - points[i, 1], points[a, 2] - points[i, 2]
+            vx, vy, vz = points[b, 0] - points[i, 0], points[b, 1] - points[i, 1], points[b, 2] - points[i, 2]
+            uu = ux * ux + uy * uy + uz * uz
+            vv = vx * vx + vy * vy + vz * vz
+            at_a, at_b = halved_cotangents(ux, uy, uz, uu, vx, vy, vz, vv)
+            weights[ends[k + 1] - start] += at_a
+            weights[ends[k] - start] += at_b
+            area += mixed_share(ux, uy, uz, uu, vx, vy, vz, vv)
+        total = weights.sum()
+        size = np.abs(weights).sum()
+        share = _share(rule, step, total, size, area)
+        for c in range(3):
+            change = 0.0
+            for k in range(start, stop):
+                change += weights[k - start] * (points[neighbours[k], c] - points[i, c])
+            out[i, c] = points[i, c] + share * change
+        if area > 0.0:
+            bound = max(bound, (total + size) / area)
+    return bound
+
+
+@compiled(parallel=True)
+def _element_bound(points: Floats, faces: Ints) -> float:
+    """A bound of the spectrum of -L by area: the largest eigenvalue of a single triangle's own M^-1 C.
+
+    The operator's stiffness and areas are sums over the triangles, so that no eigenvalue of the whole lies above those of the
+    parts [irons1971]. It is exact on a lattice of equilateral triangles, where Gershgorin's bound is 4/3 of the truth.
+    """
+    bound = 0.0
+    for f in prange(faces.shape[0]):
+        if faces[f, 0] != faces[f, 1] and faces[f, 1] != faces[f, 2] and faces[f, 2] != faces[f, 0]:
+            bound = max(bound, _largest_eigenvalue(points, faces[f, 0], faces[f, 1], faces[f, 2]))
+    return bound
+
+
+@compiled
+def _largest_eigenvalue(points: Floats, a: int, b: int, c: int) -> float:
+    """That of a triangle, by the halved cotangents w at its corners and the mixed area m of each."""
+    ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+    vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+    dx, dy, dz = vx - ux, vy - uy, vz - uz
+    uu, vv, dd = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, dx * dx + dy * dy + dz * dz
+    wb, wc = halved_cotangents(ux, uy, uz, uu, vx, vy, vz, vv)
+    _, wa = halved_cotangents(dx, dy, dz, dd, -ux, -uy, -uz, uu)
+    ma = mixed_share(ux, uy, uz, uu, vx, vy, vz, vv)
+    mb = mixed_share(dx, dy, dz, dd, -ux, -uy, -uz, uu)
+    mc = mixed_share(-vx, -vy, -vz, vv, -dx, -dy, -dz, dd)
+    if ma == 0.0 or mb == 0.0 or mc == 0.0:
+        return np.inf if wa != 0.0 or wb != 0.0 or wc != 0.0 else 0.0
+    trace = (wb + wc) / ma + (wc + wa) / mb + (wa + wb) / mc
+    minors = (wa * wb + wb * wc + wc * wa) * (1.0 / (ma * mb) + 1.0 / (mb * mc) + 1.0 / (mc * ma))
+    return 0.5 * (trace + math.sqrt(max(trace * trace - 4.0 * minors, 0.0)))

@@ -1,10 +1,8 @@
 """Fairing: surfaces that minimise an energy, on the whole mesh or on a region between fixed rings."""
 
-from .bilaplacian import bilaplacian_smoothing, weight_of_detail_size
+from .bilaplacian import bilaplacian_smoothing, feature_weights, scalar_feature_weights, weight_of_detail_size
 from .blend import Blend, blend_parts
-from .feature_weights import feature_weights, scalar_feature_weights
-from .harmonic import harmonic_values
-from .region import ENERGIES, Energy, FairedRegion, fair_region
+from .region import ENERGIES, Energy, FairedRegion, fair_region, harmonic_values
 from .tangential import tangential_smoothing
 
 __all__ = [

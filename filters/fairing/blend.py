@@ -281,14 +281,8 @@ def _resampled(loop: Floats, count: int, shift: float) -> Floats:
 def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[Ints, Ints]:
     """The spans between two loops whose squared lengths have the least sum, the shortest of all spans among them.
 
-    Args:
-        first: (a, 3) one loop.
-        second: (b, 3) the other, in the same direction.
-        progress: called with the share that is done; may raise to stop.
-
-    Returns:
-        (a + b,) and (a + b,) the indices of the two ends of each span, in order along the band: from one span to the next, one of
-        the two increases by one, cyclically.
+    The loops, (a, 3) and (b, 3), have the same direction. Returns (a + b,) and (a + b,) indices of the two ends of each span, in
+    order along the band: from one span to the next, one of the two increases by one, cyclically.
     """
     low = np.minimum(first.min(axis=0), second.min(axis=0))
     extent = max(float((first - low).max()), float((second - low).max())) or 1.0

@@ -1,4 +1,4 @@
-"""Region fairing: a region between fixed rings that minimises area, bending or its variation [botsch2004]."""
+"""Region fairing: a region between fixed rings that minimises area, bending or its variation [botsch2004]; and its colours."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..compilation import compiled
 from ..execution import Progress, ignore_progress
 from ..geometry import cross_product
 from ..libraries import sparse
-from ..linear_solvers import RefinedSolution, laplacian_power, refined_solution
+from ..linear_solvers import Cholesky, RefinedSolution, laplacian_power, refined_solution
 from ..mesh import (
     Bools,
     Floats,
@@ -28,7 +28,7 @@ from ..mesh import (
     normalised_mesh,
     spikes,
 )
-from ..topology import Submesh, submesh_around
+from ..topology import Submesh, edges, submesh_around
 from .surface_operator import SurfaceOperator, evened_operator, surface_operator
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
@@ -108,11 +108,8 @@ def fair_region(
     check_choice("energy", energy, ENERGIES)
     order = ENERGIES.index(energy) + 1
     chosen = check_vertex_mask("free", free, len(points))
-    if not chosen.any():
-        progress(1.0)
-        return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
-    part = submesh_around(points, triangles, chosen, order)
-    if not part.free.any() or (part.points == part.points[0]).all():
+    part = submesh_around(points, triangles, chosen, order) if chosen.any() else None
+    if part is None or not part.free.any() or (part.points == part.points[0]).all():
         progress(1.0)
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     mesh = normalised_mesh(part.points, part.faces)
@@ -258,3 +255,37 @@ def _in_line(points: Floats) -> bool:
     if lengths[far] == 0.0:
         return True
     return bool((np.linalg.norm(np.cross(ways, ways[far] / lengths[far]), axis=1) <= 1e-12 * lengths[far]).all())
+
+
+def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike) -> Floats:
+    """Gives every vertex that is not fixed the mean of its neighbours: sum_j (x_j - x_i) = 0 [pinkall1993].
+
+    By the maximum principle no value lies beyond the fixed ones of its component, so colours stay colours.
+
+    Args:
+        faces: (m, 3) triangles; vertices are neighbours if an edge joins them.
+        values: (n, k) the values; those that are not fixed count only in components without a fixed vertex.
+        fixed: (n,) bool, the vertices that keep their values.
+
+    Returns:
+        (n, k) float64. Fixed values, and those of components without a fixed vertex, keep every bit.
+
+    Raises:
+        FilterInputError: the arrays do not fit.
+    """
+    result = np.array(values, dtype=np.float64)
+    triangles = np.asarray(faces)
+    if result.ndim != 2 or (len(triangles) and triangles.max() >= len(result)):
+        raise FilterInputError(f"values of shape {result.shape} do not fit: there must be a row for every vertex of the faces")
+    is_fixed = check_vertex_mask("fixed", fixed, len(result))
+    ends = edges(np.ascontiguousarray(triangles, dtype=np.int32))
+    n = len(result)
+    graph = sparse.csr_array((np.ones(2 * len(ends)), (ends.T.ravel(), ends[:, ::-1].T.ravel())), shape=(n, n))
+    count, label = sparse.csgraph.connected_components(graph, directed=False)
+    free = ~is_fixed & mask_of(label[is_fixed], count)[label]
+    if not free.any():
+        return result
+    degrees = np.asarray(graph.sum(axis=1)).ravel()
+    system = sparse.diags_array(degrees[free]) - graph[free][:, free]
+    result[free] = Cholesky(sparse.csr_matrix(system)).solve(graph[free][:, is_fixed] @ result[is_fixed])
+    return result

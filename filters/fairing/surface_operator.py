@@ -43,13 +43,8 @@ def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) ->
     nothing wherever it lies, and an energy throws it out to save a little elsewhere. There every edge gets the weight
     2 (cot 60) / 2 and every vertex the same mass, as if all triangles were equilateral.
 
-    Args:
-        operator: of the surface.
-        faces: (m, 3) triangles.
-        irregular: (n,) vertices that an energy with this operator has thrown out.
-
-    Returns:
-        The operator, and (n,) which vertices lie in such components.
+    `irregular` are the (n,) vertices that an energy with this operator has thrown out. Returns the operator, and (n,) which
+    vertices lie in such components.
     """
     n = len(operator.mass)
     a, b, c = faces[proper_faces(faces)].T

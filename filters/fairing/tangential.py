@@ -6,16 +6,23 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import check_finite, check_positive, check_whole_number
+from ..compilation import compiled
 from ..denoising.noise_level import smooth_normals
 from ..execution import Progress, ignore_progress, part_of
-from ..geometry import WalkableSurface, face_normals, mean_edge_length, vertex_normals_by_area
+from ..geometry import (
+    WalkableSurface,
+    face_normals,
+    mean_edge_length,
+    nearest_by_walk,
+    quality_and_normal,
+    vertex_normals_by_area,
+)
 from ..inspection import sharp_edges
 from ..libraries import sparse
 from ..linear_solvers import SpdSolver
 from ..mesh import Bools, Floats, Ints, Longs, check_mesh, mask_of, normalised_mesh
 from ..operators import cotangent_laplacian, mixed_voronoi_areas, uniform_laplacian
-from ..topology import border_vertices, proper_faces
-from .edge_flips import flip_towards_quality
+from ..topology import border_vertices, diamond, faces_across, fan_size, flip, proper_faces
 
 # The step is cut to the tangent plane and a largest length anyway, so it need not be exact.
 _TOLERANCE = 1e-6
@@ -27,8 +34,13 @@ _HALVINGS = 4
 _AT_RIDGES = 0.2
 # How far smoothed normals across a sharp edge are apart, 25 degrees; beside edges of noise they are nearer.
 _TURNED = 2.0 * math.sin(math.radians(12.5))
-# The least cosine of the angle between the normal of a triangle and its normal before, and that of the surface under it.
+# The least cosine of the angle between the normal of a triangle and its normal before, and that of the surface under it; after a
+# flip between the normals of a new triangle and an old one, and of the two new ones.
 _LEAST_COSINE = 0.25
+# Every pass of flips raises the mean quality; after this many passes it rises by next to nothing.
+_FLIP_PASSES = 50
+# A flip gains at least this much, far above rounding, so that no two flips undo each other for ever.
+_LEAST_GAIN = 1e-6
 
 
 def tangential_smoothing(
@@ -201,3 +213,100 @@ def _mean_edges(points: Floats, faces: Ints) -> Floats:
     means = lengths.mean(axis=1)
     count = np.bincount(faces.ravel(), minlength=len(points))
     return np.asarray(np.bincount(faces.ravel(), np.repeat(means, 3), len(points)) / np.maximum(count, 1))
+
+
+def flip_towards_quality(
+    points: Floats, faces: Ints, may: Bools, surface: WalkableSurface, at: Ints, allowed: float
+) -> tuple[Ints, int]:
+    """Flips edges while that makes the two triangles at them better, and neither worse than the worse one was [lawson1977].
+
+    The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 for equilateral ones, towards 0
+    for slivers. An edge is flipped where the sum of the two qualities rises and the lower of them does not fall, so the mean
+    quality of the mesh rises with every flip and the lowest does not fall. A flip is not made if the normal of a new triangle
+    would be more than 75 degrees from that of an old one, if the new edge exists already, or if the middle or a quarter point of
+    the edge or the centroid of a new triangle would be further from the surface than allowed. Edges with other than two faces
+    stay, as do those whose faces are oriented against each other. Vertices do not move.
+
+    Args:
+        points: (n, 3) coordinates.
+        faces: (m, 3) triangles, none of which names a vertex twice.
+        may: (n,) the vertices whose triangles may change: an edge is flipped only between four of them.
+        surface: the surface that the triangles keep to.
+        at: (n,) the face of the surface where a walk from each vertex starts.
+        allowed: the largest distance from the surface.
+
+    Returns:
+        (m, 3) the triangles, of which those that no flip has changed keep their rows, and the number of flips.
+    """
+    flipped, across = faces.copy(), faces_across(faces)
+    valences = np.bincount(faces.ravel(), minlength=len(points))
+    # Points of a plane are off it by rounding.
+    near = (allowed + 1e-14 * float(np.abs(points[faces]).max(initial=0.0))) ** 2
+    total = 0
+    for _ in range(_FLIP_PASSES):
+        count = int(_flip_pass(points, flipped, across, valences, may, surface, at, near))
+        total += count
+        if count == 0:
+            break
+    return flipped, total
+
+
+@compiled
+def _flip_pass(
+    points: Floats, faces: Ints, across: Ints, valences: Longs, may: Bools, surface: WalkableSurface, at: Ints, near: float
+) -> int:
+    """Goes through the faces once and flips, of each, the first edge that qualifies, in place; the number of flips.
+
+    (n,) `valences` are the numbers of faces at each vertex, `near` the square of the largest distance from the surface.
+    """
+    count = 0
+    for f in range(faces.shape[0]):
+        for k in range(3):
+            if across[f, k] < 0:
+                continue
+            a, b, c, d = diamond(faces, across, f, k)
+            if c == d or not (may[a] and may[b] and may[c] and may[d]) or not _is_better(points, a, b, c, d):
+                continue
+            far = False
+            # Points on the new edge and the centroids of the new triangles, by their weights of c, d and an end of the old edge.
+            for u, v, w, end in (
+                (0.5, 0.5, 0.0, a),
+                (0.75, 0.25, 0.0, a),
+                (0.25, 0.75, 0.0, a),
+                (1 / 3, 1 / 3, 1 / 3, a),
+                (1 / 3, 1 / 3, 1 / 3, b),
+            ):
+                x = u * points[c, 0] + v * points[d, 0] + w * points[end, 0]
+                y = u * points[c, 1] + v * points[d, 1] + w * points[end, 1]
+                z = u * points[c, 2] + v * points[d, 2] + w * points[end, 2]
+                if nearest_by_walk(surface, x, y, z, at[end], near)[4] > near:
+                    far = True
+                    break
+            # An edge from c to d can lie in another fan of faces at c, which this one does not reach.
+            if far or fan_size(faces, across, f, (k + 2) % 3, d) != valences[c]:
+                continue
+            flip(faces, across, f, k)
+            valences[a] -= 1
+            valences[b] -= 1
+            valences[c] += 1
+            valences[d] += 1
+            count += 1
+            break
+    return count
+
+
+@compiled
+def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
+    """Whether (a, d, c) and (d, b, c) are better triangles than (a, b, c) and (b, a, d), with nearly the same normals."""
+    first, n1x, n1y, n1z = quality_and_normal(points, a, b, c)
+    second, n2x, n2y, n2z = quality_and_normal(points, b, a, d)
+    third, n3x, n3y, n3z = quality_and_normal(points, a, d, c)
+    fourth, n4x, n4y, n4z = quality_and_normal(points, d, b, c)
+    if not (third + fourth > first + second + _LEAST_GAIN and min(third, fourth) >= min(first, second)):
+        return False
+    # An old triangle without area has the normal 0, which any new one satisfies.
+    alike = n3x * n4x + n3y * n4y + n3z * n4z >= _LEAST_COSINE
+    for x, y, z in ((n1x, n1y, n1z), (n2x, n2y, n2z)):
+        least = _LEAST_COSINE * (x * x + y * y + z * z)
+        alike &= x * n3x + y * n3y + z * n3z >= least and x * n4x + y * n4y + z * n4z >= least
+    return alike

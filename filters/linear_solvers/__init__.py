@@ -3,9 +3,8 @@
 from .conjugate_gradients import CompressedRows, conjugate_gradients, preconditioned_norm
 from .fronts import Fronts
 from .refined_solution import RefinedSolution, laplacian_power, refined_solution
-from .shifted_factors import ShiftedFactors
 from .smoothed_aggregation import SmoothedAggregation
-from .spd_solver import FINEST_TOLERANCE, Cholesky, SpdSolver
+from .spd_solver import FINEST_TOLERANCE, Cholesky, ShiftedFactors, SpdSolver
 
 __all__ = [
     "FINEST_TOLERANCE",

@@ -19,8 +19,6 @@ from ..mesh import Floats, Ints
 Preconditioner: TypeAlias = Callable[[Floats], Floats]
 #: Rows in a block. Smaller blocks are shared more evenly among threads, larger ones cost less.
 _BLOCK = 4096
-#: Rows that are multiplied between two reports of progress; a call of a kernel costs as much as two hundred.
-_AT_ONCE = 50_000
 #: Indices in kernels are unsigned: for signed ones the compiler adds a test whether they count from the end.
 Index: Any = np.uint64
 
@@ -81,132 +79,60 @@ def conjugate_gradients(
     rows = CompressedRows.of(matrix)
     residual = np.array(right_side, order="C")
     x = np.zeros_like(residual) if start is None else np.array(start, order="C")
+    product = np.empty_like(residual)
+    scale = 1.0 / matrix.diagonal() if precondition is None else np.ones(len(x))
     with threads_for(len(x)):
         if start is not None:
-            product = np.empty_like(residual)
-            multiply(rows, x, product)
+            _multiply(rows, x, product)
             residual -= product
-            del product  # (n, 3): the descent has its own
         if precondition is None:
-            return _by_diagonal(rows, 1.0 / matrix.diagonal(), x, residual, target, max_iterations, progress)
-        return _preconditioned(rows, precondition, x, residual, target, max_iterations, progress)
-
-
-def _by_diagonal(
-    rows: CompressedRows, scale: Floats, x: Floats, residual: Floats, target: float, max_iterations: int, progress: Progress
-) -> Descent:
-    energy = descend(np.zeros(3), residual, residual, x, residual, scale)
-    direction, product = residual * scale[:, None], np.empty_like(residual)
-    first = norm = _root(energy)
-    taken, at_once, indefinite = 0, 1 + _AT_ONCE // max(1, len(x)), False
-    while norm > target and taken < max_iterations and not indefinite:
-        progress(_share_done(first, norm, target))
-        most = min(at_once, max_iterations - taken)
-        steps, indefinite = descend_by_diagonal(rows, scale, x, residual, direction, product, energy, target, most)
-        taken += steps
-        norm = _root(energy)
-    return Descent(x, norm, taken, bool(indefinite))
-
-
-def _preconditioned(
-    rows: CompressedRows,
-    precondition: Preconditioner,
-    x: Floats,
-    residual: Floats,
-    target: float,
-    max_iterations: int,
-    progress: Progress,
-) -> Descent:
-    one, product = np.ones(len(x)), np.empty_like(residual)
-    direction = precondition(residual).copy()  # a preconditioner may give the same array again
-    energy = inner_products(residual, direction)
-    first = norm = _root(energy)
-    taken = 0
-    while norm > target and taken < max_iterations:
-        progress(_share_done(first, norm, target))
-        curvature = multiply(rows, direction, product)
-        if not (curvature >= 0.0).all():
-            return Descent(x, norm, taken, True)
-        descend(quotients(energy, curvature), direction, product, x, residual, one)
-        z = precondition(residual)
-        new_energy = inner_products(residual, z)
-        next_direction(quotients(new_energy, energy), z, one, direction)
-        del z  # (n, 3): the next one is made beside it otherwise
-        energy = new_energy
-        norm = _root(energy)
-        taken += 1
+            direction = residual * scale[:, None]
+            energy = _descend(np.zeros(3), residual, residual, x, residual, scale).sum(axis=0)
+        else:
+            direction = precondition(residual).copy()  # a preconditioner may give the same array again
+            energy = _inner_products(residual, direction).sum(axis=0)
+        first = norm = _root(energy)
+        taken = 0
+        while norm > target and taken < max_iterations:
+            is_within = 0.0 < target < norm <= first < np.inf
+            progress(float(np.log(first / norm) / np.log(first / target)) if is_within else 0.0)
+            curvature = _multiply(rows, direction, product).sum(axis=0)
+            if not (curvature >= 0.0).all():
+                return Descent(x, norm, taken, True)
+            before, energy = energy, _descend(_quotients(energy, curvature), direction, product, x, residual, scale).sum(axis=0)
+            z = residual
+            if precondition is not None:
+                z = precondition(residual)
+                energy = _inner_products(residual, z).sum(axis=0)
+            _next_direction(_quotients(energy, before), z, scale, direction)
+            del z  # (n, 3): the next one is made beside it otherwise
+            norm = _root(energy)
+            taken += 1
     return Descent(x, norm, taken, False)
 
 
 def preconditioned_norm(matrix: sparse.csr_matrix, residual: Floats, precondition: Preconditioner | None = None) -> float:
     """sqrt(sum r^T B r) over the columns of an (n, 3) residual, B as in `conjugate_gradients`."""
     with threads_for(len(residual)):
-        if precondition is None:
-            return _root(inner_products(residual, residual / matrix.diagonal()[:, None]))
-        return _root(inner_products(residual, precondition(residual)))
+        z = residual / matrix.diagonal()[:, None] if precondition is None else precondition(residual)
+        return _root(_inner_products(residual, z).sum(axis=0))
 
 
 def _root(energy: Floats) -> float:
     return float(np.sqrt(energy.sum())) if (energy >= 0.0).all() else np.inf
 
 
-def _share_done(first: float, norm: float, target: float) -> float:
-    if not 0.0 < target < norm <= first < np.inf:
-        return 0.0
-    return float(np.log(first / norm) / np.log(first / target))
-
-
-@compiled
-def descend_by_diagonal(
-    rows: CompressedRows,
-    scale: Floats,
-    x: Floats,
-    residual: Floats,
-    direction: Floats,
-    product: Floats,
-    energy: Floats,
-    target: float,
-    most: int,
-) -> tuple[int, bool]:
-    """At most so many steps, in place; returns how many were made, and whether the matrix is indefinite."""
-    for iteration in range(most):
-        curvature = multiply(rows, direction, product)
-        if not (curvature[0] >= 0.0 and curvature[1] >= 0.0 and curvature[2] >= 0.0):
-            return iteration, True
-        new_energy = descend(quotients(energy, curvature), direction, product, x, residual, scale)
-        next_direction(quotients(new_energy, energy), residual, scale, direction)
-        for c in range(3):
-            energy[c] = new_energy[c]
-        if np.sqrt(energy[0] + energy[1] + energy[2]) <= target:
-            return iteration + 1, False
-    return most, False
-
-
-@compiled
-def quotients(a: Floats, b: Floats) -> Floats:
+def _quotients(a: Floats, b: Floats) -> Floats:
     """The three a / b; 0 where b is not above 0."""
-    of = np.zeros(3)
-    for c in range(3):
-        if b[c] > 0.0:
-            of[c] = a[c] / b[c]
-    return of
-
-
-@compiled
-def _add_up(parts: Floats) -> Floats:
-    total = np.zeros(3)
-    for b in range(parts.shape[0]):
-        for c in range(3):
-            total[c] += parts[b, c]
-    return total
+    return np.divide(a, b, out=np.zeros(3), where=b > 0.0)
 
 
 @compiled(parallel=True)
-def multiply(matrix: CompressedRows, p: Floats, q: Floats) -> Floats:
-    """Computes q = A p in place; returns the three p^T q."""
+def _multiply(matrix: CompressedRows, p: Floats, q: Floats) -> Floats:
+    """Computes q = A p in place; returns the three p^T q of each block."""
     n = p.shape[0]
-    parts = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
-    for b in prange(parts.shape[0]):
+    sums = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
+    for b in prange(sums.shape[0]):
         s0, s1, s2 = 0.0, 0.0, 0.0
         for i in range(Index(b * _BLOCK), Index(min(n, (b + 1) * _BLOCK))):
             a0, a1, a2 = row_product(matrix, i, p)
@@ -214,17 +140,17 @@ def multiply(matrix: CompressedRows, p: Floats, q: Floats) -> Floats:
             s0 += a0 * p[i, 0]
             s1 += a1 * p[i, 1]
             s2 += a2 * p[i, 2]
-        parts[b, 0], parts[b, 1], parts[b, 2] = s0, s1, s2
-    return _add_up(parts)
+        sums[b, 0], sums[b, 1], sums[b, 2] = s0, s1, s2
+    return sums
 
 
 @compiled(parallel=True)
-def descend(steps: Floats, p: Floats, q: Floats, x: Floats, r: Floats, scale: Floats) -> Floats:
-    """Computes x += steps p and r -= steps q in place; returns the three r^T diag(scale) r."""
+def _descend(steps: Floats, p: Floats, q: Floats, x: Floats, r: Floats, scale: Floats) -> Floats:
+    """Computes x += steps p and r -= steps q in place; returns the three r^T diag(scale) r of each block."""
     n = p.shape[0]
     t0, t1, t2 = steps[0], steps[1], steps[2]
-    parts = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
-    for b in prange(parts.shape[0]):
+    sums = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
+    for b in prange(sums.shape[0]):
         s0, s1, s2 = 0.0, 0.0, 0.0
         for i in range(Index(b * _BLOCK), Index(min(n, (b + 1) * _BLOCK))):
             x[i, 0] += t0 * p[i, 0]
@@ -237,35 +163,34 @@ def descend(steps: Floats, p: Floats, q: Floats, x: Floats, r: Floats, scale: Fl
             s0 += r0 * r0 * scale[i]
             s1 += r1 * r1 * scale[i]
             s2 += r2 * r2 * scale[i]
-        parts[b, 0], parts[b, 1], parts[b, 2] = s0, s1, s2
-    return _add_up(parts)
+        sums[b, 0], sums[b, 1], sums[b, 2] = s0, s1, s2
+    return sums
 
 
 @compiled(parallel=True)
-def next_direction(shares: Floats, z: Floats, scale: Floats, p: Floats) -> None:
+def _next_direction(shares: Floats, z: Floats, scale: Floats, p: Floats) -> None:
     """Computes p = diag(scale) z + shares p in place."""
-    n = p.shape[0]
     t0, t1, t2 = shares[0], shares[1], shares[2]
-    for b in prange((n + _BLOCK - 1) // _BLOCK):
-        for i in range(Index(b * _BLOCK), Index(min(n, (b + 1) * _BLOCK))):
-            p[i, 0] = scale[i] * z[i, 0] + t0 * p[i, 0]
-            p[i, 1] = scale[i] * z[i, 1] + t1 * p[i, 1]
-            p[i, 2] = scale[i] * z[i, 2] + t2 * p[i, 2]
+    for row in prange(p.shape[0]):
+        i = Index(row)
+        p[i, 0] = scale[i] * z[i, 0] + t0 * p[i, 0]
+        p[i, 1] = scale[i] * z[i, 1] + t1 * p[i, 1]
+        p[i, 2] = scale[i] * z[i, 2] + t2 * p[i, 2]
 
 
 @compiled(parallel=True)
-def inner_products(r: Floats, z: Floats) -> Floats:
-    """The three r^T z."""
+def _inner_products(r: Floats, z: Floats) -> Floats:
+    """The three r^T z of each block."""
     n = r.shape[0]
-    parts = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
-    for b in prange(parts.shape[0]):
+    sums = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
+    for b in prange(sums.shape[0]):
         s0, s1, s2 = 0.0, 0.0, 0.0
         for i in range(Index(b * _BLOCK), Index(min(n, (b + 1) * _BLOCK))):
             s0 += r[i, 0] * z[i, 0]
             s1 += r[i, 1] * z[i, 1]
             s2 += r[i, 2] * z[i, 2]
-        parts[b, 0], parts[b, 1], parts[b, 2] = s0, s1, s2
-    return _add_up(parts)
+        sums[b, 0], sums[b, 1], sums[b, 2] = s0, s1, s2
+    return sums
 
 
 @compiled

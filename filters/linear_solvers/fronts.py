@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -76,52 +76,27 @@ class Fronts(NamedTuple):
     def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
         """L, group by group its columns from the diagonal on, and D, (n,), of a matrix of this pattern or of a part of it."""
         values, pivots = np.empty(int(self.numbers[-1])), np.empty(len(self.order))
-        entries, firsts = _compressed(matrix), self.firsts
-        ends = self.parts[:, 1] - 1
+        entries, ends = _compressed(matrix), self.parts[:, 1] - 1
         counts = self.starts[ends + 1] - self.starts[ends]
         begins = np.append(0, np.cumsum(counts * (counts + 1) // 2))
         changes = np.empty(int(begins[-1]))
         with threads_for(len(self.order)):
             _factorise_parts(self, entries, begins, changes, values, pivots)
-        waiting: list[tuple[int, Floats]] = []  # groups whose changes have not been added to a front, and these
-        part, local = 0, np.empty(len(self.order), dtype=np.int32)
-        for g in self.last:
-            own, changed = firsts[g + 1] - firsts[g], self.starts[g + 1] - self.starts[g]
-            if part < len(ends) and g == ends[part]:
-                change = changes[begins[part] : begins[part + 1]]
-                part += 1
-            else:
-                front = np.empty((own + changed, own + changed))
-                rows = self.rows[self.starts[g] : self.starts[g + 1]]
-                _assemble(entries, self.order, self.places, firsts[g], own, rows, local, front)
-                while waiting and firsts[waiting[-1][0]] >= self.lows[g]:
-                    earlier, change = waiting.pop()
-                    _add(self.rows[self.starts[earlier] : self.starts[earlier + 1]], change, local, front)
-                for begin in range(0, own, _PANEL):
-                    end = min(begin + _PANEL, int(own))
-                    _eliminate_panel(front, begin, end)
-                    with threads_for(_WORK * len(front)):
-                        _subtract_panel_by_threads(front, begin, end)
-                _store(own, front, values[self.numbers[g] :], pivots[firsts[g] :])
-                change = np.empty(int(changed * (changed + 1) // 2))
-                _keep(own, front, change)
-                del front
-            waiting.append((g, change))
+            _factorise(self, entries, self.last, changes, values, pivots, True)
         return values, pivots
 
     def solve(self, values: Floats, b: Floats) -> Floats:
         """The solution for (n, k) right-hand sides by the factors, (n, k), in the order in memory of the right-hand sides."""
-        is_fortran = b.flags.f_contiguous
-        right = np.asfortranarray(b) if is_fortran else np.ascontiguousarray(b)
-        x = np.empty(b.shape, order="F" if is_fortran else "C")
-        y = np.empty((-(-b.shape[1] // _TOGETHER), len(b), _TOGETHER))
+        layout: Literal["F", "C"] = "F" if b.flags.f_contiguous else "C"
+        x = np.empty(b.shape, order=layout)
+        y = np.zeros((-(-b.shape[1] // _TOGETHER), len(b), _TOGETHER))
         aside = np.zeros((len(self.parts), len(y), int(self.above.max(initial=-1)) + 1, _TOGETHER))
-        _put_in_order(self.order, right, y)
+        _reorder(self.order, np.asarray(b, order=layout), y, True)
         with threads_for(len(self.order)):
             _forward_parts(self, values, y, aside)
             _solve_above(self, values, y, aside)
             _backward_parts(self, values, y)
-        _put_back(self.order, y, x)
+        _reorder(self.order, x, y, False)
         return x
 
     def in_place(self) -> Fronts:
@@ -208,40 +183,54 @@ def _factorise_parts(
 ) -> None:
     """Fills the factors of the parts, and what each changes in later rows, from `begins` on."""
     for part in prange(fronts.parts.shape[0]):
-        _factorise_part(fronts, matrix, part, changes[begins[part] : begins[part + 1]], values, pivots)
+        groups = np.arange(fronts.parts[part, 0], fronts.parts[part, 1])
+        _factorise(fronts, matrix, groups, changes[begins[part] : begins[part + 1]], values, pivots, False)
 
 
-@compiled
-def _factorise_part(fronts: Fronts, matrix: CompressedRows, part: int, changes: Floats, values: Floats, pivots: Floats) -> None:
+@compiled(nogil=True)
+def _factorise(
+    fronts: Fronts, matrix: CompressedRows, groups: Longs, changes: Floats, values: Floats, pivots: Floats, above: bool
+) -> None:
+    """Fills the factors of all groups of a part, and what these change in later rows; or of those above all parts.
+
+    These are `Fronts.last`; the last group of each part, whose `changes` are there, is among them.
+    """
     firsts, lows, starts, rows = fronts.firsts, fronts.lows, fronts.starts, fronts.rows
     local = np.empty(fronts.order.shape[0], dtype=np.int32)
-    groups = np.arange(fronts.parts[part, 0], fronts.parts[part, 1])
     widest, most = _room(fronts, groups)
     work, held = np.empty(widest * widest), np.empty(most)
+    # Groups whose changes have not been added to a front; these are held one after the other.
     waiting = np.empty(groups.shape[0], dtype=np.int64)
-    top, full = 0, 0
+    top, full, taken = 0, 0, 0
     for g in groups:
         own, changed = firsts[g + 1] - firsts[g], starts[g + 1] - starts[g]
         size = own + changed
-        front = work[: size * size].reshape(size, size)
-        _assemble(matrix, fronts.order, fronts.places, firsts[g], own, rows[starts[g] : starts[g + 1]], local, front)
-        while top > 0 and firsts[waiting[top - 1]] >= lows[g]:
-            top -= 1
-            count = starts[waiting[top] + 1] - starts[waiting[top]]
-            full -= _triangle(count)
-            begin = starts[waiting[top]]
-            _add(rows[begin : begin + count], held[full:], local, front)
-        for begin in range(0, own, _PANEL):
-            end = min(begin + _PANEL, own)
-            _eliminate_panel(front, begin, end)
-            for left in range(end, size, _STRIP):
-                _subtract_panel(front, begin, end, left)
-        _store(own, front, values[fronts.numbers[g] :], pivots[firsts[g] :])
-        _keep(own, front, held[full:])
+        if above and fronts.above[firsts[g]] < 0:
+            held[full : full + _triangle(changed)] = changes[taken : taken + _triangle(changed)]
+            taken += _triangle(changed)
+        else:
+            front = work[: size * size].reshape(size, size)
+            _assemble(matrix, fronts.order, fronts.places, firsts[g], own, rows[starts[g] : starts[g + 1]], local, front)
+            while top > 0 and firsts[waiting[top - 1]] >= lows[g]:
+                top -= 1
+                begin, end = starts[waiting[top]], starts[waiting[top] + 1]
+                full -= _triangle(end - begin)
+                _add(rows[begin:end], held[full:], local, front)
+            for begin in range(0, own, _PANEL):
+                end = min(begin + _PANEL, own)
+                _eliminate_panel(front, begin, end)
+                if above and _WORK * size >= SERIAL_BELOW:
+                    _subtract_panel_by_threads(front, begin, end)
+                else:
+                    for left in range(end, size, _STRIP):
+                        _subtract_panel(front, begin, end, left)
+            _store(own, front, values[fronts.numbers[g] :], pivots[firsts[g] :])
+            _keep(own, front, held[full:])
         full += _triangle(changed)
         waiting[top] = g
         top += 1
-    changes[:] = held[full - changes.shape[0] : full]
+    if not above:
+        changes[:] = held[full - changes.shape[0] : full]
 
 
 @compiled
@@ -369,21 +358,15 @@ def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> No
 
 
 @compiled(nogil=True)
-def _put_in_order(order: Ints, b: Floats, y: Floats) -> None:
-    """The right-hand sides in groups of four; 0 where there are none left."""
-    for h in range(y.shape[0]):
-        for i in range(order.shape[0]):
-            for c in range(_TOGETHER):
-                column = h * _TOGETHER + c
-                y[h, i, c] = b[order[i], column] if column < b.shape[1] else 0.0
-
-
-@compiled(nogil=True)
-def _put_back(order: Ints, y: Floats, x: Floats) -> None:
+def _reorder(order: Ints, x: Floats, y: Floats, forth: bool) -> None:
+    """Copies the columns of `x` in groups of four into `y`, its rows in `order`; or back."""
     for h in range(y.shape[0]):
         for i in range(order.shape[0]):
             for c in range(min(_TOGETHER, x.shape[1] - h * _TOGETHER)):
-                x[order[i], h * _TOGETHER + c] = y[h, i, c]
+                if forth:
+                    y[h, i, c] = x[order[i], h * _TOGETHER + c]
+                else:
+                    x[order[i], h * _TOGETHER + c] = y[h, i, c]
 
 
 @compiled(parallel=True)
@@ -417,25 +400,16 @@ def _solve_above(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> No
         _backward(fronts, values, groups, y)
 
 
-@compiled
-def _rows_of_a_front(fronts: Fronts) -> Floats:
-    """Room for the values at the rows of any front."""
-    widest = 0
-    for g in range(fronts.lows.shape[0]):
-        widest = max(widest, fronts.firsts[g + 1] - fronts.firsts[g] + fronts.starts[g + 1] - fronts.starts[g])
-    return np.empty((widest, _TOGETHER))
-
-
 @compiled(nogil=True)
 def _forward(fronts: Fronts, values: Floats, groups: Longs, end: int, y: Floats, aside: Floats) -> None:
     """L y = b on the rows of some groups; what they change is added to `y` before the row `end`, from there on to `aside`.
 
     The groups of four columns take turns.
     """
-    firsts, starts, rows, above = fronts.firsts, fronts.starts, fronts.rows, fronts.above
-    local = _rows_of_a_front(fronts)
+    firsts, starts, above = fronts.firsts, fronts.starts, fronts.above
+    local = np.empty((_room(fronts, groups)[0], _TOGETHER))
     for g in groups:
-        first, own, changed = firsts[g], firsts[g + 1] - firsts[g], rows[starts[g] : starts[g + 1]]
+        first, own, changed = firsts[g], firsts[g + 1] - firsts[g], fronts.rows[starts[g] : starts[g + 1]]
         for h in range(y.shape[0]):
             _forward_group(y[h], local, values[fronts.numbers[g] :], first, own, changed.shape[0])
             for k in range(changed.shape[0]):
@@ -470,10 +444,10 @@ def _forward_group(x: Floats, local: Floats, values: Floats, first: int, own: in
 @compiled(nogil=True)
 def _backward(fronts: Fronts, values: Floats, groups: Longs, y: Floats) -> None:
     """D L^T x = y on the rows of some groups, the last first."""
-    firsts, starts, rows = fronts.firsts, fronts.starts, fronts.rows
-    local = _rows_of_a_front(fronts)
+    firsts, starts = fronts.firsts, fronts.starts
+    local = np.empty((_room(fronts, groups)[0], _TOGETHER))
     for g in groups[::-1]:
-        first, own, changed = firsts[g], firsts[g + 1] - firsts[g], rows[starts[g] : starts[g + 1]]
+        first, own, changed = firsts[g], firsts[g + 1] - firsts[g], fronts.rows[starts[g] : starts[g + 1]]
         for h in range(y.shape[0]):
             _backward_group(y[h], local, values[fronts.numbers[g] : fronts.numbers[g + 1]], first, own, changed)
 

@@ -29,9 +29,6 @@ def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
     [george1973]. On a surface the factors have about n log n entries. Written here because the orders by least degree that come
     with SuperLU take quadratic time on regular meshes; docs/solvers.md compares them.
 
-    Args:
-        matrix: (n, n) with a symmetric pattern.
-
     Returns:
         order: (n,) int32 a permutation.
         firsts: (groups + 1,) where in the order each group begins, ascending, and n.

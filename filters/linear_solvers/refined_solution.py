@@ -111,7 +111,7 @@ def laplacian_power(
     Returns:
         (n, 3).
     """
-    high, low = np.ascontiguousarray(values), np.empty((0, 3)) if more is None else np.ascontiguousarray(more)
+    high, low = np.ascontiguousarray(values), np.zeros(values.shape) if more is None else np.ascontiguousarray(more)
     rows = CompressedRows(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32), matrix.data)
     with threads_for(len(values)):
         for step in range(order):
@@ -157,16 +157,6 @@ def _added(
 
 
 @compiled
-def _added_single(total: float, rest: float, factor: float, high: float, from_high: float) -> tuple[float, float]:
-    """`_added` of numbers that have no low part."""
-    difference, error = _two_sum(high, -from_high)
-    product, lost = _two_product(factor, difference)
-    lost += factor * error
-    total, carried = _two_sum(total, product)
-    return total, rest + (carried + lost)
-
-
-@compiled
 def _scaled(total: float, rest: float, factor: float) -> tuple[float, float]:
     total, rest = _two_sum(total, rest)
     product, lost = _two_product(factor, total)
@@ -175,21 +165,16 @@ def _scaled(total: float, rest: float, factor: float) -> tuple[float, float]:
 
 @compiled(parallel=True)
 def _apply(matrix: CompressedRows, factors: Floats, high: Floats, low: Floats, out_high: Floats, out_low: Floats) -> None:
-    """out_i = factors_i sum_j S_ij (x_j - x_i), every number a sum of a high and a low double; no rows of `low` are zeros.
+    """out_i = factors_i sum_j S_ij (x_j - x_i), every number a sum of a high and a low double.
 
     The three columns take turns: each waits for its own last sum alone.
     """
-    single = low.shape[0] == 0
     indptr, indices, data = matrix
     for i in prange(indptr.shape[0] - 1):
         x, y, z, p, q, r = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for k in range(indptr[i], indptr[i + 1]):
             j = indices[k]
-            if j != i and single:
-                x, p = _added_single(x, p, data[k], high[j, 0], high[i, 0])
-                y, q = _added_single(y, q, data[k], high[j, 1], high[i, 1])
-                z, r = _added_single(z, r, data[k], high[j, 2], high[i, 2])
-            elif j != i:
+            if j != i:
                 x, p = _added(x, p, data[k], high[j, 0], low[j, 0], high[i, 0], low[i, 0])
                 y, q = _added(y, q, data[k], high[j, 1], low[j, 1], high[i, 1], low[i, 1])
                 z, r = _added(z, r, data[k], high[j, 2], low[j, 2], high[i, 2], low[i, 2])

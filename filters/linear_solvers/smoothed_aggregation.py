@@ -103,8 +103,7 @@ class SmoothedAggregation:
         if depth == len(self._levels):
             return right_side if self._coarsest is None else self._coarsest.solve(right_side)
         level = self._levels[depth]
-        matrix = CompressedRows.of(level.matrix)
-        x, residual = level.solution, level.residual
+        matrix, x, residual = CompressedRows.of(level.matrix), level.solution, level.residual
         sweep_down(matrix, level.inverse_diagonal, level.run, right_side, x)
         _add_product(-1.0, matrix, x, right_side, residual)
         down, up = CompressedRows.of(level.restriction), CompressedRows.of(level.prolongation)
@@ -148,12 +147,8 @@ def _add_product(factor: float, matrix: CompressedRows, x: Floats, b: Floats, y:
 def prolongation_matrix(matrix: sparse.csr_matrix, strength: float) -> sparse.csr_matrix:
     """P = (I - 4/3 diag(1 / sum_j |a_ij|) A) T, with T the 0-1 matrix of the aggregates.
 
-    Args:
-        matrix: A, (n, n) symmetric, with a positive diagonal.
-        strength: unknowns i and j are strongly connected if -a_ij >= strength sqrt(a_ii a_jj). Larger makes smaller aggregates.
-
-    Returns:
-        (n, aggregates).
+    Unknowns i and j of (n, n) symmetric A are strongly connected if -a_ij >= strength sqrt(a_ii a_jj). Larger makes smaller
+    aggregates.
     """
     diagonal = matrix.diagonal()
     aggregates, count = _aggregate(CompressedRows.of(matrix), diagonal, strength)

@@ -20,23 +20,21 @@ from .conjugate_gradients import Preconditioner, conjugate_gradients, preconditi
 from .fronts import Fronts
 from .smoothed_aggregation import SmoothedAggregation
 
+#: Shifts that are tried.
+_ATTEMPTS = 4
+#: Factors with a backward error of at most the first are taken at once; if there are none, the best ones up to the second. The
+#: count is right while no eigenvalue is closer to the shift than this share of the largest one, and one step of refinement makes
+#: up for what the modes lose.
+_GOOD, _ROUGH = 1e-12, 1e-9
 # Rows from which the factors take long enough for a thread of their own.
 _QUICK = 20_000
 
 
 class Cholesky:
-    """The factors L D L^T of a symmetric positive definite matrix, rows in the order of nested dissection.
-
-    They take half a second for a mesh of 100,000 vertices, and can be stopped; docs/solvers.md compares them with libraries'.
-    """
+    """The factors L D L^T of a symmetric positive definite matrix; docs/solvers.md compares them with libraries'."""
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress, done: float = 0.0) -> None:
-        """Factorises an (n, n) finite symmetric matrix.
-
-        Args:
-            matrix: symmetric positive definite.
-            progress: called about ten times a second with `done`; may raise to stop.
-            done: the share of the work that was done before.
+        """Factorises an (n, n) finite symmetric matrix; calls `progress` with `done` meanwhile, which may raise to stop.
 
         Raises:
             ConvergenceError: it is not positive definite to rounding.
@@ -53,6 +51,46 @@ class Cholesky:
     def solve(self, right_side: Floats) -> Floats:
         """The solution for (n, k) right-hand sides, (n, k)."""
         return self._fronts.solve(self._values, right_side)
+
+
+class ShiftedFactors:
+    """L D L^T of A - shift I for a symmetric A, without row exchanges.
+
+    Without exchanges D is diagonal, and by Sylvester's law of inertia it has as many negative entries as A has eigenvalues below
+    the shift. A pivot close to 0 would spoil that; then the shift is moved a little.
+
+    Attributes:
+        shift: the shift of the factors, close to the one that was to be taken.
+        below: how many eigenvalues of A, counted with multiplicity, lie below the shift.
+    """
+
+    def __init__(self, matrix: sparse.csc_matrix, fronts: Fronts, shift: float, progress: Progress, done: float) -> None:
+        """Factorises a symmetric (n, n) matrix, `fronts` those of its pattern, the shift above 0 or below.
+
+        Raises:
+            ConvergenceError: no shift close by gives factors.
+        """
+        identity = sparse.eye_array(matrix.shape[0], format="csr")
+        probe = np.random.default_rng(0).normal(size=(matrix.shape[0], 1))
+        size = float(np.asarray(abs(matrix).sum(axis=0)).max(initial=0.0))
+        best, self._fronts = np.inf, fronts
+        for attempt in range(_ATTEMPTS):
+            tried = shift * (1.0 + 1e-4 * attempt)
+            shifted = sparse.csr_matrix(matrix - tried * identity)
+            values, pivots = abandonable(partial(fronts.factors, shifted), progress, done)
+            x = fronts.solve(values, probe)
+            error = float(np.linalg.norm(shifted @ x - probe) / (size * np.linalg.norm(x) + np.linalg.norm(probe)))
+            if error < best:
+                best, self.shift, self.below = error, tried, int((pivots < 0.0).sum())
+                self._values = values
+            if best <= _GOOD:
+                break
+        if not best <= _ROUGH:
+            raise ConvergenceError(f"the operator of {matrix.shape[0]} vertices has no stable factors near the shift {shift:.6g}")
+
+    def solve(self, right_side: Floats) -> Floats:
+        """(A - shift I)^-1 times (n, b) columns, Fortran-ordered."""
+        return self._fronts.solve(self._values, np.asfortranarray(right_side))
 
 
 #: No solution is asked to be more exact than this, relative to its own energy norm: rounding would not allow it.
@@ -146,10 +184,10 @@ class SpdSolver:
         # The error of the smoothest vector is larger than its residual by one over the least eigenvalue.
         spread = float(np.sqrt(self._system.smoothness))
         if np.log(2.0 / tolerance) / np.sqrt(2.0) / spread <= _FEW_STEPS:
-            attempt = self._descend(b, x, tolerance, reference, None, spread, _JACOBI_STEPS, progress)
-            if attempt.converged:
+            attempt, converged, _ = self._descend(b, x, tolerance, reference, None, spread, _JACOBI_STEPS, progress)
+            if converged:
                 self._solved = True
-                return attempt.solution("jacobi")
+                return attempt
             x, before = attempt.values, attempt.iterations
         if self._quick and self._system.smoothness >= _SINGULAR:
             self._quick = False  # if factors fail multigrid is next
@@ -157,14 +195,16 @@ class SpdSolver:
                 return self.by_factors(b, progress)
         if self._multigrid is None:
             self._multigrid = SmoothedAggregation(self._system.matrix, progress=lambda _: progress(0.0))
-        attempt = self._descend(b, x, tolerance, reference, self._multigrid, 1.0, _MULTIGRID_STEPS, progress)
-        if attempt.converged:
+        attempt, converged, indefinite = self._descend(
+            b, x, tolerance, reference, self._multigrid, 1.0, _MULTIGRID_STEPS, progress
+        )
+        if converged:
             self._solved = True
-            return attempt.solution("multigrid", before)
+            return attempt._replace(iterations=before + attempt.iterations)
         stalled = (
             f"conjugate gradients stall at a backward error of {attempt.backward_error:.3g} in a system of {len(b)} equations"
         )
-        if attempt.indefinite or self._system.smoothness < _SINGULAR:
+        if indefinite or self._system.smoothness < _SINGULAR:
             raise ConvergenceError(f"{stalled}: the matrix is not positive definite to rounding")
         progress(0.0)
         try:
@@ -174,10 +214,6 @@ class SpdSolver:
 
     def by_factors(self, b: Floats, progress: Progress = ignore_progress) -> Solution:
         """The solution for (n, k) right-hand sides by factors and one step of refinement; the factors are kept if they solve it.
-
-        Args:
-            b: (n, k).
-            progress: called about ten times a second with 0 while factors are made; may raise to stop.
 
         Raises:
             ConvergenceError: not positive definite to rounding, too large, or so near to singular that factors are worth nothing.
@@ -204,8 +240,11 @@ class SpdSolver:
         spread: float,
         steps: int,
         progress: Progress,
-    ) -> _Attempt:
-        """Conjugate gradients, restarted where the residual of the recurrence has drifted too far from the true one."""
+    ) -> tuple[Solution, bool, bool]:
+        """Conjugate gradients, restarted where the residual of the recurrence has drifted too far from the true one.
+
+        Returns what they gave, whether they have converged, and whether the matrix turned out to be indefinite.
+        """
         matrix = self._system.matrix
         own = preconditioned_norm(matrix, b, precondition)
         target = max(tolerance * (own if reference is None else reference * spread), FINEST_TOLERANCE * own)
@@ -219,26 +258,13 @@ class SpdSolver:
             backward = self._system.backward_error(x, b)
             converged = norm <= 2.0 * target or (descent.norm <= target and backward <= _ROUNDING)
             if converged or descent.norm > target or descent.iterations == 0:
-                return _Attempt(x, norm / spread, backward, taken, converged, descent.indefinite)
-
-
-class _Attempt(NamedTuple):
-    values: Floats
-    error: float
-    backward_error: float
-    iterations: int
-    converged: bool
-    indefinite: bool
-
-    def solution(self, method: Method, iterations_before: int = 0) -> Solution:
-        return Solution(self.values, self.error, self.backward_error, iterations_before + self.iterations, method)
+                method: Method = "jacobi" if precondition is None else "multigrid"
+                return Solution(x, norm / spread, backward, taken, method), converged, descent.indefinite
 
 
 def _padded(columns: Floats) -> Floats:
     """(n, 3): up to three columns, then columns of zeros."""
-    if columns.shape[1] == 3:
-        return np.ascontiguousarray(columns)
-    return np.ascontiguousarray(np.pad(columns, ((0, 0), (0, 3 - columns.shape[1]))))
+    return np.ascontiguousarray(np.pad(columns, ((0, 0), (0, 3 - columns.shape[1]))) if columns.shape[1] < 3 else columns)
 
 
 class SpdSystem(NamedTuple):

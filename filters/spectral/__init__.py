@@ -1,10 +1,18 @@
 """Spectral filters: wavelengths of a surface removed, kept or amplified; modes and spectra."""
 
 from .detail_enhancement import EnhancedDetails, enhance_details
-from .eigenpairs import lowest_eigenpairs
-from .harmonics import OneHarmonic, one_harmonic
-from .problem import SpectralProblem, spectral_problem
-from .responses import DEFAULT_ORDER, ORDERS, Response, ResponseName, band_pass, enhance, low_pass
+from .eigenpairs import OneHarmonic, lowest_eigenpairs, one_harmonic
+from .problem import (
+    DEFAULT_ORDER,
+    ORDERS,
+    Response,
+    ResponseName,
+    SpectralProblem,
+    band_pass,
+    enhance,
+    low_pass,
+    spectral_problem,
+)
 from .spectral_filter import SpectralMethod, SpectralResult, spectral_filter
 from .spectrum import Spectrum, spectrum
 

@@ -14,8 +14,7 @@ from ..neighbours import touching_balls
 from ..operators import SurfaceOperatorName
 from ..topology import border_vertices, edges
 from .eigenvector_free import filter_without_eigenvectors
-from .problem import spectral_problem
-from .responses import Response, cutoff_frequency, low_pass
+from .problem import Response, cutoff_frequency, low_pass, spectral_problem
 from .spectrum import spectrum
 
 #: The largest thickness that is measured, in displacements: the bound takes 2 % there, 1 - tanh(x) / x for x = 1/4.

@@ -1,15 +1,19 @@
-"""The lowest eigenvalues and eigenvectors of a spectral problem, without gaps."""
+"""Manifold harmonics: the lowest eigenvalues and eigenvectors of a spectral problem, without gaps, and one mode to look at."""
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
-from ..checks import ConvergenceError, check_whole_number
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..checks import ConvergenceError, FilterInputError, check_whole_number
 from ..execution import Progress, abandonable, ignore_progress, part_of, threads_for
 from ..libraries import blas, one_blas_thread, sparse
 from ..linear_solvers import Fronts, ShiftedFactors
 from ..mesh import Floats
-from .problem import SpectralProblem
+from ..operators import SurfaceOperatorName
+from .problem import SpectralProblem, spectral_problem
 from .spectrum_slicing import groups, lowest_modes, sparse_product
 
 #: The matrix is dense up to this many vertices, and up to the limit if more than one in `_DENSE_SHARE` modes is computed.
@@ -69,12 +73,12 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
 
     Each component first gives as many as its share of the area predicts, then more until none can be missing.
     """
-    n, parts = len(problem.mass), problem.n_components
+    parts = problem.n_components
     sizes = np.bincount(problem.components, minlength=parts)
     ends = np.cumsum(sizes)
     together = np.argsort(problem.components, kind="stable")
     rows = np.split(together, ends[:-1])
-    dirichlet = problem.dirichlet if parts == 1 else sparse.csr_matrix(problem.dirichlet[together][:, together])
+    dirichlet = sparse.csr_matrix(problem.dirichlet[together][:, together])
     area = np.bincount(problem.components, problem.mass)
     counts = np.minimum(sizes, np.ceil(count * area / area.sum()).astype(np.int64) + (2 if parts > 1 else skipped))
     solved = [(np.zeros(0), np.zeros((size, 0))) for size in sizes]
@@ -85,7 +89,7 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
             if len(solved[c][0]) < counts[c]:
                 partial = part_of(progress, float(shares[c]), float(shares[c + 1]))
                 own = slice(int(ends[c] - sizes[c]), int(ends[c]))
-                block = dirichlet if parts == 1 else sparse.csr_matrix(dirichlet[own, own])
+                block = sparse.csr_matrix(dirichlet[own, own])
                 with threads_for(10 * int(sizes[c])):
                     solved[c] = component_modes(block, problem.mass[rows[c]], int(counts[c]), tolerance, partial)
         kappa = np.concatenate([pair[0][skipped:] for pair in solved])
@@ -98,7 +102,7 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
         if not short.any():
             break
         counts = np.where(short, np.minimum(most, 2 * counts + 4), counts)
-    modes = np.zeros((n, len(order)), order="F")
+    modes = np.zeros((len(together), len(order)), order="F")
     first = np.concatenate([[0], np.cumsum([len(pair[0]) - skipped for pair in solved])])
     for column, place in enumerate(order):
         c = owner[place]
@@ -112,18 +116,10 @@ def component_modes(
 ) -> tuple[Floats, Floats]:
     """The lowest modes of one component, with the residuals checked, in a unit of area in which the component has 4 pi.
 
-    Args:
-        part: S of the component, (n, n).
-        area: (n,) the diagonal of its M.
-        count: how many, from 1 to n.
-        tolerance: see `lowest_eigenpairs`.
-        progress: called several times a second; may raise to stop.
-
-    Returns:
-        kappa, (count,), and V, (n, count), the first column of which is constant.
+    `part` is S of the component, (n, n), `area` the diagonal of its M, the count from 1 to n; the first mode is constant.
 
     Raises:
-        ConvergenceError: the tolerance is not reached.
+        ConvergenceError: the tolerance of `lowest_eigenpairs` is not reached.
     """
     unit = area.sum() / (4.0 * np.pi)
     root = np.sqrt(area / unit)
@@ -226,3 +222,60 @@ def _by_slicing(
             share = np.sqrt(np.maximum(energy, 0.0) / np.maximum(modes.kappa[group], modes.least))
             modes.residuals[group] = np.minimum(modes.residuals[group], share)
     return modes
+
+
+@dataclass(frozen=True, eq=False)
+class OneHarmonic:
+    """A mode, of mean square 1 over the whole surface.
+
+    Attributes:
+        values: (n,) at the vertices; 0 on other components and at vertices that are part of no surface.
+        eigenvalue: kappa, in one over squared mesh units.
+        share_of_area: of the components where it is not 0, in the area of all.
+        n_components: how many components the surface has.
+    """
+
+    values: Floats
+    eigenvalue: float
+    share_of_area: float
+    n_components: int
+
+
+def one_harmonic(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    mode: int,
+    *,
+    operator: SurfaceOperatorName = "auto",
+    progress: Progress = ignore_progress,
+) -> OneHarmonic:
+    """Mode 0 is constant on the whole surface, mode k the k-th wave by rising frequency over all components [vallet2008].
+
+    Where several waves have one frequency, as on a sphere, a mode is one of their combinations, the same in every run.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        mode: its number, from 0. Larger has shorter waves.
+        operator: see `spectral_problem`.
+        progress: called with the share that is done; may raise to stop.
+
+    Raises:
+        FilterInputError: not a mesh, or no such mode.
+        ConvergenceError: the modes cannot be computed.
+    """
+    mode = check_whole_number("mode", mode)
+    problem = spectral_problem(vertices, faces, operator=operator)
+    if len(problem.mass) == 0:
+        raise FilterInputError(f"mode {mode} does not exist: no triangle of this mesh has an area")
+    if mode > problem.n_waves:
+        raise FilterInputError(f"mode {mode} does not exist: this mesh has modes 0 to {problem.n_waves}")
+    area = float(problem.mass.sum())
+    if mode == 0:
+        progress(1.0)
+        return OneHarmonic(problem.on_mesh(np.ones(len(problem.mass))), 0.0, 1.0, problem.n_components)
+    kappa, modes = lowest_eigenpairs(problem, mode, constants=False, progress=progress)
+    shape = modes[:, -1]
+    component = problem.components[np.abs(shape).argmax()]
+    share = float(problem.mass[problem.components == component].sum()) / area
+    return OneHarmonic(problem.on_mesh(shape * np.sqrt(area)), float(kappa[-1]), share, problem.n_components)

@@ -1,11 +1,24 @@
-"""The generalised eigenproblem of the Laplace-Beltrami operator of a surface: S v = kappa M v."""
+"""The eigenproblem of a surface, S v = kappa M v, and transfer functions: the factors by which filters multiply frequencies.
 
+The frequency of a mode v with S v = kappa M v is omega = sqrt(kappa), in radians per unit length; its wavelength is 2 pi / omega.
+All responses are made of one profile, F(omega) = exp(-ln 2 (omega / omega_c)^(2 n)): diffusion of order n, for the time that
+halves the amplitude at omega_c. It is as flat at 0 as the rational 1 / (1 + (omega / omega_c)^(2 n)) and as easy to approximate
+by polynomials, but falls faster: at n = 2 it is below 1e-6 beyond 2.11 omega_c, where the rational one is still 5 %. It therefore
+needs few eigenvectors. The default n = 2 is the lowest order that is flatter at omega = 0 than the omega^2 of ordinary diffusion;
+higher orders are nearer to a brick wall, with its ringing, and cost more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_finite, check_positive, check_whole_number
 from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, check_mesh, mask_of, normalised_mesh
 from ..operators import Laplacian, SurfaceOperatorName, surface_laplacian
@@ -31,7 +44,7 @@ class SpectralProblem:
         n_vertices: the number of vertices of the mesh.
     """
 
-    dirichlet: "sparse.csr_matrix"
+    dirichlet: sparse.csr_matrix
     mass: Floats
     vertices: Ints
     components: Ints
@@ -109,3 +122,111 @@ def about_centroids(points: Floats, problem: SpectralProblem) -> tuple[Floats, F
     weight = np.bincount(parts, mass)
     means = np.stack([np.bincount(parts, mass * points[:, c]) / weight for c in range(3)], axis=1)
     return points - means[parts], means[parts]
+
+
+ResponseName: TypeAlias = Literal["low_pass", "band_pass", "enhance"]
+
+#: The orders n.
+ORDERS = range(1, 9)
+DEFAULT_ORDER = 2
+
+
+@dataclass(frozen=True)
+class Response:
+    """F(omega), smooth on omega > 0, with a limit at infinity.
+
+    Attributes:
+        name: of the function that made it.
+        cutoffs: the frequencies omega_c at which its parts pass one half, ascending, in radians per unit length.
+        order: n of the profile.
+        weights: of the profiles at the cutoffs: F(omega) = infinity + sum_i weights_i exp(-ln 2 (omega / cutoffs_i)^(2 n)).
+        infinity: the limit of F for short waves.
+    """
+
+    name: ResponseName
+    cutoffs: tuple[float, ...]
+    order: int
+    weights: tuple[float, ...]
+    infinity: float = 0.0
+
+    def __call__(self, frequencies: Floats) -> Floats:
+        """F at each frequency from 0; 1 at exactly 0, the frequency of a component's mean: the surface keeps its place."""
+        omega = np.asarray(frequencies, dtype=np.float64)
+        return np.where(omega == 0.0, 1.0, self.profile(omega))
+
+    def profile(self, frequencies: Floats) -> Floats:
+        """F without the exception at 0; also at infinity."""
+        omega = np.asarray(frequencies, dtype=np.float64)
+        total = np.full(omega.shape, self.infinity)
+        with np.errstate(over="ignore", under="ignore"):
+            for cutoff, weight in zip(self.cutoffs, self.weights, strict=True):
+                total += weight * np.exp(-math.log(2.0) * (omega / cutoff) ** (2 * self.order))
+        return total
+
+    def last_frequency(self, tolerance: float) -> float:
+        """The frequency beyond which F differs from its limit by less than `tolerance` > 0: no further eigenvectors matter."""
+        largest = sum(map(abs, self.weights))
+        if largest <= tolerance:
+            return 0.0
+        return self.cutoffs[-1] * math.pow(math.log2(largest / tolerance), 0.5 / self.order)
+
+
+def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
+    """Removes waves shorter than the detail size and keeps longer ones: F(2 pi / detail_size) = 1/2 exactly.
+
+    Args:
+        detail_size: the wavelength whose amplitude is halved, in mesh units. Larger is smoother.
+        order: n; larger cuts off more sharply, takes longer and rings more.
+    """
+    return Response("low_pass", (cutoff_frequency("detail_size", detail_size),), _checked_order(order), (1.0,))
+
+
+def band_pass(detail_size: float, largest_size: float, *, gain: float = 1.0, order: int = DEFAULT_ORDER) -> Response:
+    """Keeps only waves between two lengths, about the centroid of each component: a difference of two low passes.
+
+    At both ends the amplitude is half of `gain`. The error, as a share of `gain`, is 2^-((largest_size / detail_size)^(2 n)) at
+    the short end and 1 - 2^-((detail_size / largest_size)^(2 n)) at the long one: 4 % for an octave and n = 2.
+
+    Args:
+        detail_size: the shortest wavelength that stays, in mesh units.
+        largest_size: the longest one, above `detail_size`.
+        gain: the factor of the band, finite.
+        order: see `low_pass`.
+    """
+    long, short = _band(detail_size, largest_size)
+    gain = check_finite("gain", gain)
+    return Response("band_pass", (long, short), _checked_order(order), (-gain, gain))
+
+
+def enhance(detail_size: float, largest_size: float, *, gain: float = 2.0, order: int = DEFAULT_ORDER) -> Response:
+    """Multiplies waves between two lengths by `gain` and keeps all others: 1 + (gain - 1) times the band of `band_pass`.
+
+    Args:
+        detail_size: the shortest wavelength that changes, in mesh units. Choose it above the size of the noise.
+        largest_size: the longest one, above `detail_size`.
+        gain: above 1 makes these details stronger, below 1 weaker; 0 removes them.
+        order: see `low_pass`.
+    """
+    long, short = _band(detail_size, largest_size)
+    gain = check_finite("gain", gain)
+    return Response("enhance", (long, short), _checked_order(order), (1.0 - gain, gain - 1.0), infinity=1.0)
+
+
+#: The responses by name.
+RESPONSES: dict[ResponseName, Callable[..., Response]] = {"low_pass": low_pass, "band_pass": band_pass, "enhance": enhance}
+
+
+def cutoff_frequency(name: str, wavelength: float) -> float:
+    """2 pi / wavelength, in radians per unit length; errors name the parameter `name`."""
+    return 2.0 * math.pi / check_positive(name, wavelength, note=": it is a wavelength in mesh units")
+
+
+def _band(detail_size: float, largest_size: float) -> tuple[float, float]:
+    long, short = cutoff_frequency("largest_size", largest_size), cutoff_frequency("detail_size", detail_size)
+    if not long < short:
+        raise FilterInputError(f"largest_size {largest_size} is not above detail_size {detail_size}: no wave is in between")
+    return long, short
+
+
+def _checked_order(order: int) -> int:
+    return check_whole_number("order", order, least=ORDERS[0], most=ORDERS[-1])

@@ -14,8 +14,16 @@ from ..mesh import Floats, check_mesh, normalised_mesh
 from ..operators import SurfaceOperatorName
 from .eigenpairs import lowest_eigenpairs
 from .eigenvector_free import filter_without_eigenvectors
-from .problem import SpectralProblem, about_centroids, spectral_problem
-from .responses import DEFAULT_ORDER, RESPONSES, Response, ResponseName, cutoff_frequency
+from .problem import (
+    DEFAULT_ORDER,
+    RESPONSES,
+    Response,
+    ResponseName,
+    SpectralProblem,
+    about_centroids,
+    cutoff_frequency,
+    spectral_problem,
+)
 
 SpectralMethod: TypeAlias = Literal["auto", "eigenvectors", "polynomial"]
 #: Default of a band's longest wave, in detail sizes: two octaves.

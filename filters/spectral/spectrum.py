@@ -13,7 +13,7 @@ from ..linear_solvers import CompressedRows
 from ..mesh import Floats, check_mesh, normalised_mesh
 from ..operators import SurfaceOperatorName
 from .eigenpairs import lowest_eigenpairs
-from .polynomial import fused_row_product, symmetric_form
+from .eigenvector_free import fused_row_product, symmetric_form
 from .problem import SpectralProblem, about_centroids, check_size, spectral_problem
 
 #: Bands in an octave.
@@ -181,23 +181,15 @@ _SHORT_PASSES = 10
 _MOST_ITERATIONS = 60
 
 
-def energy_quadrature(
-    problem: SpectralProblem, values: Floats, steps: int, *, progress: Progress = ignore_progress
-) -> tuple[Floats, Floats]:
+def energy_quadrature(problem: SpectralProblem, values: Floats, steps: int, *, progress: Progress) -> tuple[Floats, Floats]:
     """Nodes kappa and weights w such that sum w f(kappa) = sum over columns of <v, f(M^-1 S) v>_M.
 
     The process of D = M^-1/2 S M^-1/2 that starts with M^1/2 v gives a tridiagonal matrix whose eigenvalues are the nodes. It is
     exact for polynomials f of degree 2 steps - 1. Its vectors are not orthogonalised again: rounding then repeats nodes and
     divides their weight among them, which does not change the energy of a band.
 
-    Args:
-        problem: of n rows.
-        values: v, (n, 3); columns have nodes of their own.
-        steps: how many; more resolve frequencies more finely.
-        progress: called with the share that is done after each step; may raise to stop.
-
-    Returns:
-        (k,) nodes and (k,) weights of all columns; none if all values are 0.
+    The values v are (n, 3), and columns have nodes of their own; more steps resolve frequencies more finely. Returns (k,) nodes
+    and (k,) weights of all columns; none if all values are 0.
     """
     symmetric = symmetric_form(problem.dirichlet, problem.mass)
     matrix = CompressedRows.of(symmetric)

@@ -51,9 +51,6 @@ def lowest_modes(
         count: how many, at least 1, well below n.
         tolerance: of the residual |A x - kappa x|, as a share of kappa.
         progress: called several times a second; may raise to stop.
-
-    Raises:
-        ConvergenceError: the modes of a band do not converge.
     """
     n = len(kernel)
     widest = _BAND if n < _LARGE else _BAND_OF_LARGE
@@ -73,17 +70,17 @@ def lowest_modes(
             factors = _placed(operator, fronts, kappa, spacing * 0.5 * band, band, progress, done)
             below = factors.below - int((kappa < factors.shift).sum())
             above = max(band - below, 0)
-        partial = part_of(progress, min(0.99, done), min(0.99, done + (below + above) / (count + _GUARD)))
+        rest = part_of(progress, min(0.99, done), min(0.99, done + (below + above) / (count + _GUARD)))
         locked = modes[:, np.argsort(np.abs(kappa - factors.shift), kind="stable")[: widest + 1]]
         new, vectors = modes_near(
-            factors, np.asfortranarray(locked), below=below, above=above, tolerance=tolerance, seed=round_, progress=partial
+            factors, np.asfortranarray(locked), below=below, above=above, tolerance=tolerance, seed=round_, progress=rest
         )
         if len(new) == 0:
             continue
         # Modes near the edge of an earlier band contain a share of their neighbours there, their residual divided by the gap.
-        for group in groups(len(new), partial):
+        for group in groups(len(new), rest):
             remove(modes, vectors[:, group])
-        new, vectors = _polished(operator, factors, new, vectors, 0.7 * tolerance, partial)
+        new, vectors = _polished(operator, factors, new, vectors, 0.7 * tolerance, rest)
         spacing = max(float(new[-1] - kappa[-1]), 0.0) / len(new) or spacing
         kappa, modes = np.concatenate([kappa, new]), np.hstack([modes, vectors])
         order = np.argsort(kappa, kind="stable")
@@ -155,17 +152,9 @@ def modes_near(
     improves the Ritz vectors; it needs no solve, since the last block contains it. The residual in A is then the Ritz residual in
     the inverse times (kappa - shift)^2.
 
-    Args:
-        factors: of A - shift I.
-        locked: (n, l) orthonormal modes found before; the search is orthogonal to them.
-        below: how many to find below; there must be exactly as many.
-        above: how many to find above.
-        tolerance: of the residual |A x - kappa x| as a share of kappa.
-        seed: of the random block to start from.
-        progress: called at every step with a growing share; may raise to stop.
-
-    Returns:
-        (k,) eigenvalues, ascending, complete but for the locked modes, and (n, k) orthonormal modes.
+    There must be exactly `below` modes; `tolerance` is that of the residual |A x - kappa x| as a share of kappa, `seed` that of
+    the random block to start from. Returns (k,) eigenvalues, ascending, complete but for the (n, l) orthonormal `locked` modes,
+    to which the search is orthogonal, and (n, k) orthonormal modes.
     """
     n, count = len(locked), below + above
     limit = min(n - locked.shape[1], int(_LIMIT * count) + 10 * _SMALL) // BLOCK * BLOCK

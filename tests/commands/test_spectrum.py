@@ -9,7 +9,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.filters.spectral.responses import low_pass
+from pymeshfair.filters.spectral.problem import low_pass
 from pymeshfair.filters.spectral.spectrum import spectrum
 from tests.meshes import Mesh, icosphere, noisy
 

@@ -15,7 +15,7 @@ from pymeshfair.filters.denoising.automatic import AutomaticChoice, automatic_ch
 from pymeshfair.filters.denoising.impulses import far_from
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.scan import Scan
-from pymeshfair.filters.diffusion.taubin import taubin_fairing
+from pymeshfair.filters.diffusion.explicit import taubin_fairing
 from pymeshfair.filters.evidence import far_from_border
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from pymeshfair.filters.inspection import folded_faces

@@ -10,7 +10,7 @@ from pymeshfair.filters.denoising.face_neighbourhoods import Adjacency, Neighbor
 from pymeshfair.filters.denoising.impulses import replace_outlying
 from pymeshfair.filters.denoising.normal_filter import NormalFilter, Weighting, weighted_normals
 from pymeshfair.filters.denoising.preparation import outline_kept, relaxed
-from pymeshfair.filters.diffusion.taubin import taubin_fairing
+from pymeshfair.filters.diffusion.explicit import taubin_fairing
 from pymeshfair.filters.geometry import CENTRE, NORMAL, face_normals, measure_faces
 from pymeshfair.filters.mesh import normalised_mesh
 from pymeshfair.filters.topology import BORDER_POLICIES, border_vertices

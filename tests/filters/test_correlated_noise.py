@@ -20,7 +20,7 @@ from pymeshfair.filters.denoising.noise_level import estimate_noise, ring_means
 from pymeshfair.filters.denoising.preparation import denoised
 from pymeshfair.filters.denoising.rounding import Rounding, rounding_of
 from pymeshfair.filters.denoising.scan import Scan
-from pymeshfair.filters.diffusion.taubin import taubin_fairing
+from pymeshfair.filters.diffusion.explicit import taubin_fairing
 from pymeshfair.filters.evidence import Choice
 from pymeshfair.filters.geometry import mean_edge_length, vertex_normals_by_area
 from pymeshfair.filters.mesh import normalised_mesh

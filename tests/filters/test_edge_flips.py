@@ -8,8 +8,7 @@ import pytest
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.compilation import allowed_threads, set_threads
-from pymeshfair.filters.fairing.edge_flips import flip_towards_quality
-from pymeshfair.filters.fairing.tangential import tangential_smoothing
+from pymeshfair.filters.fairing.tangential import flip_towards_quality, tangential_smoothing
 from pymeshfair.filters.geometry import WalkableSurface, mean_edge_length
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.topology import border_edges, proper_faces

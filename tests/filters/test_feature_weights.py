@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.fairing.bilaplacian import bilaplacian_smoothing
-from pymeshfair.filters.fairing.feature_weights import feature_weights, scalar_feature_weights
+from pymeshfair.filters.fairing.bilaplacian import bilaplacian_smoothing, feature_weights, scalar_feature_weights
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from pymeshfair.filters.mesh import Bools
 from pymeshfair.filters.topology import face_adjacency

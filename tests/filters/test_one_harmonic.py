@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.spectral.harmonics import one_harmonic
+from pymeshfair.filters.spectral.eigenpairs import one_harmonic
 from tests.meshes import AWKWARD, Mesh, icosphere
 
 

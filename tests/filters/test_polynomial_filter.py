@@ -15,17 +15,18 @@ from numpy.polynomial.chebyshev import chebval
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
-from pymeshfair.filters.spectral.eigenvector_free import Filtered, RouteName, filter_without_eigenvectors
-from pymeshfair.filters.spectral.polynomial import (
+from pymeshfair.filters.spectral.eigenvector_free import (
+    Filtered,
+    RouteName,
     chebyshev_series,
+    filter_without_eigenvectors,
     gershgorin_bound,
     lanczos_bound,
     polynomial_filter,
     polynomial_series,
     symmetric_form,
 )
-from pymeshfair.filters.spectral.problem import SpectralProblem, spectral_problem
-from pymeshfair.filters.spectral.responses import Response, band_pass, enhance, low_pass
+from pymeshfair.filters.spectral.problem import Response, SpectralProblem, band_pass, enhance, low_pass, spectral_problem
 from tests.meshes import Floats, Mesh, book, grid, icosphere, irregular_grid, torus, two_spheres, with_caps
 
 MESHES = {

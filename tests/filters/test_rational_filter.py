@@ -7,8 +7,7 @@ import pytest
 from numpy.polynomial.chebyshev import chebval
 
 from pymeshfair.filters.spectral.eigenvector_free import filter_without_eigenvectors, rational_series
-from pymeshfair.filters.spectral.problem import spectral_problem
-from pymeshfair.filters.spectral.responses import Response, enhance, low_pass
+from pymeshfair.filters.spectral.problem import Response, enhance, low_pass, spectral_problem
 from tests.filters.test_polynomial_filter import (
     MESHES,
     RESPONSES,

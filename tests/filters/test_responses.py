@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.spectral.responses import ORDERS, RESPONSES, Response, band_pass, enhance, low_pass
+from pymeshfair.filters.spectral.problem import ORDERS, RESPONSES, Response, band_pass, enhance, low_pass
 
 OMEGA = np.linspace(0.0, 50.0, 5001)
 

@@ -10,8 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pymeshfair.filters import topology
-from pymeshfair.filters.diffusion.explicit import explicit_smoothing
-from pymeshfair.filters.diffusion.taubin import taubin_fairing
+from pymeshfair.filters.diffusion.explicit import explicit_smoothing, taubin_fairing
 from pymeshfair.filters.operators import cotangent_laplacian
 from tests.meshes import Mesh, book, cube, diagonal, grid, icosphere, irregular_grid, noisy, sample, tube
 

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from pymeshfair.filters import topology
 from pymeshfair.filters.checks import FilterInputError, UnstableStepError
-from pymeshfair.filters.diffusion.explicit import explicit_smoothing
-from pymeshfair.filters.diffusion.taubin import (
+from pymeshfair.filters.diffusion.explicit import (
     TaubinOperator,
+    explicit_smoothing,
     largest_stable_step,
     mu_of_pass_band,
     taubin_fairing,

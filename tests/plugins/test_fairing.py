@@ -11,9 +11,8 @@ import pytest
 
 import pymeshfair
 from pymeshfair.declaration import Filter
-from pymeshfair.filters.fairing.bilaplacian import bilaplacian_smoothing
+from pymeshfair.filters.fairing.bilaplacian import bilaplacian_smoothing, feature_weights, scalar_feature_weights
 from pymeshfair.filters.fairing.blend import blend_parts
-from pymeshfair.filters.fairing.feature_weights import feature_weights, scalar_feature_weights
 from pymeshfair.filters.fairing.region import ENERGIES, Energy, fair_region
 from pymeshfair.filters.fairing.tangential import tangential_smoothing
 from pymeshfair.filters.geometry import mean_edge_length

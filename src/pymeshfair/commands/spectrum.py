@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from ..declaration import Length
-    from ..filters.spectral.responses import Response
+    from ..filters.spectral.problem import Response
 
 PICTURES = ("png", "svg", "pdf")
 
@@ -102,7 +102,7 @@ def _response(filtering: Mapping[str, Any], spectrum: Mapping[str, Any]) -> Resp
     """F for the lengths of this mesh."""
     from ..errors import ParameterError
     from ..filters.checks import FilterInputError
-    from ..filters.spectral.responses import RESPONSES
+    from ..filters.spectral.problem import RESPONSES
     from ..filters.spectral.spectral_filter import BAND
 
     detail_size, largest_size = (_in_mesh_units(filtering[name], spectrum) for name in ("detail_size", "largest_size"))
