@@ -23,7 +23,7 @@ from .rounding import Rounding, rounding_of
 from .scan import NONE_HELD, Scan
 
 # Widths and scales of a `noise_field`, to tell that noise is shared, and to know its covariance: maps share it over one width.
-_TELL, _KNOW = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (1, 2, 3, 4)]
+_TELL, _KNOW = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4)]
 # Fused maps share noise over five edges and more; on faces seen aslant, the calmest, they have less of it.
 _KNOW_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
 # Residuals of vertices three edges from the border are whole enough; patches are wide enough for forty rounds.
