@@ -150,7 +150,7 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, plac
         corners = np.ascontiguousarray(faces["corners"])
         reached = (corners >= begin) & (corners < end)
         reached[~reached] = np.isin(corners[~reached], outside)
-        touching = reached.any(axis=1)
+        touching = np.asarray(reached.any(axis=1))
         found.append(faces[touching])
         fresh = np.unique(corners[touching[:, None] & ~reached]).astype(np.int64)
         outside = np.union1d(outside, fresh)
