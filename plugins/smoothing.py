@@ -291,14 +291,15 @@ class Diffusion:
     iterations: Iterations = 10
     selected: Selected = False
 
-    def of(self, values: Floats, layer: Layer, progress: Progress) -> Floats:
-        """The values of vertices, (n,) or (n, k), after the diffusion."""
-        if self.step == 0.0:
-            raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
-        how: dict[str, Any] = {"edge_stop": self.range_kernel, "contrast": self.range_sigma or None}
-        how |= {"step": self.step * diffusion.longest_step(layer.faces), "iterations": self.iterations}
-        how |= {"movable": movable_vertices(layer, self.selected), "progress": progress}
-        return diffusion.perona_malik(values, layer.faces, **how)
+
+def _diffused(values: Floats, layer: Layer, how: Diffusion, progress: Progress) -> Floats:
+    """The values of vertices, (n,) or (n, k), after the diffusion."""
+    if how.step == 0.0:
+        raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
+    given: dict[str, Any] = {"edge_stop": how.range_kernel, "contrast": how.range_sigma or None}
+    given |= {"step": how.step * diffusion.longest_step(layer.faces), "iterations": how.iterations}
+    given |= {"movable": movable_vertices(layer, how.selected), "progress": progress}
+    return diffusion.perona_malik(values, layer.faces, **given)
 
 
 #: declares a filter that smooths attributes of vertices
@@ -318,7 +319,7 @@ def apply_scalar_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusio
         range_sigma: Differences between neighbours above it are edges, and stay. Larger smooths stronger noise and blurs more
             edges. 'auto' takes it from the median difference.
     """
-    return Edit(vertex_scalars=how.of(layer.vertex_scalars, layer, progress))
+    return Edit(vertex_scalars=_diffused(layer.vertex_scalars, layer, how, progress))
 
 
 @attribute_smoother(
@@ -335,5 +336,5 @@ def apply_color_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusion
             smooths stronger noise and blurs more edges. 'auto' takes it from the median difference.
     """
     colors = np.array(layer.vertex_colors)
-    colors[:, :3] = how.of(colors[:, :3], layer, progress)
+    colors[:, :3] = _diffused(colors[:, :3], layer, how, progress)
     return Edit(vertex_colors=colors)
