@@ -6,6 +6,7 @@ cache checks only the file that holds the function, and misses changes of functi
 
 import hashlib
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -181,8 +182,10 @@ class Kernel:
             with compiling():
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
             machine_code.write(name, code)
-        loaded = self.code[signature] = machine_code.load(code, self.__name__)
-        return loaded
+        with _LOADING:  # code that is loaded twice has the environment of one of both, which may be gone
+            if signature not in self.code:
+                self.code[signature] = machine_code.load(code, self.__name__)
+            return self.code[signature]
 
     @cached_property
     def _is_parallel(self) -> bool:
@@ -260,6 +263,7 @@ class Compilation:
     lasts: bool = True  # whether the code is stored for later processes
 
 
+_LOADING = threading.Lock()
 _listeners: list[Callable[[Compilation], None]] = []
 _so_far = [Compilation()]
 

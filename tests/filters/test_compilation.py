@@ -9,6 +9,9 @@ import platform
 import shutil
 import subprocess
 import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import FunctionType
 from typing import Any, NamedTuple
@@ -16,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from pymeshfair.filters import geometry
 from pymeshfair.filters.compilation import (
     compile_ahead,
     compiled,
@@ -212,6 +216,30 @@ def refusing(values: Any, least: int) -> float:
     if values[0] < 0:
         raise KeyError(least)
     return 1.0 / float(values[0])
+
+
+def test_threads_load_a_kernel_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Four threads that call a kernel first get one function: code that is loaded twice may lose its environment."""
+    points, faces = np.eye(3), np.array([[0, 1, 2]], dtype=np.int32)
+    measured = geometry.measure_faces(points, faces)
+    loads: list[str] = []
+    load, barrier = machine_code.load, threading.Barrier(4)
+
+    def slowly(code: machine_code.MachineCode, name: str) -> Any:
+        loads.append(name)
+        time.sleep(0.05)
+        return load(code, name)
+
+    def call(_: int) -> Any:
+        barrier.wait()
+        return geometry.measure_faces(points, faces)
+
+    monkeypatch.setattr(machine_code, "load", slowly)
+    monkeypatch.setattr(geometry._measure_faces, "code", {})
+    with ThreadPoolExecutor(4) as pool:
+        results = list(pool.map(call, range(4)))
+    assert loads == ["_measure_faces"]
+    assert all(np.array_equal(result, measured) for result in results)
 
 
 @pytest.mark.parametrize(("first", "least"), [(1.0, 9), (-1.0, 2), (0.0, 2), (4.0, 2)])
