@@ -183,9 +183,10 @@ class Kernel:
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
             machine_code.write(name, code)
         with _LOADING:  # code that is loaded twice has the environment of one of both, which may be gone
-            if signature not in self.code:
-                self.code[signature] = machine_code.load(code, self.__name__)
-            return self.code[signature]
+            loaded: Callable[..., Any] | None = self.code.get(signature)
+            if loaded is None:
+                loaded = self.code[signature] = machine_code.load(code, self.__name__)
+        return loaded
 
     @cached_property
     def _is_parallel(self) -> bool:
