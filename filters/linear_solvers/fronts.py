@@ -91,12 +91,12 @@ class Fronts(NamedTuple):
         x = np.empty(b.shape, order=layout)
         y = np.zeros((-(-b.shape[1] // _TOGETHER), len(b), _TOGETHER))
         aside = np.zeros((len(self.parts), len(y), int(self.above.max(initial=-1)) + 1, _TOGETHER))
-        _reorder(self.order, np.asarray(b, order=layout), y, True)
+        _put_in_order(self.order, np.asarray(b, order=layout), y)
         with threads_for(len(self.order)):
             _forward_parts(self, values, y, aside)
             _solve_above(self, values, y, aside)
             _backward_parts(self, values, y)
-        _reorder(self.order, x, y, False)
+        _put_back(self.order, y, x)
         return x
 
     def in_place(self) -> Fronts:
@@ -358,15 +358,20 @@ def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> No
 
 
 @compiled(nogil=True)
-def _reorder(order: Ints, x: Floats, y: Floats, forth: bool) -> None:
-    """Copies the columns of `x` in groups of four into `y`, its rows in `order`; or back."""
+def _put_in_order(order: Ints, b: Floats, y: Floats) -> None:
+    """Copies the columns of `b`, which may be read-only, in groups of four into `y`, its rows in `order`."""
+    for h in range(y.shape[0]):
+        for i in range(order.shape[0]):
+            for c in range(min(_TOGETHER, b.shape[1] - h * _TOGETHER)):
+                y[h, i, c] = b[order[i], h * _TOGETHER + c]
+
+
+@compiled(nogil=True)
+def _put_back(order: Ints, y: Floats, x: Floats) -> None:
     for h in range(y.shape[0]):
         for i in range(order.shape[0]):
             for c in range(min(_TOGETHER, x.shape[1] - h * _TOGETHER)):
-                if forth:
-                    y[h, i, c] = x[order[i], h * _TOGETHER + c]
-                else:
-                    x[order[i], h * _TOGETHER + c] = y[h, i, c]
+                x[order[i], h * _TOGETHER + c] = y[h, i, c]
 
 
 @compiled(parallel=True)
