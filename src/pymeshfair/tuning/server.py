@@ -158,6 +158,7 @@ def serve(
     for name in this_system().stop_signals:
         if name != "SIGINT":
             signal.signal(getattr(signal, name), lambda number, _: sys.exit(128 + number))
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # which shells take away from what they start in the background
     with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(serving())
 
