@@ -50,6 +50,17 @@ def test_openings_are_not_closed_unasked() -> None:
         assert [s.recipe for s in ranked(traits, heads, moves_nothing)] == order
 
 
+def test_what_cannot_be_told_apart_is_ordered_by_what_it_is_made_for() -> None:
+    """Of two that held-out vertices do not tell apart the one with more conditions leads, though its error is larger."""
+    traits = {"mesh": 1.0, "noise": 0.2, "sharpness": 0.9}
+    tried = {
+        "all": Trial(error=0.186, before=0.196, relief=None, tied=True),
+        "few": Trial(error=0.187, before=0.196, relief=None, tied=True),
+        "some": Trial(error=0.188, before=0.196, relief=None),
+    }
+    assert [s.recipe for s in ranked(traits, HEADS, tried)] == ["few", "all", "some"]
+
+
 def test_a_new_surface_is_not_made_unasked() -> None:
     """A recipe that makes the surface anew comes behind others, however many conditions it sets that the scan meets."""
     heads = [head("anew", "mesh, noise up to 0.04 edges", task="remesh"), head("keeps", "mesh", task="prepare")]

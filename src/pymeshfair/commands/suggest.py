@@ -141,7 +141,9 @@ def _trials(
     nothing = max(errors[0], traits["noise"])
     best = min(nothing, min(values["tried"], key=lambda trial: float(trial["excess"]))["error"])
     return {
-        name: replace(trial, before=nothing, error=best if name in filtered else max(nothing, trial.error), relief=None)
+        name: replace(
+            trial, before=nothing, error=best if name in filtered else max(nothing, trial.error), relief=None, tied=False
+        )
         for name, trial in results.items()
     }
 

@@ -43,6 +43,7 @@ class Trial:
     before: float  # the same of the scan as it is
     relief: float | None  # the share of the relief that went; None where there is none that stands out from the noise
     relief_from: float = 0.0  # the shortest waves that count there; 0 for all
+    tied: bool = False  # whether held-out vertices cannot tell it from the best
 
     @property
     def erases(self) -> bool:
@@ -118,22 +119,23 @@ def ranked(
 ) -> list[Suitability]:
     """All shipped recipes, those first that fit, and of these first the ones that are made for most of what the scan is.
 
-    Where recipes were tried those come first that leave the least error, one that was not tried counting as one that moves
-    nothing, and behind all others those that erase detail. Among equals those come last that repair or prepare a scan with
-    openings: whether these are to be closed, the scan does not say. Then a recipe is the better known to fit the more conditions
-    it sets, those of what a scan must not be aside; then the order is that of the tasks.
+    Where recipes were tried those come first that leave the least error, or cannot be told from it, one that was not tried
+    counting as one that moves nothing, and behind all others those that erase detail. Among equals those come last that repair or
+    prepare a scan with openings: whether these are to be closed, the scan does not say. Then a recipe is the better known to fit
+    the more conditions it sets, those of what a scan must not be aside; then the order is that of the tasks.
     One that says that it is judged after another comes after that, if it fits too. Recipes that do not fit come by how little is
     in the way.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
     verdicts = {head.name: replace(judged(head.name, head.info, traits), trial=tried.get(head.name)) for head in heads}
+    least = min((trial.error for trial in tried.values()), default=0.0)
     of_nothing = max((trial.before for trial in tried.values()), default=0.0)
     is_open = traits.get("border edges", 0.0) > 0.0
 
     def key(suited: Suitability) -> _Key:
         erases = suited.trial is not None and suited.trial.erases
-        error = of_nothing if suited.trial is None else suited.trial.error
+        error = of_nothing if suited.trial is None else least if suited.trial.tied else suited.trial.error
         aside, closes = suited.task in _ASIDE, is_open and suited.task in _CLOSING
         return not suited.fits, len(suited.unmet), aside, erases, error, closes, -suited.made_for, _place(suited.task)
 

@@ -74,13 +74,16 @@ def trials(
         explicit = {name: explicit[name] for name in tried}
         for name, result in ({"": points} | tried).items():
             heights[name].append(np.einsum("ij,ij->i", (scan.points - result)[held], scan.normals[held]))
-    errors = scores_of(np.stack([np.concatenate(heights[name]) for name in ("", *explicit)])).errors.tolist()
+    scores = scores_of(np.stack([np.concatenate(heights[name]) for name in ("", *explicit)]))
+    (before, *errors), (_, *ties) = scores.errors.tolist(), scores.within(0.0 if clean else tuned.STAYS).tolist()
     level = 0.0 if clean else scan.noise.deviation
     tells = clean or not scan.has_impulses
-    lost = {
-        name: (tells and relief_lost(scan.points, results[name], scan.faces, noise=level)) or (None, 0.0) for name in explicit
-    }
-    return {name: Trial(error, errors[0], *lost[name]) for name, error in zip(explicit, errors[1:], strict=True)}
+    found = dict[str, Trial]()
+    for name, error, tied in zip(explicit, errors, ties, strict=True):
+        lost = tells and relief_lost(scan.points, results[name], scan.faces, noise=level)
+        share, shortest = lost or (None, 0.0)
+        found[name] = Trial(error, before, share, shortest, tied)
+    return found
 
 
 def _results(
