@@ -66,12 +66,14 @@ def trials(
     results, explicit = dict[str, Floats](), dict[str, Script]()
     for name, points, script in _results(scan.points, scan.faces, scripts, timeout):
         results[name], explicit[name] = points, script
-    start = initial_positions(scan.points, scan.faces, normals=scan.normals, scored=scan.scored)
+    start = None if clean else initial_positions(scan.points, scan.faces, normals=scan.normals, scored=scan.scored)
     heights = {name: list[Floats]() for name in ("", *results)}
     for held in sets:
-        points = scan.points if clean else start(held)
-        tried = results if clean else {name: of for name, of, _ in _results(points, scan.faces, explicit, timeout)}
-        explicit = {name: explicit[name] for name in tried}
+        points, tried = scan.points, results
+        if start is not None:
+            points = start(held)
+            tried = {name: result for name, result, _ in _results(points, scan.faces, explicit, timeout)}
+            explicit = {name: explicit[name] for name in tried}
         for name, result in ({"": points} | tried).items():
             heights[name].append(np.einsum("ij,ij->i", (scan.points - result)[held], scan.normals[held]))
     scores = scores_of(np.stack([np.concatenate(heights[name]) for name in ("", *explicit)]))
