@@ -75,7 +75,7 @@ def test_wrong_steps_are_refused_when_they_are_added() -> None:
         recipe.meshing_merge_close_vertices(threshold=pymeshlab.PercentageValue(1))
     with pytest.raises(ParameterError, match="another setting 'size', whose default is 20%"):
         recipe.meshing_merge_close_vertices(threshold=recipe.setting("size", "1%"))
-    with pytest.raises(ParameterError, match="'x >' is no expression that MeshLab can evaluate: it ends where more must follow"):
+    with pytest.raises(ParameterError, match="'x >' is no expression that MeshLab can evaluate: it knows"):
         recipe.compute_selection_by_condition_per_vertex(condselect="x >")
     with pytest.raises(ParameterError, match="takes letters"):
         recipe.setting("a b", "1%")

@@ -9,7 +9,7 @@ import pymeshlab
 import pytest
 
 from pymeshfair import MeshSet
-from pymeshfair.scripts.values import FUNCTIONS, expression_error, is_expression
+from pymeshfair.scripts.values import FUNCTIONS, evaluates, is_expression
 from tests.scripts.texts import one_filter, problems
 
 
@@ -34,39 +34,39 @@ from tests.scripts.texts import one_filter, problems
 )
 def test_expressions_in_use_are_accepted(text: str) -> None:
     """Comparisons, signs, choices, functions, constants and the mesh's own attributes have nothing wrong."""
-    assert expression_error(text) is None
+    assert evaluates(text)
 
 
 @pytest.mark.parametrize(
-    ("text", "reason"),
+    "text",
     [
-        ("", "it is empty"),
-        ("  ", "it is empty"),
-        ("x +", "it ends where more must follow"),
-        ("(x", "it ends where more must follow"),
-        ("x)", "')' at character 2 is not expected there"),
-        ("x y", "'y' at character 3 follows a value without an operator"),
-        ("2x", "'x' at character 2 follows a value"),
-        ("--x", "'-' at character 2 stands where a value must"),
-        ("x ** 2", "'*' at character 4 stands where a value must"),
-        ("q = 0", "'=' at character 3 assigns; write == to compare"),
-        ("x & y", "'&' at character 3 follows"),
-        ("x ? y", "it ends where more must follow"),
-        ("x : y", "':' at character 3 is not expected there"),
-        ("x, y", "',' at character 2 is not expected there"),
-        ("pow(x,2)", "'pow' at character 1 is not a function of sin, cos"),
-        ("sin x", "'sin' at character 1 is a function and needs parentheses right after it"),
-        ("sin (x)", "needs parentheses right after it"),
-        ("sin(x,y)", "ends sin() after 2 arguments; it takes 1"),
-        ("min()", "ends min() after 0 arguments; it takes 1 or more"),
-        ("rnd(1)", "ends rnd() after 1 arguments; it takes 0"),
-        ("x;", "';' at character 2"),
-        ("é", "'é' at character 1"),
+        "",
+        "  ",
+        "x +",
+        "(x",
+        "x)",
+        "x y",
+        "2x",
+        "--x",
+        "x ** 2",
+        "q = 0",
+        "x & y",
+        "x ? y",
+        "x : y",
+        "x, y",
+        "pow(x,2)",
+        "sin x",
+        "sin (x)",
+        "sin(x,y)",
+        "min()",
+        "rnd(1)",
+        "x;",
+        "é",
     ],
 )
-def test_other_expressions_are_refused_at_their_place(text: str, reason: str) -> None:
-    """The refusal names the character and what is wrong with it."""
-    assert reason in str(expression_error(text))
+def test_other_expressions_are_refused(text: str) -> None:
+    """Slips of every kind, and two that muParser lets pass."""
+    assert not evaluates(text)
 
 
 @pytest.mark.slow
@@ -109,10 +109,10 @@ def test_the_programs_own_parser_agrees() -> None:
             theirs = True
         except pymeshlab.PyMeshLabException:
             theirs = False
-        error = expression_error(text)
-        if theirs and error is not None and error.startswith("','"):
+        ours = evaluates(text)
+        if theirs and not ours and "," in text:
             continue
-        assert (error is None) == theirs, (text, error)
+        assert ours == theirs, text
         compared += 1
         accepted += theirs
     assert compared > 5000
@@ -124,7 +124,7 @@ def test_every_function_exists_in_the_program(name: str) -> None:
     """The program evaluates each function with its fewest arguments, and refuses it with one fewer or, if bounded, one more."""
     meshes = MeshSet()
     meshes.create_cube()
-    fewest, most = FUNCTIONS[name]
+    fewest, most = (1, None) if FUNCTIONS[name] == "n" else (int(FUNCTIONS[name]),) * 2
     meshes.apply_filter("compute_selection_by_condition_per_vertex", condselect=f"{name}({','.join('x' * fewest)})")
     for count in {fewest - 1, (most or 0) + 1} - {-1} if most is not None else {0}:
         with pytest.raises(pymeshlab.PyMeshLabException, match="parameters"):

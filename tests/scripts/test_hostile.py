@@ -107,7 +107,7 @@ CASES = {
         one_filter("Hausdorff Distance", '<Param type="RichMesh" name="TargetMesh" value="99"/>')
     ),  # found when it runs
     "expr_inject": Case(_select("__import__('os').system('true')"), "no expression that MeshLab can evaluate", 4),
-    "expr_bad": Case(_select("q &lt; ("), "no expression that MeshLab can evaluate: it ends where more must follow", 4),
+    "expr_bad": Case(_select("q &lt; ("), "no expression that MeshLab can evaluate: it knows", 4),
 }
 
 #: hostile in ways of our own: the reader's patterns, its limits, its memory
@@ -133,8 +133,8 @@ MORE = {
         "relative= takes a length",
         4,
     ),
-    "long_expression": Case(_select("(" * 2_000_000), "it has more than 10000 characters", 4),
-    "deep_expression": Case(_select("(" * 1000 + "q" + ")" * 1000), "it nests more than 64 deep", 4),
+    "long_expression": Case(_select("(" * 2_000_000), "no expression that MeshLab can evaluate", 4),
+    "deep_expression": Case(_select("(" * 1000 + "q" + ")" * 1000), "no expression that MeshLab can evaluate", 4),
     "big_comment": Case(b"<!--" + b"- " * 2_000_000 + b"-->" + taubin(MU)),
     "big_text": Case(taubin("x" * 4_000_000), "means nothing here", 4),
     "public_doctype": Case(

@@ -246,23 +246,18 @@ def param_attributes(parameter: Parameter, value: Any, *, diagonal: float, mean_
     return written
 
 
-#: muParser's functions as MeshLab registers them, with the fewest and the most arguments
-FUNCTIONS: dict[str, tuple[int, int | None]] = {
-    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"), (1, 1)),
-    **dict.fromkeys(("log2", "log10", "log", "ln", "exp", "sqrt", "sign", "rint", "abs"), (1, 1)),
-    **dict.fromkeys(("min", "max", "sum", "avg"), (1, None)),
-    "atan2": (2, 2),
-    "rnd": (0, 0),
+#: muParser's functions as MeshLab registers them, by the number of their arguments; of n there are one or more
+FUNCTIONS = {
+    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"), "1"),
+    **dict.fromkeys(("log2", "log10", "log", "ln", "exp", "sqrt", "sign", "rint", "abs"), "1"),
+    **dict.fromkeys(("min", "max", "sum", "avg"), "n"),
+    **{"atan2": "2", "rnd": "0"},
 }
-OPERATORS = frozenset({"<=", ">=", "!=", "==", "&&", "||", "+", "-", "*", "/", "^", "<", ">"})
-
-MOST_CHARACTERS = 10_000
-MOST_PARENTHESES = 64
-
-_TOKEN = re.compile(
-    r"\s*(?:(?P<number>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
-    r"|(?P<mark><=|>=|!=|==|&&|\|\||\S)|(?P<end>\Z))"
-)
+_MOST_CHARACTERS, _DEEPEST = 10_000, 64  # characters, and parentheses or choices within each other
+_WORD = re.compile(r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|[A-Za-z_][A-Za-z0-9_]*")
+_SIGNED = r"[+-]?v(?:(?:<=|>=|!=|==|&&|\|\||[-+*/^<>])[+-]?v)*"
+#: what becomes one value, innermost first: a choice, operators between two marks, a call, a parenthesis
+_VALUE = re.compile(rf"v\?v:v|(?<![^(,?:]){_SIGNED}(?![^),?:])|0\(\)|1\(v\)|2\(v,v\)|n\(v(?:,v)*\)|(?<![v)012n])\(v\)")
 _FILTERS = re.compile(r"_by_function|_by_condition|_new_custom_|_implicit_surface")
 
 
@@ -280,68 +275,29 @@ def check_expressions(declared: Filter, values: Mapping[str, Any]) -> None:
 
 def check_expression(filter_name: str, parameter: Parameter, text: Any) -> None:
     """Check the value of a parameter if it is an expression."""
-    is_one = isinstance(parameter, String) and is_expression(filter_name, parameter.xml_name)
-    if is_one and (error := expression_error(text)) is not None:
-        words = f"{shortened(text)!r} is no expression that MeshLab can evaluate: {error}"
-        raise ParameterError(f"parameter {parameter.name!r}: {words}")
+    if isinstance(parameter, String) and is_expression(filter_name, parameter.xml_name) and not evaluates(text):
+        raise ParameterError(
+            f"parameter {parameter.name!r}: {shortened(text)!r} is no expression that MeshLab can evaluate: it knows "
+            f"+ - * / ^ < <= > >= == != && || ?: and the functions {', '.join(FUNCTIONS)}"
+        )
 
 
-def expression_error(text: str) -> str | None:
-    """The reason why muParser would not parse the text, or None if it would.
+def evaluates(text: str) -> bool:
+    """Whether a text is one expression of muParser's: what can be evaluated becomes a value ``v`` until nothing else is left.
 
-    An assignment (``q = 0``) and several results (``x, y``), which muParser lets pass, are refused too: where a filter asks for
-    one value they are slips.
+    An assignment and several results, which muParser lets pass, are refused: where a filter asks for one value they are slips.
     """
-    if not text.strip():
-        return "it is empty"
-    if len(text) > MOST_CHARACTERS:
-        return f"it has more than {MOST_CHARACTERS} characters"
-    tokens = list(_TOKEN.finditer(text))
-    opened: list[tuple[str, int]] = []  # what is open: "(", "?", or a function with the number of its arguments that are complete
-    wants_value, signed = True, False
-    for before, token, after in zip([None, *tokens], tokens, [*tokens[1:], None], strict=False):
-        word, kind = token.group().strip(), token.lastgroup
-        place = f"{word!r} at character {token.start(kind or 0) + 1}"
-        name, arguments = opened[-1] if opened else ("", 0)
-        if kind == "end":
-            return "it ends where more must follow" if wants_value or opened else None
-        if word == "=":
-            return f"{place} assigns; write == to compare"
-        if word == ")" and name in FUNCTIONS and before is not None and (not wants_value or before.group() == "("):
-            (fewest, most), count = FUNCTIONS[name], arguments + (not wants_value)
-            if count < fewest or (most is not None and count > most):
-                takes = f"it takes {fewest}{'' if fewest == most else ' or more'}"
-                return f"{place} ends {name}() after {count} arguments; {takes}"
-            opened.pop()
-            wants_value = False
-        elif not wants_value:
-            if word in OPERATORS or word == "?" or (word == ":" and name == "?") or (word == "," and name in FUNCTIONS):
-                wants_value, signed = True, False
-            elif word != ")" or name != "(":
-                return f"{place} {'is not expected there' if word in (')', ':', ',') else 'follows a value without an operator'}"
-            if word == "?":
-                opened.append(("?", 0))
-            elif word == ",":
-                opened[-1] = name, arguments + 1
-            elif word in (":", ")"):
-                opened.pop()
-        elif word in ("+", "-") and not signed:  # muParser takes one sign, not two
-            signed = True
-        elif kind == "name":
-            called = after is not None and after.group() == "("  # no blank between: muParser does not take one
-            if called and word not in FUNCTIONS:
-                return f"{place} is not a function of {', '.join(FUNCTIONS)}"
-            if not called and word in FUNCTIONS:
-                return f"{place} is a function and needs parentheses right after it"
-            wants_value = called
-        elif word == "(":
-            is_call = before is not None and before.lastgroup == "name"
-            opened.append((before.group().strip() if is_call and before is not None else "(", 0))
-            signed = False
-        elif kind == "number":
-            wants_value = False
-        else:
-            return f"{place} stands where a value must"
-        if len(opened) > MOST_PARENTHESES:
-            return f"it nests more than {MOST_PARENTHESES} deep"
-    return None
+    if len(text) > _MOST_CHARACTERS:
+        return False
+    plain, before = re.sub(" ?([^ v]) ?", r"\1", " ".join(_WORD.sub(_kind, text).split())), ""
+    for _ in range(_DEEPEST):
+        plain, before = _VALUE.sub("v", plain), plain
+        if plain == before:
+            break
+    return plain == "v"
+
+
+def _kind(word: re.Match[str]) -> str:
+    """How many arguments a function takes, if its parenthesis is right behind it; "v" for a number or a variable."""
+    called = word.string[word.end() : word.end() + 1] == "("
+    return FUNCTIONS.get(word[0], "v") if called else "f" if word[0] in FUNCTIONS else "v"
