@@ -23,12 +23,12 @@ def plain_name(name: str) -> str:
     return re.sub(r"[\s_-]+", "", name.casefold())
 
 
-def nearest(name: str, names: Iterable[str]) -> str | None:
-    """The one of `names` that `name` was most likely meant to be; None if there is none."""
+def nearest(name: str, names: Iterable[str], *, cutoff: float = 0.6) -> str | None:
+    """The one of `names` that `name` was most likely meant to be; None if none is like it by the share `cutoff`."""
     import difflib
 
     plain = {plain_name(n): n for n in names}
-    near = difflib.get_close_matches(plain_name(name), plain, n=1, cutoff=0.6)
+    near = difflib.get_close_matches(plain_name(name), plain, n=1, cutoff=cutoff)
     return plain[near[0]] if near else None
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pymeshfair.scripts.suggestions import close_spelling
+from pymeshfair.errors import nearest
+from pymeshfair.scripts.read import SLIP
 from tests.scripts.texts import one_filter, problems, script
 
 DECIMATION = "Simplification: Quadric Edge Collapse Decimation"
@@ -77,10 +78,9 @@ def test_an_xmlfilter_is_one_message() -> None:
         ("Bndary", None),
         ("mu", "mu"),
         ("nu", None),
-        ("first option", None),
         ("Boundaryy", "Boundary"),
     ],
 )
 def test_only_a_slip_is_forgiven(name: str, found: str | None) -> None:
-    """A letter for every five may be added, dropped, changed or swapped; of two names that are as close neither is given."""
-    assert close_spelling(name, ["Boundary", "mu", "First Option A", "First Option B"]) == found
+    """In a name of eight letters one may be added, dropped or swapped; in one of two none."""
+    assert nearest(name, ["Boundary", "mu"], cutoff=SLIP) == found

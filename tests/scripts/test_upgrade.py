@@ -13,7 +13,7 @@ from pymeshfair.declaration import Length
 from pymeshfair.meshlab.facts import former_filter, former_filters, parameter_facts
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import ScriptError, Upgrade, format_script, upgrade_script
-from pymeshfair.scripts.suggestions import same_but_case
+from pymeshfair.scripts.read import same_but_case
 from pymeshfair.scripts.upgrade import relative_script
 from tests.scripts.texts import one_filter, script
 
@@ -113,7 +113,6 @@ def test_a_choice_keeps_its_number_where_its_word_was_wrong() -> None:
     param = f'<Param type="RichEnum" name="weightMode" value="1" enum_cardinality="4" {words}/>'
     found = upgraded(one_filter("Recompute Vertex Normals", param))
     assert found.script.steps[0].values == {"weightmode": "By Area"}
-    assert "the former choice 'By Angle' is called 'By Area' today" in str(found.changes[-1])
     assert not found.warnings
     new = (
         param.replace("By Angle", "x")
@@ -226,16 +225,13 @@ def test_types_case_and_missing_attributes_are_mended(param: str, value: Any) ->
     assert got == value
 
 
-def test_a_value_without_a_type_stays_without_effect_unless_it_is_mended() -> None:
-    """Every MeshLab drops it and takes its default: so does the upgraded script, and `mend` sets it, as a change of meaning."""
+def test_a_value_without_a_type_stays_without_effect() -> None:
+    """Every MeshLab drops it and takes its default: so does the upgraded script."""
     data = one_filter("Compute Normals for Point Sets", '<Param name="K" value="7"/>')
     found = upgraded(data)
     assert dict(found.script.steps[0].values) == {}
     assert "without a type every MeshLab ignores" in str(found.changes[-1])
     assert not found.warnings
-    mended = upgrade_script(data, "old.mlx", mend=True)
-    assert dict(mended.script.steps[0].values) == {"k": 7}
-    assert mended.warnings
 
 
 @pytest.mark.parametrize(
@@ -293,11 +289,11 @@ def test_the_input_is_no_longer_deleted_by_a_step_that_would_delete_the_result()
     assert [step.filter.name for step in found.script.steps] == [POISSON, "Close Holes"]
     assert not found.warnings
     found = upgraded(old_poisson('<filter name="Delete Current Mesh"/>', '<filter name="Flatten Visible Layers"/>'))
-    assert ["looks at layers" in text for text in found.warnings] == [True]
+    assert ["now nothing is deleted" in text for text in found.warnings] == [True]
     found = upgraded(script('<filter name="Surface Reconstruction: Poisson"/>', '<filter name="Delete Current Mesh"/>'))
-    assert ["current in every version" in text for text in found.warnings] == [False, True]
+    assert ["now nothing is deleted" in text for text in found.warnings] == [False, True]
     found = upgraded(script(f'<filter name="{POISSON}"/>', '<filter name="Delete Current Mesh"/>'))
-    assert ["today it deletes the result" in text for text in found.warnings] == [True]
+    assert ["now nothing is deleted" in text for text in found.warnings] == [True]
 
 
 def test_steps_after_an_old_reconstruction_work_on_its_result() -> None:
@@ -305,35 +301,6 @@ def test_steps_after_an_old_reconstruction_work_on_its_result() -> None:
     assert len(upgraded(old_poisson('<filter name="Close Holes"/>')).warnings) == 1
     today = script(f'<filter name="{POISSON}"/>', '<filter name="Close Holes"/>')
     assert upgraded(today).changes == ()
-
-
-def change_to(layer: int) -> str:
-    """The step that made a layer current, up to 2020."""
-    return f'<filter name="Change the current layer"><Param type="RichMesh" name="mesh" value="{layer}"/></filter>'
-
-
-def test_a_step_to_the_layer_that_is_current_today_is_left_out() -> None:
-    """Of one mesh file a reconstruction is layer 1: what made it current is left out, and the steps after it mean the same."""
-    found = upgraded(old_poisson(change_to(1), '<filter name="Close Holes"/>'))
-    assert [step.filter.name for step in found.script.steps] == [POISSON, "Close Holes"]
-    assert ["several mesh files" in text for text in found.warnings] == [True]
-    found = upgraded(script(change_to(0), '<filter name="Box"/>', change_to(1), '<filter name="Close Holes"/>'))
-    assert [step.filter.name for step in found.script.steps] == ["Box/Cube", "Close Holes"]
-
-
-@pytest.mark.parametrize(
-    "lines",
-    [
-        (change_to(1),),
-        ('<filter name="Box"/>', change_to(0)),
-        ('<filter name="Box"/>', '<filter name="Delete Current Mesh"/>', change_to(0)),
-        ('<filter name="Split in Connected Components"/>', change_to(1)),
-    ],
-)
-def test_a_step_to_another_layer_is_refused(lines: tuple[str, ...]) -> None:
-    """Where another layer is current today, or it is not known which, the script cannot be upgraded."""
-    with pytest.raises(ScriptError, match="no filter of today changes the current layer"):
-        upgrade_script(script(*lines), "old.mlx")
 
 
 def test_a_leftover_selection_is_not_worked_on() -> None:

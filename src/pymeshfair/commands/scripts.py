@@ -70,7 +70,6 @@ def upgrade(
     script: Annotated[Path, Argument(metavar="OLD.mlx", help="A script of any MeshLab since 2010; - is standard input.")],
     output: Annotated[Path, Option("--output", "-o", metavar="NEW.mlx", help="The script to write; - is standard output.")],
     accept: Annotated[bool, Option("--accept", help="Write it even if its meaning changes.")] = False,
-    mend: Annotated[bool, Option("--mend", help="Set values that lack a type, which MeshLab drops.")] = False,
     relative_to: Annotated[Path | None, Option("--relative-to", metavar="MESH", help="Make lengths relative to it.")] = None,
     overwrite: Overwrite = False,
     json: Json = False,
@@ -86,7 +85,7 @@ def upgrade(
 
     check_text(output, ("mlx",), overwrite=overwrite, json=json)
     path, name = (None, "<stdin>") if script == STANDARD else (script, str(script))
-    upgraded = upgrade_script(read_script_bytes(script), name, path=path, mend=mend)
+    upgraded = upgrade_script(read_script_bytes(script), name, path=path)
     result, diagonal = upgraded.script, NOMINAL_DIAGONAL
     if relative_to is not None:
         diagonal = _read(relative_to).measured.diagonal

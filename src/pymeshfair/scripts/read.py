@@ -16,15 +16,14 @@ from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
-from ..declaration import Filter, nearest
+from ..declaration import Filter
 from ..declaration.units import check_unit
-from ..errors import ParameterError, UnknownNameError
-from ..meshlab.facts import former_filter, former_parameters
-from ..registry import find_filter
+from ..errors import ParameterError, UnknownNameError, nearest, plain_name
+from ..meshlab.facts import Former, former_filter, former_parameters
+from ..registry import all_filters, find_filter
 from .guards import ATTRIBUTES as GUARDS
 from .guards import NO_GUARDS, Guards
 from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Setting, Step, checked_name, clean_comment, shortened
-from .suggestions import about_former, close_spelling, former_parameter_hint, same_but_case, suggested_filter
 from .values import Complaint, parse_value, read_value
 
 MOST_PROBLEMS = 100  # so many of a script are listed at most; so many usually have one cause
@@ -33,6 +32,7 @@ MOST_LEVELS = 64
 MOST_FILTERS = 1000
 MOST_ATTRIBUTES = 100  # of one element
 LONGEST_NAME = 1000  # characters of a name of a filter, a parameter or a type
+SLIP = 0.87  # a name as much like another was meant to be it; ``Delete Selection`` is not meant to be ``Dilate Selection``
 UNIT = "unit"  # the attribute of ``<FilterScript>`` that names the unit of the scans
 #: the document type twice, as some old programs write it
 SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)
@@ -297,10 +297,44 @@ def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Ste
 def _unknown(name: str, cause: str | None) -> Complaint:
     """The problem with an unknown filter's name, and a suggestion."""
     former = former_filter(name)
-    if former is None:
-        why = f": {cause}" if cause else ""
-        return f"there is no filter of that name{why}", None if cause else same_but_case(name) or suggested_filter(name)
-    return about_former(former), former.now
+    if former is not None:
+        return _about_former(former), former.now
+    if cause:
+        return f"there is no filter of that name: {cause}", None
+    near = nearest(name, [n for f in all_filters() for n in (f.name, f.python_name)], cutoff=SLIP)
+    return "there is no filter of that name", near and find_filter(near).name
+
+
+def same_but_case(name: str) -> str | None:
+    """The name of the filter that is written so but for capital letters and spaces; None if there is none."""
+    plain = plain_name(name)
+    return next((f.name for f in all_filters() if plain_name(f.name) == plain), None)
+
+
+def _about_former(former: Former) -> str:
+    """The sentence about a filter that has another name today, or that there is no more or never was."""
+    if former.idle:
+        return "MeshLab has dropped this filter, which changed nothing; leave it out, or let `pymeshfair upgrade` do so"
+    if former.now is None:
+        which = "; `pymeshfair upgrade` writes the one that is meant" if former.splits else ""
+        return f"there is no such filter today: {former.note}{which}"
+    if former.invented:
+        note = f": {former.note}" if former.note else ""
+        return f"no MeshLab has had a filter of that name; {former.now!r} is what comes closest{note}"
+    sets = "".join(f"; give it the parameter {name} with the value {text}" for name, text in former.sets.items())
+    return f"MeshLab has renamed this filter to {former.now!r}{sets}; `pymeshfair upgrade` rewrites it"
+
+
+def _former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
+    """Today's form of an old parameter, as the end of a sentence, and the parameter to write instead; empty if not known."""
+    if name in former.renames:
+        return f"it is called {former.renames[name]!r} now; `pymeshfair upgrade` rewrites it", former.renames[name]
+    if name in former.turns:
+        values = " and ".join(sorted({new for case in former.turns[name].values() for new in case}))
+        return f"{values} says that now; `pymeshfair upgrade` rewrites it", None
+    if name in {*former.drops, *former.loses}:
+        return "MeshLab has dropped it; `pymeshfair upgrade` leaves it out", None
+    return "", None
 
 
 def _add_param(declared: Filter, param: ParamElement, values: dict[str, Any]) -> list[Complaint]:
@@ -311,9 +345,9 @@ def _add_param(declared: Filter, param: ParamElement, values: dict[str, Any]) ->
     parameter = next((p for p in declared.parameters if p.xml_name == name), None)
     if parameter is None:
         names = [p.xml_name for p in declared.parameters]
-        hint, suggestion = former_parameter_hint(former_parameters(declared.name), name)
+        hint, suggestion = _former_parameter_hint(former_parameters(declared.name), name)
         in_python = next((p.xml_name for p in declared.parameters if p.name == name), None)
-        suggestion = suggestion or in_python or (None if hint else close_spelling(name, names))
+        suggestion = suggestion or in_python or (None if hint else nearest(name, names, cutoff=SLIP))
         allowed = f"it has {', '.join(names)}" if names else "it has none"
         return [(f"the filter has no such parameter; {hint or allowed}", suggestion)]
     if parameter.name in values:

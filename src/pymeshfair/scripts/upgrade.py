@@ -11,21 +11,18 @@ from itertools import pairwise
 from pathlib import Path
 
 from ..declaration import Arity, Bool, Enum, FileOpen, Filter, Float, Length, Parameter, Percentage, Shot, String
-from ..errors import UnknownNameError
+from ..errors import UnknownNameError, nearest
 from ..meshlab.facts import Former, former_filter, former_parameters
 from ..registry import find_filter
-from .read import SECOND_DOCUMENT_TYPE, FilterElement, ParamElement, build_script, parse_document
+from .read import SECOND_DOCUMENT_TYPE, SLIP, FilterElement, ParamElement, build_script, parse_document, same_but_case
 from .script import Change, Script, Step
-from .suggestions import close_spelling, same_but_case
 from .values import OLD_TYPES, Attributes, parsed, spelled, type_complaints
 
 _GONE = "is left out, as MeshLab has dropped it"
 _UNHEARD_OF = "no version of MeshLab has such a parameter; all ignore it"
-_UNTYPED = "is left out: without a type every MeshLab ignores the value and takes its default (--mend keeps it)"
+_UNTYPED = "is left out: without a type every MeshLab ignores the value and takes its default"
 _MISREAD = "today's MeshLab reads another value here: 0 or its default"
-_LAYERS = "the input stays as a layer, and a later step looks at layers"
-_ALWAYS = "the filter that the step before was made its result current in every version, so that this step deleted it"
-_UNSURE = "in MeshLab 2016 it deleted the input, today it deletes the result; now nothing is deleted, and the result is current"
+_DELETED = "it deleted the input, the result or both, by version; now nothing is deleted, and the result is current"
 _CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
 _WHOLE = "without it only the faces that closed the holes were worked on; now it is the whole mesh"
 
@@ -43,11 +40,8 @@ class Upgrade:
         return tuple(str(change) for change in self.changes if not change.same_meaning)
 
 
-def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bool = False) -> Upgrade:
-    """The upgraded script in the bytes of an .mlx file, as by `parse_script`.
-
-    A value without a type, which every MeshLab ignores, is left out; with `mend` it is kept.
-    """
+def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgrade:
+    """The upgraded script in the bytes of an .mlx file, as by `parse_script`."""
     changes: list[Change] = []
     # blanks in the place of the second, so that all else stays in its place
     once = SECOND_DOCUMENT_TYPE.sub(lambda m: m[1].ljust(len(m[0])), data[: 1 << 16]) + data[1 << 16 :]
@@ -55,22 +49,15 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bo
         changes.append(Change(line=1, filter="", what="the second <!DOCTYPE FilterScript> is left out"))
     document = parse_document(once, name)
     filters: list[FilterElement] = []
-    aged, always_current, current = False, set[int | None](), _CurrentLayer()
+    aged, always_current = False, set[int]()
     for element in document.filters:
         former = former_filter(element.name or "")
         # Only an older MeshLab can have written some elements.
         aged |= element.kind == "xmlfilter" or (former is not None and not former.invented)
         aged |= any(p.attributes.get("type") in OLD_TYPES for p in element.params)
         values = {p.attributes.get("name", ""): p.attributes.get("value", "") for p in element.params}
-        if current.is_asked_for(element, values):
-            what = "left out: in a run of one mesh file the layer that it selects is already current today"
-            meaning = "in a run of several mesh files it made another layer current"
-            changes.append(Change(line=element.line, filter=element.name or "", what=what, meaning=meaning))
-            always_current.add(current.maker)
-            continue
-        upgraded, of_element = _upgraded(element, values, mend=mend)
+        upgraded, of_element = _upgraded(element, values)
         if upgraded is not None:
-            current.go_on(upgraded, values)
             filters.append(upgraded)
         changes += of_element
         if former is not None and former.layers == "current":
@@ -81,7 +68,7 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bo
     return Upgrade(script, tuple(sorted([*changes, *of_steps], key=lambda change: change.line)))
 
 
-def _upgraded(element: FilterElement, values: Attributes, *, mend: bool) -> tuple[FilterElement | None, list[Change]]:
+def _upgraded(element: FilterElement, values: Attributes) -> tuple[FilterElement | None, list[Change]]:
     """Today's element, None if it is left out, and the changes; `values` are those of its parameters."""
     name = element.name
     if name is None:
@@ -107,7 +94,7 @@ def _upgraded(element: FilterElement, values: Attributes, *, mend: bool) -> tupl
         added = "".join(f", with {parameter}={text}" for parameter, text in sets.items())
         meaning = "" if former is None else former.note or invented
         changes.append(note(what=f"is {today.name!r} now{added}", meaning=meaning))
-    params, of_params = _upgraded_params(element, today, facts, mend=mend)
+    params, of_params = _upgraded_params(element, today, facts)
     declared, written = {p.xml_name: p for p in today.parameters}, {p.attributes.get("name") for p in params}
     for parameter, text in sets.items():
         if parameter not in written:
@@ -116,9 +103,7 @@ def _upgraded(element: FilterElement, values: Attributes, *, mend: bool) -> tupl
     return replace(element, kind="filter", name=today.name, params=params), changes + of_params
 
 
-def _upgraded_params(
-    element: FilterElement, today: Filter, facts: Sequence[Former], *, mend: bool
-) -> tuple[list[ParamElement], list[Change]]:
+def _upgraded_params(element: FilterElement, today: Filter, facts: Sequence[Former]) -> tuple[list[ParamElement], list[Change]]:
     """The parameters for today's filter, and the changes; one without a name stays, to be refused."""
     params: dict[object, ParamElement] = {}
     changes: list[Change] = []
@@ -130,7 +115,7 @@ def _upgraded_params(
             params[index] = param
             continue
         note = partial(Change, line=param.line, filter=element.name or "", parameter=name)
-        if is_typed and not mend and "type" not in param.attributes:
+        if is_typed and "type" not in param.attributes:
             changes.append(note(what=_UNTYPED))
             continue
         target = name if name in declared else _fact(facts, name, param.attributes.get("value", ""), declared)
@@ -149,8 +134,7 @@ def _upgraded_params(
             meaning = "" if params[target].attributes == param.attributes else "the last of the two values counts, as in MeshLab"
             changes.append(note(what="is given once", meaning=meaning))
         attributes, parameter = {**param.attributes, "name": target}, declared[target]
-        if any(target in former.relabelled for former in facts) and (what := _relabelled(parameter, attributes)):
-            changes.append(replace(note(what=what), parameter=target))
+        if any(target in former.relabelled for former in facts):  # the number does what it did, whatever its word
             attributes = {k: v for k, v in attributes.items() if not k.startswith("enum_val")}
         params[target] = _typed(parameter, attributes, param.line)
         if is_typed:
@@ -178,7 +162,7 @@ def _fact(
     by_case = [xml for xml, p in declared.items() if name.casefold() == xml.casefold() or name == p.name]
     if len(by_case) == 1:
         return by_case[0]
-    near = close_spelling(name, [*declared])
+    near = nearest(name, declared, cutoff=SLIP)
     return "is left out", _UNHEARD_OF + (f"; if {near!r} is meant, write that" if near else "")
 
 
@@ -204,16 +188,6 @@ def _typed(parameter: Parameter, attributes: Attributes, line: int) -> ParamElem
     return ParamElement(typed, line)
 
 
-def _relabelled(parameter: Parameter, attributes: Attributes) -> str | None:
-    """The change for a choice whose number has another word today; None if the word is the same."""
-    value = attributes.get("value", "").strip()
-    word = attributes.get(f"enum_val{value}")
-    if not isinstance(parameter, Enum) or word is None or not value.isdigit() or int(value) >= len(parameter.choices):
-        return None
-    today = parameter.choices[int(value)]
-    return None if word == today else f"keeps the number {value}; the former choice {word!r} is called {today!r} today"
-
-
 def _type_changes(
     parameter: Parameter, old: Attributes, new: Attributes, note: partial[Change], *, runs_today: bool
 ) -> Iterator[Change]:
@@ -235,65 +209,22 @@ def _type_changes(
 
 _DELETE = "delete_current_mesh"
 _CLOSE_HOLES = "meshing_close_holes"
-_CHANGES_LAYER = "change the current layer"  # the filter that made another layer the current one; MeshLab has none today
-#: filters that add one layer and make it current
-_ADD_ONE = frozenset(
-    {
-        "generate_convex_hull",
-        "generate_copy_of_current_mesh",
-        "generate_from_selected_faces",
-        "generate_from_selected_vertices",
-        "generate_resampled_uniform_mesh",
-        "generate_sampling_element",
-        "generate_sampling_montecarlo",
-        "generate_sampling_poisson_disk",
-        "generate_simplified_point_cloud",
-        "generate_surface_reconstruction_screened_poisson",
-    }
-)
-
-
-class _CurrentLayer:
-    """The current layer of a script that begins with one mesh, as far as it is known."""
-
-    def __init__(self) -> None:
-        self._id: int | None = 0
-        self._layers: int | None = 1
-        self.maker: int | None = None  # the line of the step that made it; None for the mesh that was there
-
-    def is_asked_for(self, element: FilterElement, values: Attributes) -> bool:
-        """Whether a step only makes the layer current that is so today."""
-        named = " ".join((element.name or "").casefold().split()) == _CHANGES_LAYER
-        return named and self._id is not None and values.get("mesh", "").strip() == str(self._id)
-
-    def go_on(self, element: FilterElement, values: Attributes) -> None:
-        """Take a step into account, which has its name of today and once had these values."""
-        try:
-            name = find_filter(element.name or "").python_name
-        except UnknownNameError:
-            name = ""
-        adds_one = name.startswith("create_") or (name in _ADD_ONE and values.get("SaveMontecarlo", "false") == "false")
-        if adds_one and self._layers is not None:
-            self._id, self.maker = self._layers, element.line
-            self._layers += 1
-        elif not name or name.startswith(("generate_", "delete_")):
-            self._id = self._layers = self.maker = None
 
 
 def _upgraded_steps(
-    script: Script, names: Mapping[int, str], aged: bool, always_current: set[int | None]
+    script: Script, names: Mapping[int, str], aged: bool, always_current: set[int]
 ) -> tuple[Script, list[Change]]:
     """The script with steps that do together what was meant, and what was changed."""
     deleting, steps, changes = set(deletes_result(script.steps)), list[Step](), list[Change]()
     for index, step in enumerate(script.steps):
-        line, is_always = step.line or 0, step.line in always_current
+        line = step.line or 0
         if index in deleting:
-            is_always, later = script.steps[index - 1].line in always_current, script.steps[index + 1 :]
-            meaning = _ALWAYS if is_always else _LAYERS if any(map(_asks_for_layers, later)) else "" if aged else _UNSURE
+            by_version = not aged or script.steps[index - 1].line in always_current
+            meaning = _DELETED if by_version or any(map(_asks_for_layers, script.steps[index + 1 :])) else ""
             what = "is left out: today it would delete the result of the step before, then the input"
             changes.append(Change(line=line, filter=step.filter.name, what=what, meaning=meaning))
             continue
-        if aged and _left_current_layer(step) and index + 1 not in deleting and not is_always:
+        if aged and _left_current_layer(step) and index + 1 not in deleting and line not in always_current:
             name = names.get(line, step.filter.name)
             changes.append(Change(line=line, filter=name, what="its result is the current layer now", meaning=_CURRENT))
         steps.append(step)
