@@ -7,7 +7,7 @@ This module imports neither pymeshlab nor any plugin.
 """
 
 from ..errors import nearest
-from .filter import Arity, Equivalent, Filter, FilterClass, MeshElement, mesh_filter
+from .filter import Arity, Filter, FilterClass, MeshElement, mesh_filter
 from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
 from .parameters import (
     AUTO,
@@ -38,7 +38,6 @@ __all__ = [
     "Direction",
     "Edit",
     "Enum",
-    "Equivalent",
     "FileOpen",
     "FileSave",
     "Filter",
