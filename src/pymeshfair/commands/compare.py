@@ -48,7 +48,7 @@ def compare(
 
     They may have different vertices and faces. With --tolerance the exit code is 1 if a place of one lies further from the other.
     """
-    from ..declaration.units import unit_of_scan
+    from ..declaration.parameters import unit_of_scan
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
     from ..looking.comparison import FORMATS, deviations_file, state_of

@@ -178,7 +178,7 @@ def lengths_in_mesh_units(
 ) -> tuple[float | None, Ends | None]:
     """What ``--tolerance`` and ``--limits LOW,HIGH`` mean, lengths such as ``0.05``, ``0.1%``, ``0.5edge`` or ``0.05mm``."""
     from ..declaration import Length
-    from ..declaration.units import check_unit
+    from ..declaration.parameters import check_unit
     from ..filters.inspection import Limits as Ends
 
     def length(text: str) -> float:

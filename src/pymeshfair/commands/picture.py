@@ -52,7 +52,7 @@ def picture(
     """
     import io
 
-    from ..declaration.units import unit_of_scan
+    from ..declaration.parameters import unit_of_scan
     from ..errors import ParameterError
     from ..files.formats import extension
     from ..files.writing import check_target, write_file

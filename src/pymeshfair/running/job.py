@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from ..declaration import Length
-from ..declaration.units import unit_of_scan
+from ..declaration.parameters import unit_of_scan
 from ..files.formats import READABLE, extension
 from ..files.outputs import MadeFrom
 from ..files.provenance import read_provenance
@@ -41,7 +41,7 @@ class Job:
     own_texture_names: bool = False
     warnings: tuple[str, ...] = ()  # about the recipe; the result and the record list them before those of the run
     measures: bool = True  # measure the mesh before and after; without, there are no limits and nothing to compare
-    unit: str | None = None  # of the scan, one of `pymeshfair.declaration.units.METRES`; None: that of its file, or of the recipe
+    unit: str | None = None  # of the scan, one of `pymeshfair.declaration.parameters.METRES`; None: that of its file, or of the recipe
 
     @property
     def made_from(self) -> MadeFrom:

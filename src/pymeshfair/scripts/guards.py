@@ -64,7 +64,7 @@ class Guards:
         return {name: limit for name, limit in vars(self).items() if limit not in (None, ())}
 
     def in_mesh_units(self, unit: str | None) -> Guards:
-        """These guards on a scan in that unit of `pymeshfair.declaration.units.METRES`, or None if it is not known."""
+        """These guards on a scan in that unit of `pymeshfair.declaration.parameters.METRES`, or None if it is not known."""
         moved = self.max_displacement
         return self if moved is None else replace(self, max_displacement=moved.in_mesh_units(unit))
 

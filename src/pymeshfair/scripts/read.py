@@ -17,7 +17,7 @@ from typing import Any
 from xml.parsers import expat
 
 from ..declaration import Filter
-from ..declaration.units import check_unit
+from ..declaration.parameters import check_unit
 from ..errors import ParameterError, UnknownNameError, nearest, plain_name
 from ..meshlab.facts import Former, former_filter, former_parameters
 from ..registry import all_filters, find_filter

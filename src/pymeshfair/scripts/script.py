@@ -169,7 +169,7 @@ class Script:
     path: Path | None = field(default=None, compare=False)  # the file that it was read from
     guards: Guards = NO_GUARDS  # limits of the result
     settings: tuple[Setting, ...] = ()  # values that have a name, which one place sets for all steps that use them
-    unit: str = ""  # of the scans that it is for, of `pymeshfair.declaration.units.METRES`; empty if it says none
+    unit: str = ""  # of the scans that it is for, of `pymeshfair.declaration.parameters.METRES`; empty if it says none
 
     def problem(self, step: Step, message: str, *, parameter: str | None = None) -> Problem:
         """The problem with a step, or with its parameter of that name in scripts."""

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..declaration.units import unit_of_scan
+from ..declaration.parameters import unit_of_scan
 from ..errors import RunError
 from ..filters.inspection import mean_curvature, symmetric_limits
 from ..looking.coloring import same_elements
