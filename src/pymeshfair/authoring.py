@@ -9,25 +9,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from . import recipe as named
+from . import registry, scripts
 from .errors import ParameterError
-from .filters.libraries import ImportedWhenUsed
 from .meshset.filter_methods import FilterMethods
+from .scripts import changing, guards, warnings
 
 if TYPE_CHECKING:
-    from . import recipe as named
-    from . import registry, scripts
     from .meshset import MeshSet
-    from .running import job, read, supervise
     from .running.job import Event, RunResult
-    from .scripts import Change, Step, changing, guards, warnings
-else:  # importing them takes longer than importing pymeshlab, and a program may only ask for this class
-    named, registry, scripts = (ImportedWhenUsed(f"pymeshfair.{name}") for name in ("recipe", "registry", "scripts"))
-    job, read, supervise = (ImportedWhenUsed(f"pymeshfair.running.{name}") for name in ("job", "read", "supervise"))
-    changing, guards, warnings = (ImportedWhenUsed(f"pymeshfair.scripts.{name}") for name in ("changing", "guards", "warnings"))
+    from .scripts import Change, Step
 
 
 class Recipe(FilterMethods):
-    """A chain of filters that is built step by step, or loaded, and then checked, run, saved and compared.
+    """A chain of filters that is built step by step, or loaded, and then checked, run and saved.
 
     Every filter is a method, as of `pymeshfair.MeshSet`; here it becomes the next step instead of being applied::
 
@@ -108,21 +103,18 @@ class Recipe(FilterMethods):
     def __repr__(self) -> str:
         return f"<Recipe {self.name!r}: {', '.join(step.filter.python_name for step in self) or 'no steps'}>"
 
-    def differences(self, other: Recipe) -> list[str]:
-        """The differences of `other` from this recipe, one sentence each; empty if they do the same."""
-        return list(changing.differences(self.script, other.script))
-
     def check(self, mesh: MeshSet | str | os.PathLike[str] | None = None, *, layers: int = 1) -> list[str]:
         """Warnings about the recipe, one sentence each; its steps and values are valid in any case.
 
         Lengths are compared with a mesh set or a mesh file, if one is given; `layers` is how many there are when it begins.
         """
-        if mesh is None:
-            diagonal = None
-        elif not isinstance(mesh, str | os.PathLike):
+        diagonal = None
+        if isinstance(mesh, str | os.PathLike):
+            from .running.read import read_mesh
+
+            diagonal = read_mesh(Path(mesh)).measured.diagonal
+        elif mesh is not None:
             diagonal = float(mesh.current_mesh().bounding_box().diagonal())
-        else:
-            diagonal = read.read_mesh(Path(mesh)).measured.diagonal
         return warnings.script_warnings(self.script, layers=layers, diagonal=diagonal)
 
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
@@ -132,35 +124,9 @@ class Recipe(FilterMethods):
         """
         return meshes.apply_script(self.script)
 
-    def run(
-        self,
-        input: str | os.PathLike[str],
-        output: str | os.PathLike[str],
-        *,
-        others: Sequence[str | os.PathLike[str]] = (),
-        overwrite: bool = False,
-        timeout: float | None = None,
-        measures: bool = True,
-        unit: str | None = None,
-        on_event: Callable[[Event], None] = lambda event: None,
-    ) -> RunResult:
-        """Clean a mesh file in a process of its own, as ``pymeshfair run`` does: the output and its record appear whole or not.
-
-        Arguments, result and errors are those of `pymeshfair.run`.
-        """
-        meaning = (str(change) for change in self.changes if not change.same_meaning)
-        order = job.Job(
-            named.Recipe(self.name, self.script, self.changes),
-            Path(input),
-            Path(output),
-            others=tuple(map(Path, others)),
-            overwrite=overwrite,
-            timeout=timeout,
-            measures=measures,
-            unit=unit,
-            warnings=(*meaning, *warnings.script_warnings(self.script, layers=1 + len(others))),
-        )
-        return supervise.run_job(order, on_event)
+    def run(self, input: str | os.PathLike[str], output: str | os.PathLike[str], **options: Any) -> RunResult:
+        """Clean a mesh file; options, result and errors are those of `pymeshfair.run`."""
+        return run(self, input, output, **options)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the recipe as an .mlx script, in place of one that is there; the file appears whole or not at all."""
@@ -206,10 +172,22 @@ def run(
     Raises:
         PymeshfairError: the run failed; see `pymeshfair.running.supervise.run_job` for the kinds.
     """
+    from .running import job, supervise  # which takes longer to import than all else here
+
     chosen = recipe if isinstance(recipe, Recipe) else Recipe.load(recipe)
     if settings or set:
         chosen = copy.copy(chosen)
         chosen.set(*set, **(settings or {}))
-    return chosen.run(
-        input, output, others=others, overwrite=overwrite, timeout=timeout, measures=measures, unit=unit, on_event=on_event
+    meaning = (str(change) for change in chosen.changes if not change.same_meaning)
+    order = job.Job(
+        named.Recipe(chosen.name, chosen.script, chosen.changes),
+        Path(input),
+        Path(output),
+        others=tuple(map(Path, others)),
+        overwrite=overwrite,
+        timeout=timeout,
+        measures=measures,
+        unit=unit,
+        warnings=(*meaning, *warnings.script_warnings(chosen.script, layers=1 + len(others))),
     )
+    return supervise.run_job(order, on_event)

@@ -41,7 +41,9 @@ class Job:
     own_texture_names: bool = False
     warnings: tuple[str, ...] = ()  # about the recipe; the result and the record list them before those of the run
     measures: bool = True  # measure the mesh before and after; without, there are no limits and nothing to compare
-    unit: str | None = None  # of the scan, one of `pymeshfair.declaration.parameters.METRES`; None: that of its file, or of the recipe
+    unit: str | None = (
+        None  # of the scan, one of `pymeshfair.declaration.parameters.METRES`; None: that of its file, or of the recipe
+    )
 
     @property
     def made_from(self) -> MadeFrom:

@@ -1,12 +1,11 @@
-"""Scripts with other values or one more step, and what differs between two of them.
+"""Scripts with other values or one more step.
 
 A command line sets a setting, ``detail_size=4edge``, or a step's parameter, ``taubin.lambda=0.4``.
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from difflib import SequenceMatcher
 from typing import Any
 
 from ..declaration import Filter
@@ -110,23 +109,3 @@ def with_step(script: Script, declared: Filter, values: Mapping[str, Any]) -> Sc
             raise ParameterError(f"the recipe has another setting {new.name!r}, whose default is {there}")
     step = Step(declared, checked, settings={name: setting.name for name, setting in used.items()})
     return replace(script, steps=(*script.steps, step), settings=tuple(settings.values()))
-
-
-def differences(first: Script, second: Script) -> Iterator[str]:
-    """One sentence for each step of only one script and for each value that differs; absent values count as their defaults."""
-    ours, theirs = first.with_defaults().steps, second.with_defaults().steps
-    names, other_names = ([step.filter.python_name for step in steps] for steps in (ours, theirs))
-    for kind, i, i_end, j, j_end in SequenceMatcher(None, names, other_names, autojunk=False).get_opcodes():
-        if kind != "equal":
-            yield from (f"step {k + 1}, {ours[k].filter.name}, is left out" for k in range(i, i_end))
-            yield from (f"step {k + 1}, {theirs[k].filter.name}, is new" for k in range(j, j_end))
-            continue
-        for number, (old, new) in enumerate(zip(ours[i:i_end], theirs[j:j_end], strict=True), j + 1):
-            for name in new.filter.defaults:
-                was, now = ("what suits the mesh" if (v := step.values.get(name)) is None else v for step in (old, new))
-                if was != now:
-                    yield f"step {number}, {new.filter.name}: {name} is {now}, not {was}"
-    if first.guards != second.guards:
-        yield f"limits are {second.guards.texts() or 'none'}, not {first.guards.texts() or 'none'}"
-    if first.unit != second.unit:
-        yield f"the unit of scans is {second.unit or 'none'}, not {first.unit or 'none'}"
