@@ -7,7 +7,7 @@ import numpy as np
 
 from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, Ints, Layer, MeshElement, mesh_filter
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.holes import HoleEnergy, HoleFilling, OpenRim, close_holes
+from pymeshfair.filters.holes import HoleEnergy, HoleFilling, close_holes
 from pymeshfair.filters.topology import non_manifold_edges
 
 from .moving_vertices import ADDS_ELEMENTS, MOVES_VERTICES, additions
@@ -17,10 +17,8 @@ Islands: TypeAlias = Literal["join", "leave"]
 
 #: red, green, blue, opacity of marked faces
 ORANGE = (1.0, 128 / 255, 0.0, 1.0)
-#: at most so many rims that were left open get a note of their own
-MOST_NAMED = 5
-#: and so many that were closed
-MOST_CLOSED_NAMED = 20
+#: at most so many rims that were closed, and so many that were left open, get a note of their own, the largest first
+MOST_NAMED = 10
 
 
 @mesh_filter(
@@ -74,11 +72,20 @@ def meshing_close_holes_by_fairing(
     touched = _touched(layer) if selected else None
     filling = close_holes(layer.vertices, layer.faces, **how, selected=touched, progress=progress)
     added = additions(layer, filling.new_vertices, filling.new_faces)
-    notes = [*_closed(layer, filling), *_lowered(filling, energy), *_left_open(layer, filling)]
-    if not (filling.closed or filling.left_open):
-        notes.append(_no_hole(layer))
+    refined = set(filling.hole_of_vertex.tolist())
+    lower = [k for k, used in enumerate(filling.energies) if used != energy and k in refined]
+    values = {
+        "closed_holes": len(filling.closed),
+        "new_vertices": len(filling.new_vertices),
+        "new_faces": len(filling.new_faces),
+        "joined_islands": sum(len(island) > 0 for island in filling.islands),
+        "closed_rim_edges": [len(rim) for rim in filling.closed],
+        "lower_energy_holes": len(lower),
+        "left_open": dict(sorted(Counter(rim.reason for rim in filling.left_open).items())),
+        "left_open_rim_edges": [len(rim.vertices) for rim in filling.left_open],
+    }
     marks = _marks(layer, filling, added["face_selection"], mark)
-    return Edit(**added, **marks, values=_values(filling, energy), notes=tuple(notes))
+    return Edit(**added, **marks, values=values, notes=tuple(_notes(layer, filling, energy, lower)))
 
 
 def _touched(layer: Layer) -> Bools:
@@ -104,83 +111,34 @@ def _marks(layer: Layer, filling: HoleFilling, new_faces: Bools, mark: Mark) -> 
     return {}
 
 
-def _values(filling: HoleFilling, energy: HoleEnergy) -> dict[str, Any]:
-    return {
-        "closed_holes": len(filling.closed),
-        "new_vertices": len(filling.new_vertices),
-        "new_faces": len(filling.new_faces),
-        "joined_islands": sum(len(island) > 0 for island in filling.islands),
-        "closed_rim_edges": [len(rim) for rim in filling.closed],
-        "lower_energy_holes": len(_lower(filling, energy)),
-        "left_open": dict(sorted(Counter(rim.reason for rim in filling.left_open).items())),
-        "left_open_rim_edges": [len(rim.vertices) for rim in filling.left_open],
-    }
-
-
-def _lower(filling: HoleFilling, energy: HoleEnergy) -> list[int]:
-    """The holes that have new vertices which another energy than this one placed."""
-    refined = set(filling.hole_of_vertex.tolist())
-    return [k for k, used in enumerate(filling.energies) if used != energy and k in refined]
-
-
-def _lowered(filling: HoleFilling, energy: HoleEnergy) -> list[str]:
-    """One sentence for each hole that was placed by a lower energy than that of the parameter."""
+def _notes(layer: Layer, filling: HoleFilling, energy: HoleEnergy, lower: list[int]) -> list[str]:
+    """One sentence for each hole that was closed, was placed by a `lower` energy, or is open though a user may want it closed."""
+    if not (filling.closed or filling.left_open):
+        crowded = len(non_manifold_edges(layer.faces))
+        if crowded == 0:
+            return ["there is no hole: every edge has two faces"]
+        return [
+            f"no hole was found: no edge has one face alone, but {crowded} have more than two; faces that are there twice hide "
+            "holes, so remove duplicate faces first"
+        ]
+    closed = sorted(filling.closed, key=len, reverse=True)
+    left = [rim for rim in filling.left_open if rim.reason not in ("selection", "outer")]
+    left.sort(key=lambda rim: -len(rim.vertices))
     reasons = (
         f"the equations of {energy!r} are too ill-conditioned there, as at triangles without area",
         f"that of {energy!r} would reach further out of its rim than the rim is wide, as beside a spike",
     )
-    notes = [
+    notes = [f"closed a hole of {len(rim)} edges around {_place(layer, rim)}" for rim in closed[:MOST_NAMED]]
+    notes += [
         f"the filling of the rim of {len(filling.closed[k])} edges through vertex {filling.closed[k][0]} was placed with energy "
         f"{filling.energies[k]!r}: {reasons[bool(filling.thrown_out[k])]}"
-        for k in _lower(filling, energy)
+        for k in lower[:MOST_NAMED]
     ]
-    return _cut(notes, MOST_NAMED, "{} more fillings were placed with a lower energy")
-
-
-def _cut(notes: list[str], most: int, more: str) -> list[str]:
-    """The first notes, and a sentence on how many `more` there are."""
-    return notes if len(notes) <= most else [*notes[:most], more.format(len(notes) - most)]
-
-
-def _closed(layer: Layer, filling: HoleFilling) -> list[str]:
-    """One sentence a closed hole, the largest first."""
-    largest = sorted(filling.closed, key=lambda rim: -len(rim))
-    notes = [f"closed a hole of {len(rim)} edges around {_place(layer, rim)}" for rim in largest]
-    size = len(largest[MOST_CLOSED_NAMED]) if len(largest) > MOST_CLOSED_NAMED else 0
-    return _cut(notes, MOST_CLOSED_NAMED, f"closed {{}} more, of at most {size} edges")
-
-
-def _no_hole(layer: Layer) -> str:
-    """A sentence on a mesh without any border, which may be hidden by faces that are there twice."""
-    crowded = len(non_manifold_edges(layer.faces))
-    if crowded == 0:
-        return "there is no hole: every edge has two faces"
-    return (
-        f"no hole was found: no edge has one face alone, but {crowded} have more than two; faces that are there twice hide "
-        "holes, so remove duplicate faces first"
-    )
-
-
-def _left_open(layer: Layer, filling: HoleFilling) -> list[str]:
-    """One sentence a rim for those that a user may want closed, the largest first, and one on outer borders."""
-    named: list[OpenRim] = [rim for rim in filling.left_open if rim.reason not in ("selection", "outer")]
-    named.sort(key=lambda rim: -len(rim.vertices))
-    size = len(named[MOST_NAMED].vertices) if len(named) > MOST_NAMED else 0
-    notes = [f"{rim.message}; it is around {_place(layer, rim.vertices)}" for rim in named]
-    notes = _cut(notes, MOST_NAMED, f"{{}} more rims were left open, of at most {size} edges")
-    if not filling.closed and filling.left_open and not named:
-        unselected = any(rim.reason == "selection" for rim in filling.left_open)
-        notes.append(
-            f"no hole was closed: there are only outer borders{' and rims without a selected vertex' if unselected else ''}"
-        )
-    outer = sorted((len(rim.vertices) for rim in filling.left_open if rim.reason == "outer"), reverse=True)
-    if len(outer) == 1:
-        notes.append(f"left the outer border of an open sheet, of {outer[0]} edges")
-    elif outer:
-        notes.append(f"left {len(outer)} outer borders of open sheets, of {outer[0]} edges and fewer")
+    notes += [f"{rim.message}; it is around {_place(layer, rim.vertices)}" for rim in left[:MOST_NAMED]]
+    if outer := sum(rim.reason == "outer" for rim in filling.left_open):
+        notes.append(f"outer borders of open sheets that were left: {outer}")
     return notes
 
 
 def _place(layer: Layer, vertices: Ints) -> str:
-    x, y, z = layer.vertices[vertices].mean(axis=0).tolist()
-    return f"{x:.6g}, {y:.6g}, {z:.6g}"
+    return ", ".join(f"{x:.6g}" for x in layer.vertices[vertices].mean(axis=0).tolist())

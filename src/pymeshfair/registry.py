@@ -7,7 +7,6 @@ import contextlib
 import functools
 import importlib
 import importlib.metadata
-import logging
 import traceback
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -19,7 +18,6 @@ from .meshlab.facts import meshlab_filters
 
 #: Packages add filters under this entry-point group; the value names a module whose `Filter` objects are taken.
 ENTRY_POINT_GROUP = "pymeshfair.plugins"
-_LOG = logging.getLogger("pymeshfair")
 
 
 @dataclass(frozen=True)
@@ -30,8 +28,6 @@ class BrokenPlugin:
     entry_point: str  # as written in its metadata, e.g. ``scanlab = scanlab.filters``.
     reason: str  # one sentence
     details: str = ""  # the traceback, or an empty string
-    #: of a filter that was refused, its Python name and its name in menus; empty if the whole plugin failed
-    names: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return f"plugin {self.entry_point.partition('=')[0].strip()!r} of {self.distribution} cannot be used: {self.reason}"
@@ -65,50 +61,26 @@ def is_known(name: str) -> bool:
 
 
 def find_filter(name: str) -> Filter:
-    """The filter of that Python name or GUI name; a warning is logged once if another one of that name was refused.
+    """The filter of that Python name or GUI name.
 
     Raises:
         UnknownNameError: there is none. `suggestion` is the nearest name of the same kind, `cause` names the plugins that cannot
             be used and their errors; the message has both.
     """
     registry = _load()
-    try:
-        declared = registry.by_any_name[name]
-    except KeyError:
-        raise _unknown(name, registry) from None
-    for broken in registry.broken:
-        if name in broken.names:
-            _warn_once(f"filter {name!r} is that of {declared.origin}; {broken}")
-    return declared
+    if name in registry.by_any_name:
+        return registry.by_any_name[name]
+    near = nearest(name, registry.by_any_name)
+    meant = f"did you mean {near!r}?" if near else "`pymeshfair list filters` shows all"
+    cause = "; ".join(map(str, registry.broken)) or None
+    also = f" ({cause})" if cause else ""
+    raise UnknownNameError(f"there is no filter {name!r}; {meant}{also}", suggestion=near, cause=cause)
 
 
 def reload_plugins() -> None:
     """Look for plugins again; needed after a package was installed into a running Python, such as a notebook's."""
     importlib.invalidate_caches()
     _load.cache_clear()
-    _warn_once.cache_clear()
-
-
-def _unknown(name: str, registry: _Registry) -> UnknownNameError:
-    """The error for a name without a filter."""
-    if why := "; ".join(str(broken) for broken in registry.broken if name in broken.names):
-        return UnknownNameError(f"filter {name!r} is not available: {why}", cause=why)
-    names = registry.by_any_name
-    alike = [each for each in names if _looks_like_python(each) == _looks_like_python(name)]
-    near = nearest(name, alike) or nearest(name, names)
-    meant = f"did you mean {near!r}?" if near else "`pymeshfair list filters` shows all"
-    cause = "; ".join(str(broken) for broken in registry.broken if broken.details) or None
-    also = f" ({cause})" if cause else ""
-    return UnknownNameError(f"there is no filter {name!r}; {meant}{also}", suggestion=near, cause=cause)
-
-
-def _looks_like_python(name: str) -> bool:
-    return name.isidentifier() and "_" in name
-
-
-@functools.cache
-def _warn_once(text: str) -> None:
-    _LOG.warning("%s", text)
 
 
 def _by_any_name(filters: Iterable[Filter]) -> dict[str, Filter]:
@@ -134,8 +106,7 @@ def _load() -> _Registry:
             if declared.function is not None and any(declared.function is other.function for other in custom):
                 continue  # imported from another plugin
             if reason := _why_unusable(declared, taken):
-                names, why = (declared.python_name, declared.name), f"filter {declared.python_name!r} {reason}"
-                broken.append(BrokenPlugin(package, text, why, names=names))
+                broken.append(BrokenPlugin(package, text, f"filter {declared.python_name!r} {reason}"))
                 continue
             custom.append(replace(declared, origin=package))
             taken |= _by_any_name(custom[-1:])
@@ -152,9 +123,7 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
         try:
             if ENTRY_POINT_GROUP not in (distribution.read_text("entry_points.txt") or ""):
                 continue
-            with contextlib.suppress(
-                FileNotFoundError
-            ):  # raised by the library importlib_metadata, once something has imported it
+            with contextlib.suppress(FileNotFoundError):  # of the library importlib_metadata, once something has imported it
                 metadata = distribution.metadata
                 place = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - it promises no get() before 3.12
             if place not in by_name:  # else it is the same package further down sys.path
