@@ -17,7 +17,7 @@ from pymeshfair.filters.mesh import Bools, Floats
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import BorderPolicy, border_vertices, referenced_vertices
 
-from .moving_vertices import NOTHING_TO_REMOVE, Selected, movable_vertices, reported, vertex_smoother
+from .moving_vertices import NOTHING_TO_REMOVE, Border, Selected, movable_vertices, reported, vertex_smoother
 
 #: the ways to choose parameters without a value
 Chooser: TypeAlias = Literal["held_out", "fixed"]
@@ -25,9 +25,7 @@ CHOICE = Enum(
     help="How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a large one, and "
     "one of those is taken that best predict vertices which they have not seen. 'fixed': all-round values, at once."
 )
-#: 'constant' comes first
-SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)
-
+SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # 'constant' comes first
 ITERATIONS = Int(minimum=0, maximum=10_000, help="How many steps are taken. More are smoother, slower, and shrink more.")
 Auto: TypeAlias = Literal["auto"]
 
@@ -37,10 +35,9 @@ class NormalFilterParameters:
     """How face normals are filtered; see `NormalFilter`. What is automatic is chosen for the mesh.
 
     Attributes:
-        method: What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds every
-            edge. 'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral,
-            deviations measured on normals averaged before, for strong noise. 'guided': on the normals of the most even patches,
-            for sharp edges. 'vertex_normals': bilateral on the normals of vertices, which loses edges; to compare with.
+        method: What weighs a neighbouring face, besides its area. 'mean': nothing, which rounds edges. 'unilateral': how far its
+            normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral on normals averaged before, for strong
+            noise. 'guided': on the normals of the most even patches, for sharp edges. 'vertex_normals': on those of vertices.
         range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and keep
             edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
         space_kernel: How weight falls with distance; 'constant' does not.
@@ -48,13 +45,12 @@ class NormalFilterParameters:
             in radians; 'squared', the square of that length.
         range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is about 30
             degrees. Larger smooths more, and across sharper edges.
-        range_floor: Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from locking
-            the normals of two faces that happen to agree.
+        range_floor: Smaller deviations count as this one; 0.03 keeps 'l1' and 'truncated_l1' from locking normals that happen to
+            agree. Larger smooths more.
         space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres. Larger
             smooths larger details.
-        neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three rings,
-            or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'),
-            which does not jump across a thin wall. Larger smooths larger details and is slower.
+        neighborhood: Which faces are averaged over: those across the edges, at the vertices, in two or three rings, or within
+            twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'). Larger is slower.
         normal_iterations: How often the normals are filtered before the vertices follow. More smooth more.
     """
 
@@ -116,31 +112,27 @@ def apply_coord_normal_filtering(
     """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces follow.
 
     Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen; what is
-    given, all of them have. Returns the parameters that were used, what the mesh was found to be, what was tried, the mean
-    displacement of the vertices in mean edges ("drift"), and the number of faces that look away from those around them, before
-    and after ("folded_before", "folded_after").
+    given, all of them have. Returns the parameters that were used, what was found and tried, the mean displacement of the
+    vertices in mean edges ("drift"), and the number of faces that look away from those around them ("folded_before" and
+    "_after").
 
     Args:
-        vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow them more
-            closely.
+        vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow more closely.
         outer_iterations: How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one normal
             iteration keep edges better than once 20. 0: outliers and relaxation alone.
         vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their mean
             weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
-        outliers: Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the
-            others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep edges
-            keep such spikes too. 'auto' keeps them where all parameters of the filter are given.
+        outliers: Vertices that stand out, as those of stray measurements: 'keep' filters them like the others, 'replace' puts
+            them first where the others expect them, 'only' moves nothing but them. 'auto' keeps them where all else is given.
         rounding: Coordinates that were rounded, all or along one axis, as depths of a camera: 'keep' filters the steps like any
-            noise, 'undo' puts the vertices first on a smoother surface within half a step of them. 'auto' keeps them where all
-            parameters of the filter are given.
+            noise, 'undo' puts the vertices first on a smoother surface within half a step. 'auto' keeps where all else is given.
         relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over, and
-            round edges, which the filter sharpens again. 'auto' takes 0 where all parameters of the filter are given.
-        relaxation_direction: Where these steps go: 'all' directions, which evens out noise along the surface too, or along the
-            'normal' alone, so that no vertex slides.
+            round edges, which the filter sharpens again. 'auto' takes 0 where all else is given.
+        relaxation_direction: Where these steps go: 'all' directions, or along the 'normal' alone, so that no vertex slides.
         compare: Say, too, how well low-pass filters predict the same vertices, each with the amount that suits the mesh best:
             Taubin's, implicit, bi-Laplacian and spectral smoothing. The result is the same. Only where all is automatic.
-        border: What the vertices of open borders do: 'fixed' stay; 'along' move up and down along the normal alone, so that the
-            outline stays; 'free' move like any other vertex.
+        border: What the vertices of open borders do: 'fixed' stay; 'along' move along the normal alone, so that the outline
+            stays; 'free' move like any other vertex.
     """
     set_values = _given(
         **asdict(normals),
@@ -168,7 +160,7 @@ def apply_coord_normal_filtering(
         if compare:
             findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
         if made.kind == "clean":
-            notes = ("there is no noise to remove: the vertices stay where they are",)
+            notes = (NOTHING_TO_REMOVE,)
         elif made.kind == "correlated" and made.setting.rounding == "keep" and border_vertices(layer.faces, len(vertices)).any():
             notes = (NO_EVIDENCE_AT_BORDER,)
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
@@ -193,9 +185,8 @@ def apply_normal_robust_filtering_per_face(
 ) -> Edit:
     """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
 
-    It is the first half of Normal Filtering, for shading and for filters that read face normals. Without any parameter they are
-    chosen from the noise that is measured; automatic normal iterations are as many as Normal Filtering takes in all. Returns the
-    parameters that were used.
+    It is the first half of Normal Filtering, for shading and for filters that read face normals; automatic normal iterations are
+    as many as Normal Filtering takes in all. Returns the parameters that were used.
 
     Args:
         selected: Only the selected faces get a new normal; the others are seen by their neighbours but keep theirs.
@@ -295,11 +286,10 @@ class Kernels:
     """Kernels and scales: the parameters that bilateral filters share.
 
     Attributes:
-        range_kernel: How a neighbour counts that disagrees. With 'gaussian', 'tukey', 'hampel', 'lorentzian' and the truncated
-            kernels it counts little or nothing far beyond the range sigma: features stay. 'huber' and 'l1' respect them less,
-            'l2' not at all.
-        space_kernel: How neighbours count by their distance; beyond 1.4 times the space sigma none does. 'gaussian' is the
-            paper's, 'l2' counts all alike, 'l1' favours the nearest.
+        range_kernel: How a neighbour counts that disagrees: features stay but with 'huber' and 'l1', which respect them less, and
+            'l2', which does not.
+        space_kernel: How neighbours count by their distance, up to 1.4 times the space sigma. 'gaussian' is the paper's, 'l2'
+            counts all alike, 'l1' favours the nearest.
         range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger noise,
             and flattens larger features. 'auto' estimates it from the mesh.
     """
@@ -307,7 +297,6 @@ class Kernels:
     range_kernel: Annotated[KernelName, Enum()] = "gaussian"
     space_kernel: Annotated[KernelName, Enum()] = "gaussian"
     range_sigma: Annotated[float, Percentage(automatic=0, default="auto")]
-
     space_sigma: Annotated[float, Percentage(automatic=0, default="auto")]
 
     def arguments(self) -> dict[str, Any]:
@@ -321,7 +310,7 @@ def apply_coord_bilateral_fleishman(
     *,
     kernels: Kernels,
     iterations: Annotated[int, ITERATIONS] = 2,
-    border: Annotated[BorderPolicy, Enum()] = "along",
+    border: Border = "along",
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
@@ -331,8 +320,6 @@ def apply_coord_bilateral_fleishman(
 
     Args:
         space_sigma: How far away neighbours count. Larger averages over more, is smoother and slower. 'auto': 1.4 mean edges.
-        border: What the vertices of open borders do: 'fixed' stay; 'along' see their neighbours on the border alone; 'free' see
-            all of their neighbours.
     """
     how: dict[str, Any] = {**kernels.arguments(), "iterations": iterations, "border": border}
     how |= {"movable": movable_vertices(layer, selected), "progress": progress}
@@ -381,22 +368,18 @@ def apply_coord_bilateral_projection_of_points(
 ) -> Edit:
     """Removes noise from a point cloud: every point moves along its normal to where neighbours that roughly agree expect it.
 
-    Triangles, if there are any, play no part. The normals themselves are not changed: compute them anew afterwards. With
-    automatic iterations it returns what was chosen and what was tried, with errors in spacings; a cloud without noise stays as it
-    is.
+    Triangles play no part. The normals themselves are not changed: compute them anew afterwards. With automatic iterations it
+    returns what was chosen and what was tried, with errors in spacings; a cloud without noise stays as it is.
 
     Args:
-        neighbors: How many nearest points count. More are smoother, slower, and round off edges. Chosen too with automatic
-            iterations.
+        neighbors: How many nearest points count. More are smoother, slower, and round off edges.
         space_sigma: How neighbours count by their distance. Larger weighs distant ones more like near ones. 'auto' takes it from
             the mean distance of the farthest neighbour.
-        iterations: How many steps are taken. More are smoother, slower, and shrink more. 'auto' takes the iterations, the
-            neighbours, the degree and, if that is automatic, the range sigma that best predict points which the filter has not
-            seen.
+        iterations: How many steps are taken. More are smoother, slower, and shrink more. 'auto' takes the iterations, neighbours,
+            degree and, if that is automatic, range sigma that best predict points which the filter has not seen.
         degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. Quadrics
-            follow curved surfaces, which then shrink less, but need 40 neighbours and more. Chosen too with automatic iterations.
-        use_normals: Move along the normals that the points have, in all iterations. Otherwise normals are estimated from the same
-            neighbours, anew in each iteration.
+            follow curved surfaces, which then shrink less, but need 40 neighbours and more.
+        use_normals: Move along the normals that the points have. Otherwise they are estimated anew in each iteration.
     """
     how: dict[str, Any] = {"normals": layer.vertex_normals if use_normals else None, **kernels.arguments()}
     how["movable"] = movable_vertices(layer, selected)

@@ -35,18 +35,15 @@ def apply_coord_bilaplacian_smoothing(
 ) -> Edit:
     """Smooths by trading the bending of the surface for the distance that its vertices move: (C M^-1 W C + w M) p' = w M p.
 
-    W is 1, or nearly 0 at features, where the surface may bend. Against implicit fairing at the same detail size, shorter waves
-    are damped more and longer ones kept better, so that shapes shrink far less. Returns w in one over the fourth power of mesh
-    units (0 or infinite where no number is so small or large), how many vertices moved and how far the furthest went.
+    W is 1, or nearly 0 at features, where the surface may bend. Shapes shrink far less than by implicit fairing at the same
+    detail size. Returns w in one over the fourth power of mesh units (0 or infinite where no number is so small or large), how
+    many vertices moved and how far the furthest went.
 
     Args:
-        detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is
-            smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used when a weight is
-            given.
         weight: How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays closer
             to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides.
-        features: What is spared. 'none': every place is smoothed alike; 'curvature': ridges, found where the surface bends by
-            more than an angle, may stay sharp; 'scalar': places of a high vertex scalar are spared.
+        features: What is spared. 'none': nothing; 'curvature': ridges, where the surface bends by more than an angle, may stay
+            sharp; 'scalar': places of a high vertex scalar.
         feature_angle: For 'curvature', the angle between neighbouring triangles, in degrees, at which a ridge counts half; noise
             is filtered out before. Larger spares sharper ridges alone.
         feature_scalar: For 'scalar', the size of the vertex scalar at which smoothing counts half, as 1 / (1 + (q / this)^2).
@@ -114,8 +111,8 @@ def apply_coord_tangential_smoothing(
 
     Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Triangles whose
     edges are flipped come last; they take colour and scalar from the old ones near them, and their custom attributes are 0.
-    Returns the mean quality of the triangles before and after, as Surface Measures has it (1 for equilateral ones, 0 for those
-    without area), how many triangles flips have changed, how many vertices moved and how far the furthest went.
+    Returns the mean quality of the triangles before and after (1 for equilateral ones), how many triangles flips have changed,
+    how many vertices moved and how far the furthest went.
 
     Args:
         weight: How strongly vertices are held to their places. Larger moves them less in each iteration.
@@ -123,7 +120,7 @@ def apply_coord_tangential_smoothing(
         max_deviation: How far the middles of triangles and edges may get from the surface as it was, at sharp edges a fifth of
             it; vertices stay on it. Larger allows better triangles where the surface is curved or has edges.
         flip_edges: Before each step, take the other diagonal of two neighbouring triangles where that makes them better: for
-            range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes.
+            range maps and other grids. Not on textured meshes.
     """
     textured = flip_edges and layer.has_wedge_tex_coords
     how: dict[str, Any] = {"weight": weight, "iterations": iterations, "max_deviation": max_deviation}
@@ -174,19 +171,16 @@ def apply_coord_region_fairing(
 ) -> Edit:
     """Replaces the selected part of a surface by the smoothest one that continues its surroundings.
 
-    What the part looked like is forgotten: for dents, scars, bad fillings and seams. The selected vertices move, or, when no
-    vertex is selected, those all of whose triangles are; the others, and open borders, stay. One, two or three rings of vertices
-    around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved, the backward
-    error of the solution, and a bound of the error that solving leaves as a share of the region's diagonal. With `remesh` the
-    selected vertices and their triangles go, new ones come last and are selected, and their numbers are returned.
+    For dents, scars, bad fillings and seams. The selected vertices move, or, when no vertex is selected, those all of whose
+    triangles are; the others, and open borders, stay. One, two or three rings of vertices around the region decide, so select
+    until the damage ends, and a ring more. Returns how many vertices moved, the backward error of the solution, and a bound of
+    the error that solving leaves as a share of the region's diagonal; with `remesh` the numbers of old and new elements.
 
     Args:
-        iterations: How often, each time with the areas and angles that the one before has left. More forget the shape that was
-            there more fully, and come nearer to the surface of least area or bending; one is mostly enough. With remeshing it is
-            done three times at least.
-        remesh: Replace the triangles of the part, too, by regular ones as dense as those around: for rough damage, whose needles
-            and folds would remain. Colours go on from around; what the texture showed there is lost, and each new triangle shows
-            one place of it. Without, triangles, texture and all attributes stay.
+        iterations: How often, each time with the areas and angles that the one before has left. More forget the old shape more
+            fully; one is mostly enough. With remeshing it is done three times at least.
+        remesh: Replace the triangles of the part, too, by regular ones as dense as those around, which come last and are
+            selected: for rough damage. Colours go on from around; each new triangle shows one place of the texture.
     """
     try:
         chosen = layer.selected_vertices()
@@ -268,14 +262,13 @@ def meshing_bridge_rims_by_fairing(
 ) -> Edit:
     """Joins two parts of a mesh by a smooth neck between the two rims that face each other.
 
-    A rim is a loop of border edges. The two rims nearest each other get a band of triangles between them, as dense as they are,
-    whose inside is then faired; the parts themselves stay as they are. The new vertices and triangles are selected. Parts in
-    several layers are merged into one first (Flatten Visible Layers). Returns how many vertices and triangles are new, and how
-    many edges each rim has.
+    A rim is a loop of border edges. The two nearest rims of different parts get a band of triangles between them, as dense as
+    they are, whose inside is faired; the rest stays as it is. The new elements are selected. Parts in several layers are merged
+    into one first (Flatten Visible Layers). Returns how many vertices and triangles are new, and how many edges each rim has.
 
     Args:
         selected: Join the two selected rims that lie nearest each other, which may belong to one part; a rim is selected when all
-            of its vertices are. Otherwise the two nearest rims of different parts are joined.
+            of its vertices are.
     """
     among = layer.selected_vertices() if selected else None
     blend = fairing.blend_parts(layer.vertices, layer.faces, energy=energy, among=among, progress=progress)

@@ -42,31 +42,27 @@ def meshing_close_holes_by_fairing(
 ) -> Edit:
     """Closes holes with triangles as dense as those around, which continue the surface smoothly across the rim.
 
-    What is there stays as it is, textures too. New vertices and faces come last and are the ones that are selected afterwards, so
-    that a next step can delete, smooth or measure them. Colours go on smoothly from the rim, and a new face
-    shows a place of the texture near by whose colour does. Scalars are those of the rim. A mark is written if
-    a hole was closed: "scalar" overwrites the scalars of all faces, "color" the colours of the new ones. Returns how many holes
-    were closed and the edges of each rim, how many vertices and faces are new, how many holes were filled by a lower energy, and
-    how many rims were left open, why and with how many edges; the largest are named one by one.
+    What is there stays as it is, textures too. New vertices and faces come last and are then the selection. Colours and scalars
+    go on from the rim, and a new face shows a place of the texture near by of such a colour. Returns how many holes were closed
+    and the edges of each rim, how many vertices and faces are new, how many holes were filled by a lower energy, and how many
+    rims were left open, why and with how many edges; the largest are named one by one.
 
     Args:
         max_edges: The most edges that the rim of a hole may have. Larger closes larger holes; one of 10,000 edges takes half a
-            gigabyte of memory. Outer borders of open sheets stay open, whatever their size: rims that turn like that of a flat
-            disc, and those that span more than a third of the area of their sheet, unless they are selected.
+            gigabyte of memory. Outer borders of open sheets stay open: rims that turn like that of a flat disc, and those that
+            span more than a third of the area of their sheet, unless they are selected.
         energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; 'thin_plate'
-            continues the tangent planes around; 'minimum_variation' continues the curvatures too, so that what is round stays
-            round, and follows noise at the rim; 'none' leaves them flat as they were made. A hole at whose rim there are
-            degenerate triangles may get a lower energy than the others, which is said.
-        refine: Split the new faces until they are as dense as those around. Without, a hole is closed by faces between the
-            vertices of its rim alone, and nothing is faired.
+            continues the tangent planes around; 'minimum_variation' continues the curvatures too, and follows noise at the rim;
+            'none' leaves them flat. A hole with degenerate triangles at its rim may get a lower energy, which is said.
+        refine: Split the new faces until they are as dense as those around. Without, there are no new vertices, and nothing is
+            faired.
         rounds: How often the new faces are refined and faired. More let a filling bulge further where its rim suggests that.
         islands: Pieces of surface that lie loose in a hole: 'join' makes them part of the filling, or leaves the hole open if
             that cannot be done; 'leave' fills the hole without regard to them.
-        selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face, those too that otherwise count
-            as outer borders by their area.
-        mark: How new faces are marked in a saved file: 'scalar' gives each the number of the hole that it closes, from 1, and all
-            others 0, in place of the scalars that faces had; 'color' paints them orange, and the others white if faces had no
-            colours; 'none' leaves both as they are.
+        selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face.
+        mark: How new faces are marked in a saved file: 'scalar' gives each the number of its hole, from 1, and all others 0, in
+            place of the scalars of faces; 'color' paints them orange, and the others white if faces had no colours; 'none' leaves
+            both.
     """
     how: dict[str, Any] = {"max_edges": max_edges, "energy": energy, "refine": refine, "rounds": rounds, "islands": islands}
     touched = _touched(layer) if selected else None

@@ -33,11 +33,10 @@ vertex_look = partial(
 def get_surface_measures(layer: Layer) -> Edit:
     """Counts, topology, size, roughness and triangle quality of the mesh.
 
-    Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; says
-    whether the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (of closed
-    surfaces), the mean edge (of polylines, too), roughness (the mean angle in degrees between faces that share an edge) and
-    the mean triangle quality (1 for equilateral ones); of a point cloud the mean distance to the nearest point. Changes
-    nothing. Exact far from the origin, too.
+    Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; says whether
+    the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (of closed surfaces), the mean
+    edge (of polylines, too; of a cloud the mean distance to the nearest point), roughness (the mean angle in degrees between
+    faces that share an edge) and the mean triangle quality (1 for equilateral ones).
     """
     return Edit(values=asdict(inspection.surface_measures(layer.vertices, layer.faces, edges=layer.edges)))
 
@@ -52,12 +51,10 @@ def compute_scalar_by_mean_curvature_per_vertex(
     """Gives every vertex its mean curvature: 1/r on a sphere of radius r, positive on bulges and negative in hollows.
 
     In 1 / mesh unit; 0 on borders. Colours: blue in hollows, nearly white where it is flat, orange on bulges, between limits that
-    enclose 98 % of the vertices. The sign follows the orientation of the faces. Returns the limits, the lowest, the highest and
-    the mean value.
+    enclose 98 % of the vertices. Returns the limits, the lowest, the highest and the mean value.
 
     Args:
-        operator: 'cotangent' is the Laplace-Beltrami operator, right on every mesh; 'uniform' is the mean of the neighbours, calm
-            at slivers, but wrong where vertices are spread unevenly.
+        operator: 'cotangent' is right on every mesh; 'uniform' is calm at slivers, but wrong where vertices are spread unevenly.
     """
     return _seen(layer, inspection.mean_curvature(layer.vertices, layer.faces, operator=operator), color)
 
@@ -72,12 +69,11 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
     """Gives every vertex its Gaussian curvature: 1/r^2 on a sphere of radius r, 0 on cylinders and planes, negative on saddles.
 
     Colours: blue on saddles, nearly white where the surface can be unrolled, orange on domes and in bowls, between limits that
-    enclose 98 % of the vertices. Per area it is 0 on borders; as a deficit it is there how far the border turns. Returns the
-    limits, the lowest, the highest and the mean value, and the sum.
+    enclose 98 % of the vertices. On borders it is 0, or as a deficit how far they turn. Returns the limits, the lowest, the
+    highest and the mean value, and the sum.
 
     Args:
-        measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing there, in radians,
-            which adds up to 2 pi times the Euler characteristic.
+        measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing there, in radians.
     """
     values = inspection.gaussian_curvature(layer.vertices, layer.faces, measure=measure)
     return _seen(layer, values, color, sum=float(values[_used(layer)].sum()))
@@ -111,12 +107,11 @@ def compute_color_by_reflection_lines_per_vertex(
 ) -> Edit:
     """Colours the vertices as if the mesh were polished and stood in a hall of parallel lamps.
 
-    The lines jump where the surface has a crease and bend where its curvature does, which shading does not show. The brightness,
-    from 0 to 1, becomes the vertex scalar. The colours are those for this one direction of view.
+    The lines jump where the surface has a crease and bend where its curvature does. The brightness, from 0 to 1, becomes the
+    vertex scalar.
 
     Args:
-        stripes: How many lamps there are all round. More show smaller defects; too many for the mesh flicker from vertex to
-            vertex.
+        stripes: How many lamps there are all round. More show smaller defects, up to the length of the edges.
         direction: Along the lamps, which are parallel and infinitely far.
         view: From the mesh to the eye.
     """

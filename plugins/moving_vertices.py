@@ -46,8 +46,15 @@ Iterations: TypeAlias = Annotated[
 ]
 
 
-#: the wavelength at which a low-pass filter halves the amplitude
-DETAIL_SIZE, SIZE_ON_CURVES = Percentage(default="6edge", automatic=-1), Percentage(default="12edge", of_edges=True)
+_WAVES = "Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is smoother. "
+#: the wavelength at which a low-pass filter halves the amplitude, on meshes and on curves
+DETAIL_SIZE = Percentage(
+    default="6edge",
+    automatic=-1,
+    help=_WAVES + "'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used when the amount is "
+    "given otherwise.",
+)
+SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "For 'implicit' with 'inverse_length'.")
 
 
 def no_amount(other: str) -> FilterInputError:

@@ -46,18 +46,16 @@ def compute_selection_by_outlier_probability_per_vertex(
     """Selects the vertices that are probably outliers, and gives every vertex that probability.
 
     LoOP (local outlier probability) compares how far each vertex is from its neighbours with how far they are from theirs: dense
-    and sparse parts of a scan are judged alike, whatever its unit. The probability, from 0 to 1, becomes the vertex scalar, to be
-    looked at in colours before anything is deleted. The selection of vertices is replaced, that of faces stays. Faces play no
-    part: a point cloud and a mesh with the same vertices have the same outliers. Returns the number of selected vertices, the
-    largest and the mean probability.
+    and sparse parts of a scan are judged alike. The probability, from 0 to 1, becomes the vertex scalar. The selection of
+    vertices is replaced, that of faces stays. Faces play no part. Returns the number of selected vertices, the largest and the
+    mean probability.
 
     Args:
-        neighbors: How many nearest points a point is compared with. It must exceed the size of the clumps of stray points that
-            are to be found. More give steadier probabilities, blur borders between dense and sparse parts, and take longer.
-        extent: How far beyond the usual a point must be to count as an outlier for certain, in standard deviations: 2 takes 95 %
-            of the points for regular, 3 takes 99.7 %. Larger gives lower probabilities, so fewer points are selected.
-        threshold: Vertices with a probability above it are selected. Larger selects fewer: 1 none, 0 every vertex that is at all
-            farther from its neighbours than they are from theirs.
+        neighbors: How many nearest points a point is compared with, more than the clumps of stray points have. More give steadier
+            probabilities, blur borders between dense and sparse parts, and take longer.
+        extent: How far beyond the usual a point must be to count as an outlier for certain, in standard deviations. Larger gives
+            lower probabilities, so fewer points are selected.
+        threshold: Vertices with a probability above it are selected. Larger selects fewer, 1 none.
     """
     probabilities = local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
     selected = probabilities > threshold
@@ -78,15 +76,13 @@ def compute_selection_by_stray_points_per_vertex(
 ) -> Edit:
     """Selects the points of a cloud that are part of no surface: single far ones, hazes, and clumps apart from the rest.
 
-    A selection by local probability misses them where they are each other's neighbours. The selection of vertices is replaced.
-    Faces play no part. Returns the number of selected points.
+    The selection of vertices is replaced. Faces play no part. Returns the number of selected points.
 
     Args:
         neighbors: How many nearest points say how dense the cloud is around a point. More bridge wider gaps and take longer.
-        sparseness: Points farther from their neighbours than this many times the median are selected: those alone and those in a
-            haze around the surface. Larger keeps sparser parts of a scan, and denser hazes.
-        smallest_part: Clumps of fewer points than this, apart from all others, are selected. Larger selects larger clumps, and
-            larger islands of the surface too.
+        sparseness: Points farther from their neighbours than this many times the median are selected. Larger keeps sparser parts
+            of a scan, and denser hazes.
+        smallest_part: Clumps of fewer points than this, apart from all others, are selected. Larger selects larger clumps.
         clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
     """
     if clouds_only and len(layer.faces):
@@ -128,9 +124,9 @@ def compute_selection_by_distance_from_cloud_per_vertex(
     """Selects the parts of a reconstruction that have no measured points near, such as the balloon of Screened Poisson.
 
     The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours; where the cloud
-    is sparse, as far from a scanner, two thirds of what it is there. The selection of vertices is replaced. Says which share of
-    the area hangs on them, which of the rest is over half as far, and which share of the points lies as far from the rest, and
-    returns the number of selected vertices.
+    is sparse, two thirds of what it is there. The selection of vertices is replaced. Says which share of the area hangs on them,
+    which of the rest is over half as far, and which share of the points lies as far from the rest, and returns the number of
+    selected vertices.
 
     Args:
         reference: The layer whose vertices are the points that were measured.

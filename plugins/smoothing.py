@@ -18,8 +18,6 @@ from pymeshfair.filters.operators import OperatorName
 from . import moving_vertices as moving
 from .moving_vertices import Border, Iterations, Selected, movable_vertices, vertex_smoother
 
-#: the expert's parameter of implicit steps, which replaces the detail size
-TIME_STEP = Float(minimum=0, advanced=True)
 #: operators that approximate the Laplace-Beltrami operator, for which a wavelength has a meaning
 GEOMETRIC_OPERATORS = ("cotangent", "robust")
 
@@ -34,7 +32,7 @@ def apply_coord_implicit_fairing(
     *,
     operator: Annotated[diffusion.ImplicitOperator, Enum()] = "cotangent",
     detail_size: Annotated[float, moving.DETAIL_SIZE],
-    time_step: Annotated[float, TIME_STEP] = 0.0,
+    time_step: Annotated[float, Float(minimum=0, advanced=True)] = 0.0,
     iterations: Annotated[int, Int(minimum=1, maximum=10_000)] = 1,
     flow: Annotated[diffusion.Flow, Enum()] = "linear",
     preserve_volume: Annotated[bool, Bool()] = False,
@@ -45,24 +43,17 @@ def apply_coord_implicit_fairing(
 ) -> Edit:
     """Smooths strongly in one stable step, by solving (M - t C) p' = M p: the surface after a diffusion time t.
 
-    The amount is given as the size of the details that are to vanish. Unlike explicit smoothing it does not depend on the
-    sampling, and no step is too long.
+    Unlike explicit smoothing it does not depend on the sampling, and no step is too long.
 
     Args:
-        operator: 'cotangent' is the Laplace-Beltrami operator: it does not depend on how the surface is triangulated; 'robust' is
-            the same for slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and 'scale_dependent' see the
-            triangulation and need a time step.
-        detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is
-            smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. For the operators
-            'cotangent' and 'robust'; not used when a time step is given.
+        operator: 'cotangent' is the Laplace-Beltrami operator, whatever the triangulation; 'robust' is the same for slivers,
+            non-manifold meshes and point clouds; 'uniform', 'inverse_length' and 'scale_dependent' need a time step.
         time_step: The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and 'inverse_length').
             Larger is smoother; any value is stable. 0: not used, the detail size decides.
-        iterations: How many steps. At the same detail size more steps cut off more sharply; with a time step each one smooths
-            further.
+        iterations: At the same detail size more steps cut off more sharply; with a time step each one smooths further.
         flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
-            'conformalized' updates the areas alone, so that thin parts do not pinch off under strong smoothing.
-        preserve_volume: Rescale every closed component about its centroid so that it keeps its volume. Open ones are left as they
-            come out.
+            'conformalized' updates the areas alone, so that thin parts do not pinch off.
+        preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
         keep_dimensions: Give back along the normals what whole parts of the shape have lost: limbs keep their thickness and the
             shape its size, open or closed. Not for point clouds.
     """
@@ -111,19 +102,16 @@ def apply_coord_explicit_smoothing(
 ) -> Edit:
     """Moves every vertex towards the weighted mean of its neighbours, all at once, again and again.
 
-    Simple and fast, but closed surfaces shrink: use Taubin Fairing to keep the volume, or Implicit Fairing for strong smoothing
-    in one step.
+    Simple and fast, but closed surfaces shrink, which they do not by Taubin Fairing.
 
     Args:
         operator: How neighbours are weighted. 'uniform' evens out triangle sizes and drifts along the surface; 'inverse_length'
-            keeps uneven sampling; 'scale_dependent' does so in true lengths; 'cotangent' moves vertices along the normal and
-            leaves flat parts alone; 'laplace_beltrami' is the same in true units, the mean curvature flow; 'robust' works on
-            slivers, non-manifold meshes and point clouds too.
-        step: The share of the way towards the neighbours' mean that a vertex goes in one iteration, from 0 to 1; for
-            'scale_dependent', 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability.
-            Larger is smoother.
-        update: 'euler' takes the step above. 'meshlab' repeats the rule of MeshLab's own Laplacian Smooth, where the vertex
-            itself is averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.
+            keeps uneven sampling; 'scale_dependent' does so in true lengths; 'cotangent' moves vertices along the normal;
+            'laplace_beltrami' is the same in true units; 'robust' works on slivers, non-manifold meshes and point clouds too.
+        step: The share of the way to the neighbours' mean that a vertex goes, from 0 to 1; for 'scale_dependent',
+            'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger is smoother.
+        update: 'euler' takes the step above. 'meshlab' repeats MeshLab's own Laplacian Smooth, where the vertex itself is
+            averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.
     """
     unit = moving.squared_mean_edge(layer) if operator in DIMENSIONAL_OPERATORS else 1.0
     how: dict[str, Any] = {"operator": operator, "iterations": iterations, "update": update, "border": border}
@@ -141,7 +129,13 @@ def apply_coord_explicit_smoothing(
 
 #: lambda, which smooths, mu, which goes back, and the pass band, which gives mu for a lambda
 TAUBIN_STEP = Float(label="Step (lambda)", minimum=0, maximum=1)
-TAUBIN_MU = Float(label="Step back (mu)", minimum=-1.5, maximum=0)
+TAUBIN_MU = Float(
+    label="Step back (mu)",
+    minimum=-1.5,
+    maximum=0,
+    help="The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is smoother; not "
+    "used when a pass band is given. Only for Taubin's method.",
+)
 TAUBIN_PASS_BAND = Float(label="Pass band", minimum=0, maximum=2)
 
 
@@ -160,19 +154,16 @@ def apply_coord_taubin_fairing(
 ) -> Edit:
     """Smooths without shrinking: each iteration is a smoothing step followed by a slightly longer step back.
 
-    With the uniform operator it is MeshLab's own Taubin Smooth, except on open borders, where a step of MeshLab's goes two thirds
-    of the way of ours.
+    With the uniform operator it is MeshLab's Taubin Smooth, but on open borders, where a step of MeshLab's is two thirds of ours.
 
     Args:
         operator: How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling; 'cotangent'
             moves vertices along the normal alone.
         step: The step that smooths, above 0. Larger is smoother per iteration.
-        mu: The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is smoother; not
-            used when a pass band is given.
         pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1.
             Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda).
-        iterations: How many pairs of steps are taken. More are smoother and slower. 'auto' takes the number whose slopes are
-            expected to be nearest to the true ones.
+        iterations: How many pairs of steps. More are smoother. 'auto' takes the number whose slopes are expected to be nearest to
+            the true ones.
     """
     faired = partial(diffusion.taubin_fairing, operator=operator, step=step, mu=mu, pass_band=pass_band or None, border=border)
 
@@ -210,7 +201,7 @@ def apply_coord_curve_smoothing(
     method: Annotated[CurveMethod, Enum()] = "implicit",
     weights: Annotated[CurveWeights, Enum()] = "inverse_length",
     detail_size: Annotated[float, moving.SIZE_ON_CURVES],
-    time_step: Annotated[float, TIME_STEP] = 0.0,
+    time_step: Annotated[float, Float(minimum=0, advanced=True)] = 0.0,
     step: Annotated[float, TAUBIN_STEP] = 0.5,
     mu: Annotated[float, TAUBIN_MU] = -0.53,
     pass_band: Annotated[float, TAUBIN_PASS_BAND] = 0.0,
@@ -226,19 +217,13 @@ def apply_coord_curve_smoothing(
 
     Args:
         method: 'explicit': every vertex goes a step towards its neighbours; closed curves shrink. 'implicit': waves below the
-            detail size vanish, in steps that are stable however long; closed curves shrink a little. 'taubin': a step and a
-            longer one back, so that curves keep their size.
+            detail size vanish, in steps of any length; closed curves shrink a little. 'taubin': a step and a longer one back, so
+            that curves keep their size.
         weights: 'inverse_length': near neighbours pull more, so that uneven sampling stays as it is and straight parts do not
             move. 'uniform': all neighbours pull alike, which evens out the distances along the curve.
-        detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is
-            smoother. Mean edges are those of the curves. For 'implicit' with 'inverse_length'; not used when a time step is
-            given.
         time_step: For 'implicit': how strong one iteration is, a pure number; with uniform weights it must be given. Larger is
             smoother; any value is stable. 0: not used, the detail size decides.
-        step: For 'explicit' and 'taubin': the share of the way towards the neighbours' mean that a vertex goes, above 0. Larger
-            is smoother.
-        mu: For 'taubin': the step back, below minus the first one. Nearer to -lambda is smoother; not used when a pass band is
-            given.
+        step: For 'explicit' and 'taubin': the share of the way to the neighbours' mean, above 0. Larger is smoother.
         pass_band: For 'taubin': frequencies below it are kept, above it damped; on a closed curve of n vertices a wave that runs
             m times round it has 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides.
         iterations: How many steps. More are smoother; with a detail size they cut off more sharply instead.
@@ -261,8 +246,8 @@ class Diffusion:
     """Diffusion that stops at edges: the parameters that both filters have.
 
     Attributes:
-        range_kernel: How the flow between neighbours falls with their difference. 'lorentzian' and 'gaussian' are the paper's,
-            1 / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it, 'l2' does not.
+        range_kernel: How the flow between neighbours falls with their difference. 'lorentzian' and 'gaussian' are the paper's, 1
+            / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it, 'l2' does not.
         step: The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger is
             smoother per iteration.
     """

@@ -41,27 +41,22 @@ def apply_coord_spectral_filter(
 ) -> Edit:
     """Removes, keeps or exaggerates details by their size, as an equaliser does with sound.
 
-    A surface is a sum of waves, the modes of its Laplace-Beltrami operator, from its largest parts to the finest noise. The
-    filter multiplies each by a factor that depends on its wavelength alone, whatever the sampling. Components are filtered one by
-    one, and their centroids stay. Open borders are natural: their vertices are free, and they get as smooth as the surface.
-    Returns the route that was taken, the number of modes or the degree of the polynomial, the wavelength at the cutoff, and a
-    bound of the error in mesh units.
+    A surface is a sum of waves, the modes of its Laplace-Beltrami operator. The filter multiplies each by a factor that depends
+    on its wavelength alone. The centroids of components stay, and open borders get as smooth as the surface. Returns the route
+    that was taken, the number of modes or the degree of the polynomial, the wavelength at the cutoff, and a bound of the error in
+    mesh units.
 
     Args:
-        response: 'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size to the
-            largest size by the gain and keeps all others; 'band_pass' keeps that band alone, about the centroid of each
-            component, to look at.
-        detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. With
-            'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise. Larger is smoother.
-            'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used when a number of modes is
-            given.
+        response: 'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size, to be
+            chosen above the size of the noise, to the largest size by the gain and keeps all others; 'band_pass' keeps that band
+            alone, to look at.
         largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 'auto': four detail
             sizes.
-        modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids stay and
-            do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size decides.
+        modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components. More keep finer
+            features: 5 leave a blob, 500 most of them. 0: not used, the detail size decides.
         gain: By what 'enhance' multiplies the waves of the band. Larger makes these details stronger, below 1 weaker.
         order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves ripples
-            beside edges. Not used with a number of modes, where eigenvectors cut off at once.
+            beside edges. Not used with a number of modes.
         method: 'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto' computes
             modes only where their number is given and memory allows. The result says which ran.
     """
@@ -109,17 +104,15 @@ def apply_coord_detail_enhancement(
 ) -> Edit:
     """Makes the relief of a surface higher, such as worn letters, and leaves its shape, its size and its borders.
 
-    Vertices move along the normals of the shape, by the waves of the relief: shorter ones, noise among them, and longer ones stay
-    as they are. Open borders stay, and what is near them changes less. Thin parts change less, too. Returns the two wavelengths,
-    the height of the relief as it was (root mean square), the largest displacement, and the share of the vertices that the
-    thickness has held back by half or more.
+    Vertices move along the normals of the shape, by the waves of the relief; shorter and longer ones stay. Near open borders and
+    in thin parts less changes. Returns the two wavelengths, the height of the relief as it was (root mean square), the largest
+    displacement, and the share of the vertices that the thickness has held back by half or more.
 
     Args:
         gain: How many times as high the relief becomes. Larger makes it stronger, below 1 flatter; 1 changes nothing.
         detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details alone.
             'auto': where the spectrum of the surface rises above its noise, at least five mean edges.
-        largest_size: The longest wave of the relief; what is larger is shape and stays. Larger takes in larger parts. 'auto':
-            four detail sizes.
+        largest_size: The longest wave of the relief. Larger takes in larger parts. 'auto': four detail sizes.
         most: How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that is
             less. Larger lets thin parts change more.
     """
@@ -154,13 +147,13 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
 ) -> Edit:
     """Makes a mode of the surface, one of the waves that spectral filters keep or remove, the vertex scalar to look at.
 
-    Modes are for a surface what sines are for sound: eigenfunctions of the Laplace-Beltrami operator. Its mean square over the
-    surface is 1, its sign is arbitrary but always the same; it is 0 at vertices without a triangle and on other components.
-    Returns its frequency (radians per mesh unit), its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
+    Modes are eigenfunctions of the Laplace-Beltrami operator. The mean square over the surface is 1, the sign always the same; it
+    is 0 at vertices without a triangle and on other components. Returns its frequency (radians per mesh unit), its wavelength (2
+    pi / frequency) and its eigenvalue (the frequency squared).
 
     Args:
-        mode: Which one, by rising frequency over all components. 0 is constant, 1 the longest wave, whatever the number of
-            components; larger has shorter waves and takes longer.
+        mode: Which one, by rising frequency over all components. 0 is constant, 1 the longest wave; larger has shorter waves and
+            takes longer.
     """
     harmonic = spectral.one_harmonic(layer.vertices, layer.faces, mode, operator=operator, progress=progress)
     frequency = math.sqrt(max(harmonic.eigenvalue, 0.0))

@@ -428,21 +428,20 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Smooths by trading the bending of the surface for the distance that its vertices move: (C M^-1 W C + w M) p' = w M p.
 
-        W is 1, or nearly 0 at features, where the surface may bend. Against implicit fairing at the same detail size, shorter
-        waves are damped more and longer ones kept better, so that shapes shrink far less. Returns w in one over the fourth
-        power of mesh units (0 or infinite where no number is so small or large), how many vertices moved and how far the
-        furthest went.
+        W is 1, or nearly 0 at features, where the surface may bend. Shapes shrink far less than by implicit fairing at the same
+        detail size. Returns w in one over the fourth power of mesh units (0 or infinite where no number is so small or large),
+        how many vertices moved and how far the furthest went.
 
         Args:
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
                 Larger is smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used
-                when a weight is given. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh
-                units) of at least 0.0, or 'auto'.
+                when the amount is given otherwise. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or
+                '0.3' (mesh units) of at least 0.0, or 'auto'.
             weight: How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays
                 closer to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of
                 at least 0.
-            features: What is spared. 'none': every place is smoothed alike; 'curvature': ridges, found where the surface bends
-                by more than an angle, may stay sharp; 'scalar': places of a high vertex scalar are spared.
+            features: What is spared. 'none': nothing; 'curvature': ridges, where the surface bends by more than an angle, may
+                stay sharp; 'scalar': places of a high vertex scalar.
             feature_angle: For 'curvature', the angle between neighbouring triangles, in degrees, at which a ridge counts half;
                 noise is filtered out before. Larger spares sharper ridges alone. Takes a number from 1 to 179.
             feature_scalar: For 'scalar', the size of the vertex scalar at which smoothing counts half, as 1 / (1 + (q /
@@ -482,11 +481,10 @@ class FilterMethods(metaclass=LateMethods):
         Fast, and enough for light noise; triangles keep their shape. The surface shrinks a little with each iteration.
 
         Args:
-            range_kernel: How a neighbour counts that disagrees. With 'gaussian', 'tukey', 'hampel', 'lorentzian' and the
-                truncated kernels it counts little or nothing far beyond the range sigma: features stay. 'huber' and 'l1'
-                respect them less, 'l2' not at all.
-            space_kernel: How neighbours count by their distance; beyond 1.4 times the space sigma none does. 'gaussian' is the
-                paper's, 'l2' counts all alike, 'l1' favours the nearest.
+            range_kernel: How a neighbour counts that disagrees: features stay but with 'huber' and 'l1', which respect them
+                less, and 'l2', which does not.
+            space_kernel: How neighbours count by their distance, up to 1.4 times the space sigma. 'gaussian' is the paper's,
+                'l2' counts all alike, 'l1' favours the nearest.
             range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger
                 noise, and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the
                 bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
@@ -495,8 +493,8 @@ class FilterMethods(metaclass=LateMethods):
                 0.0, or 'auto'.
             iterations: How many steps are taken. More are smoother, slower, and shrink more. Takes a whole number from 0 to
                 10000.
-            border: What the vertices of open borders do: 'fixed' stay; 'along' see their neighbours on the border alone; 'free'
-                see all of their neighbours.
+            border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
+                on the border alone; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
                 selected, the vertices all of whose triangles are selected.
 
@@ -530,11 +528,10 @@ class FilterMethods(metaclass=LateMethods):
         triangles are filtered too; curved surfaces shrink less than along normals.
 
         Args:
-            range_kernel: How a neighbour counts that disagrees. With 'gaussian', 'tukey', 'hampel', 'lorentzian' and the
-                truncated kernels it counts little or nothing far beyond the range sigma: features stay. 'huber' and 'l1'
-                respect them less, 'l2' not at all.
-            space_kernel: How neighbours count by their distance; beyond 1.4 times the space sigma none does. 'gaussian' is the
-                paper's, 'l2' counts all alike, 'l1' favours the nearest.
+            range_kernel: How a neighbour counts that disagrees: features stay but with 'huber' and 'l1', which respect them
+                less, and 'l2', which does not.
+            space_kernel: How neighbours count by their distance, up to 1.4 times the space sigma. 'gaussian' is the paper's,
+                'l2' counts all alike, 'l1' favours the nearest.
             range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger
                 noise, and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the
                 bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
@@ -573,32 +570,29 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Removes noise from a point cloud: every point moves along its normal to where neighbours that roughly agree expect it.
 
-        Triangles, if there are any, play no part. The normals themselves are not changed: compute them anew afterwards. With
-        automatic iterations it returns what was chosen and what was tried, with errors in spacings; a cloud without noise stays
-        as it is.
+        Triangles play no part. The normals themselves are not changed: compute them anew afterwards. With automatic iterations
+        it returns what was chosen and what was tried, with errors in spacings; a cloud without noise stays as it is.
 
         Args:
-            neighbors: How many nearest points count. More are smoother, slower, and round off edges. Chosen too with automatic
-                iterations. Takes a whole number of at least 3.
-            range_kernel: How a neighbour counts that disagrees. With 'gaussian', 'tukey', 'hampel', 'lorentzian' and the
-                truncated kernels it counts little or nothing far beyond the range sigma: features stay. 'huber' and 'l1'
-                respect them less, 'l2' not at all.
-            space_kernel: How neighbours count by their distance; beyond 1.4 times the space sigma none does. 'gaussian' is the
-                paper's, 'l2' counts all alike, 'l1' favours the nearest.
+            neighbors: How many nearest points count. More are smoother, slower, and round off edges. Takes a whole number of at
+                least 3.
+            range_kernel: How a neighbour counts that disagrees: features stay but with 'huber' and 'l1', which respect them
+                less, and 'l2', which does not.
+            space_kernel: How neighbours count by their distance, up to 1.4 times the space sigma. 'gaussian' is the paper's,
+                'l2' counts all alike, 'l1' favours the nearest.
             range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger
                 noise, and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the
                 bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             space_sigma: How neighbours count by their distance. Larger weighs distant ones more like near ones. 'auto' takes it
                 from the mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding box's diagonal),
                 '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
-            iterations: How many steps are taken. More are smoother, slower, and shrink more. 'auto' takes the iterations, the
-                neighbours, the degree and, if that is automatic, the range sigma that best predict points which the filter has
-                not seen. Takes a whole number from 0 to 10000, or 'auto'.
+            iterations: How many steps are taken. More are smoother, slower, and shrink more. 'auto' takes the iterations,
+                neighbours, degree and, if that is automatic, range sigma that best predict points which the filter has not
+                seen. Takes a whole number from 0 to 10000, or 'auto'.
             degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best.
-                Quadrics follow curved surfaces, which then shrink less, but need 40 neighbours and more. Chosen too with
-                automatic iterations. Takes a whole number from 1 to 2.
-            use_normals: Move along the normals that the points have, in all iterations. Otherwise normals are estimated from
-                the same neighbours, anew in each iteration.
+                Quadrics follow curved surfaces, which then shrink less, but need 40 neighbours and more. Takes a whole number
+                from 1 to 2.
+            use_normals: Move along the normals that the points have. Otherwise they are estimated anew in each iteration.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
                 selected, the vertices all of whose triangles are selected.
 
@@ -702,20 +696,19 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             method: 'explicit': every vertex goes a step towards its neighbours; closed curves shrink. 'implicit': waves below
-                the detail size vanish, in steps that are stable however long; closed curves shrink a little. 'taubin': a step
-                and a longer one back, so that curves keep their size.
+                the detail size vanish, in steps of any length; closed curves shrink a little. 'taubin': a step and a longer one
+                back, so that curves keep their size.
             weights: 'inverse_length': near neighbours pull more, so that uneven sampling stays as it is and straight parts do
                 not move. 'uniform': all neighbours pull alike, which evens out the distances along the curve.
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. Mean edges are those of the curves. For 'implicit' with 'inverse_length'; not used when a
-                time step is given. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh
-                units) of at least 0.0.
+                Larger is smoother. For 'implicit' with 'inverse_length'. Takes a length such as '1%' (of the bounding box's
+                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
             time_step: For 'implicit': how strong one iteration is, a pure number; with uniform weights it must be given. Larger
                 is smoother; any value is stable. 0: not used, the detail size decides. Takes a number of at least 0.
-            step: For 'explicit' and 'taubin': the share of the way towards the neighbours' mean that a vertex goes, above 0.
-                Larger is smoother. Takes a number from 0 to 1.
-            mu: For 'taubin': the step back, below minus the first one. Nearer to -lambda is smoother; not used when a pass band
-                is given. Takes a number from -1.5 to 0.
+            step: For 'explicit' and 'taubin': the share of the way to the neighbours' mean, above 0. Larger is smoother. Takes
+                a number from 0 to 1.
+            mu: The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is
+                smoother; not used when a pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
             pass_band: For 'taubin': frequencies below it are kept, above it damped; on a closed curve of n vertices a wave that
                 runs m times round it has 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides. Takes a number from
                 0 to 2.
@@ -769,10 +762,9 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Makes the relief of a surface higher, such as worn letters, and leaves its shape, its size and its borders.
 
-        Vertices move along the normals of the shape, by the waves of the relief: shorter ones, noise among them, and longer
-        ones stay as they are. Open borders stay, and what is near them changes less. Thin parts change less, too. Returns the
-        two wavelengths, the height of the relief as it was (root mean square), the largest displacement, and the share of the
-        vertices that the thickness has held back by half or more.
+        Vertices move along the normals of the shape, by the waves of the relief; shorter and longer ones stay. Near open
+        borders and in thin parts less changes. Returns the two wavelengths, the height of the relief as it was (root mean
+        square), the largest displacement, and the share of the vertices that the thickness has held back by half or more.
 
         Args:
             gain: How many times as high the relief becomes. Larger makes it stronger, below 1 flatter; 1 changes nothing. Takes
@@ -780,9 +772,9 @@ class FilterMethods(metaclass=LateMethods):
             detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details
                 alone. 'auto': where the spectrum of the surface rises above its noise, at least five mean edges. Takes a length
                 such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
-            largest_size: The longest wave of the relief; what is larger is shape and stays. Larger takes in larger parts.
-                'auto': four detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3'
-                (mesh units) of at least 0.0, or 'auto'.
+            largest_size: The longest wave of the relief. Larger takes in larger parts. 'auto': four detail sizes. Takes a
+                length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or
+                'auto'.
             most: How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that
                 is less. Larger lets thin parts change more. Takes a number from 0.001 to 0.5.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
@@ -865,20 +857,19 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Moves every vertex towards the weighted mean of its neighbours, all at once, again and again.
 
-        Simple and fast, but closed surfaces shrink: use Taubin Fairing to keep the volume, or Implicit Fairing for strong
-        smoothing in one step.
+        Simple and fast, but closed surfaces shrink, which they do not by Taubin Fairing.
 
         Args:
             operator: How neighbours are weighted. 'uniform' evens out triangle sizes and drifts along the surface;
                 'inverse_length' keeps uneven sampling; 'scale_dependent' does so in true lengths; 'cotangent' moves vertices
-                along the normal and leaves flat parts alone; 'laplace_beltrami' is the same in true units, the mean curvature
-                flow; 'robust' works on slivers, non-manifold meshes and point clouds too.
-            step: The share of the way towards the neighbours' mean that a vertex goes in one iteration, from 0 to 1; for
-                'scale_dependent', 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability.
-                Larger is smoother. Takes a number of at least 0.
+                along the normal; 'laplace_beltrami' is the same in true units; 'robust' works on slivers, non-manifold meshes
+                and point clouds too.
+            step: The share of the way to the neighbours' mean that a vertex goes, from 0 to 1; for 'scale_dependent',
+                'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger is
+                smoother. Takes a number of at least 0.
             iterations: How many steps are taken. More are smoother and slower. Takes a whole number from 0 to 100000.
-            update: 'euler' takes the step above. 'meshlab' repeats the rule of MeshLab's own Laplacian Smooth, where the vertex
-                itself is averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.
+            update: 'euler' takes the step above. 'meshlab' repeats MeshLab's own Laplacian Smooth, where the vertex itself is
+                averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.
             border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
                 on the border alone; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
@@ -962,26 +953,24 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Smooths strongly in one stable step, by solving (M - t C) p' = M p: the surface after a diffusion time t.
 
-        The amount is given as the size of the details that are to vanish. Unlike explicit smoothing it does not depend on the
-        sampling, and no step is too long.
+        Unlike explicit smoothing it does not depend on the sampling, and no step is too long.
 
         Args:
-            operator: 'cotangent' is the Laplace-Beltrami operator: it does not depend on how the surface is triangulated;
-                'robust' is the same for slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and
-                'scale_dependent' see the triangulation and need a time step.
+            operator: 'cotangent' is the Laplace-Beltrami operator, whatever the triangulation; 'robust' is the same for
+                slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and 'scale_dependent' need a time
+                step.
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. For the
-                operators 'cotangent' and 'robust'; not used when a time step is given. Takes a length such as '1%' (of the
-                bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+                Larger is smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used
+                when the amount is given otherwise. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or
+                '0.3' (mesh units) of at least 0.0, or 'auto'.
             time_step: The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and
                 'inverse_length'). Larger is smoother; any value is stable. 0: not used, the detail size decides. Takes a number
                 of at least 0.
-            iterations: How many steps. At the same detail size more steps cut off more sharply; with a time step each one
-                smooths further. Takes a whole number from 1 to 10000.
+            iterations: At the same detail size more steps cut off more sharply; with a time step each one smooths further.
+                Takes a whole number from 1 to 10000.
             flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
-                'conformalized' updates the areas alone, so that thin parts do not pinch off under strong smoothing.
-            preserve_volume: Rescale every closed component about its centroid so that it keeps its volume. Open ones are left
-                as they come out.
+                'conformalized' updates the areas alone, so that thin parts do not pinch off.
+            preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
             keep_dimensions: Give back along the normals what whole parts of the shape have lost: limbs keep their thickness and
                 the shape its size, open or closed. Not for point clouds.
             border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
@@ -1095,17 +1084,16 @@ class FilterMethods(metaclass=LateMethods):
         """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces
         follow.
 
-        Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen;
-        what is given, all of them have. Returns the parameters that were used, what the mesh was found to be, what was tried,
-        the mean displacement of the vertices in mean edges ("drift"), and the number of faces that look away from those around
-        them, before and after ("folded_before", "folded_after").
+        Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen; what is
+        given, all of them have. Returns the parameters that were used, what was found and tried, the mean displacement of the
+        vertices in mean edges ("drift"), and the number of faces that look away from those around them ("folded_before" and
+        "_after").
 
         Args:
-            method: What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds
-                every edge. 'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged':
-                bilateral, deviations measured on normals averaged before, for strong noise. 'guided': on the normals of the
-                most even patches, for sharp edges. 'vertex_normals': bilateral on the normals of vertices, which loses edges;
-                to compare with.
+            method: What weighs a neighbouring face, besides its area. 'mean': nothing, which rounds edges. 'unilateral': how
+                far its normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral on normals averaged before,
+                for strong noise. 'guided': on the normals of the most even patches, for sharp edges. 'vertex_normals': on those
+                of vertices.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
                 keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant' does not.
@@ -1113,41 +1101,40 @@ class FilterMethods(metaclass=LateMethods):
                 'angle' in radians; 'squared', the square of that length.
             range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
                 about 30 degrees. Larger smooths more, and across sharper edges. Takes a number of at least 0, or 'auto'.
-            range_floor: Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from
-                locking the normals of two faces that happen to agree. Takes a number from 0 to 4, or 'auto'.
+            range_floor: Smaller deviations count as this one; 0.03 keeps 'l1' and 'truncated_l1' from locking normals that
+                happen to agree. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
-            neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
-                rings, or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface
-                ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
+            neighborhood: Which faces are averaged over: those across the edges, at the vertices, in two or three rings, or
+                within twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'). Larger is
+                slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
                 number from 1 to 10000, or 'auto'.
-            vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow them more
+            vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow more
                 closely. Takes a whole number from 1 to 10000, or 'auto'.
             outer_iterations: How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one
                 normal iteration keep edges better than once 20. 0: outliers and relaxation alone. Takes a whole number from 0
                 to 10000, or 'auto'.
             vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their
                 mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
-            outliers: Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the
-                others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep
-                edges keep such spikes too. 'auto' keeps them where all parameters of the filter are given.
+            outliers: Vertices that stand out, as those of stray measurements: 'keep' filters them like the others, 'replace'
+                puts them first where the others expect them, 'only' moves nothing but them. 'auto' keeps them where all else is
+                given.
             rounding: Coordinates that were rounded, all or along one axis, as depths of a camera: 'keep' filters the steps like
-                any noise, 'undo' puts the vertices first on a smoother surface within half a step of them. 'auto' keeps them
-                where all parameters of the filter are given.
+                any noise, 'undo' puts the vertices first on a smoother surface within half a step. 'auto' keeps where all else
+                is given.
             relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over,
-                and round edges, which the filter sharpens again. 'auto' takes 0 where all parameters of the filter are given.
-                Takes a whole number from 0 to 10000, or 'auto'.
-            relaxation_direction: Where these steps go: 'all' directions, which evens out noise along the surface too, or along
-                the 'normal' alone, so that no vertex slides.
+                and round edges, which the filter sharpens again. 'auto' takes 0 where all else is given. Takes a whole number
+                from 0 to 10000, or 'auto'.
+            relaxation_direction: Where these steps go: 'all' directions, or along the 'normal' alone, so that no vertex slides.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
                 large one, and one of those is taken that best predict vertices which they have not seen. 'fixed': all-round
                 values, at once.
             compare: Say, too, how well low-pass filters predict the same vertices, each with the amount that suits the mesh
                 best: Taubin's, implicit, bi-Laplacian and spectral smoothing. The result is the same. Only where all is
                 automatic.
-            border: What the vertices of open borders do: 'fixed' stay; 'along' move up and down along the normal alone, so that
-                the outline stays; 'free' move like any other vertex.
+            border: What the vertices of open borders do: 'fixed' stay; 'along' move along the normal alone, so that the outline
+                stays; 'free' move like any other vertex.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
                 selected, the vertices all of whose triangles are selected.
 
@@ -1226,23 +1213,21 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Replaces the selected part of a surface by the smoothest one that continues its surroundings.
 
-        What the part looked like is forgotten: for dents, scars, bad fillings and seams. The selected vertices move, or, when
-        no vertex is selected, those all of whose triangles are; the others, and open borders, stay. One, two or three rings of
-        vertices around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved,
-        the backward error of the solution, and a bound of the error that solving leaves as a share of the region's diagonal.
-        With `remesh` the selected vertices and their triangles go, new ones come last and are selected, and their numbers are
-        returned.
+        For dents, scars, bad fillings and seams. The selected vertices move, or, when no vertex is selected, those all of whose
+        triangles are; the others, and open borders, stay. One, two or three rings of vertices around the region decide, so
+        select until the damage ends, and a ring more. Returns how many vertices moved, the backward error of the solution, and
+        a bound of the error that solving leaves as a share of the region's diagonal; with `remesh` the numbers of old and new
+        elements.
 
         Args:
             energy: 'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and
                 continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays
                 round.
-            iterations: How often, each time with the areas and angles that the one before has left. More forget the shape that
-                was there more fully, and come nearer to the surface of least area or bending; one is mostly enough. With
-                remeshing it is done three times at least. Takes a whole number from 1 to 100.
-            remesh: Replace the triangles of the part, too, by regular ones as dense as those around: for rough damage, whose
-                needles and folds would remain. Colours go on from around; what the texture showed there is lost, and each new
-                triangle shows one place of it. Without, triangles, texture and all attributes stay.
+            iterations: How often, each time with the areas and angles that the one before has left. More forget the old shape
+                more fully; one is mostly enough. With remeshing it is done three times at least. Takes a whole number from 1 to
+                100.
+            remesh: Replace the triangles of the part, too, by regular ones as dense as those around, which come last and are
+                selected: for rough damage. Colours go on from around; each new triangle shows one place of the texture.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1268,32 +1253,29 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Removes, keeps or exaggerates details by their size, as an equaliser does with sound.
 
-        A surface is a sum of waves, the modes of its Laplace-Beltrami operator, from its largest parts to the finest noise. The
-        filter multiplies each by a factor that depends on its wavelength alone, whatever the sampling. Components are filtered
-        one by one, and their centroids stay. Open borders are natural: their vertices are free, and they get as smooth as the
-        surface. Returns the route that was taken, the number of modes or the degree of the polynomial, the wavelength at the
-        cutoff, and a bound of the error in mesh units.
+        A surface is a sum of waves, the modes of its Laplace-Beltrami operator. The filter multiplies each by a factor that
+        depends on its wavelength alone. The centroids of components stay, and open borders get as smooth as the surface.
+        Returns the route that was taken, the number of modes or the degree of the polynomial, the wavelength at the cutoff, and
+        a bound of the error in mesh units.
 
         Args:
-            response: 'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size to
-                the largest size by the gain and keeps all others; 'band_pass' keeps that band alone, about the centroid of each
-                component, to look at.
-            detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. With
-                'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise. Larger is
-                smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used when a number
-                of modes is given. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)
-                of at least 0.0, or 'auto'.
+            response: 'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size, to
+                be chosen above the size of the noise, to the largest size by the gain and keeps all others; 'band_pass' keeps
+                that band alone, to look at.
+            detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
+                Larger is smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used
+                when the amount is given otherwise. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or
+                '0.3' (mesh units) of at least 0.0, or 'auto'.
             largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 'auto': four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0, or 'auto'.
-            modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids
-                stay and do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size
-                decides. Takes a whole number from 0 to 1000000.
+            modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components. More keep
+                finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size decides. Takes a whole number
+                from 0 to 1000000.
             gain: By what 'enhance' multiplies the waves of the band. Larger makes these details stronger, below 1 weaker. Takes
                 a number from 0 to 10.
             order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves
-                ripples beside edges. Not used with a number of modes, where eigenvectors cut off at once. Takes a whole number
-                from 1 to 8.
+                ripples beside edges. Not used with a number of modes. Takes a whole number from 1 to 8.
             method: 'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto'
                 computes modes only where their number is given and memory allows. The result says which ran.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
@@ -1345,8 +1327,8 @@ class FilterMethods(metaclass=LateMethods):
 
         Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Triangles
         whose edges are flipped come last; they take colour and scalar from the old ones near them, and their custom attributes
-        are 0. Returns the mean quality of the triangles before and after, as Surface Measures has it (1 for equilateral ones, 0
-        for those without area), how many triangles flips have changed, how many vertices moved and how far the furthest went.
+        are 0. Returns the mean quality of the triangles before and after (1 for equilateral ones), how many triangles flips
+        have changed, how many vertices moved and how far the furthest went.
 
         Args:
             weight: How strongly vertices are held to their places. Larger moves them less in each iteration. Takes a number
@@ -1357,7 +1339,7 @@ class FilterMethods(metaclass=LateMethods):
                 of it; vertices stay on it. Larger allows better triangles where the surface is curved or has edges. Takes a
                 length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
             flip_edges: Before each step, take the other diagonal of two neighbouring triangles where that makes them better:
-                for range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes.
+                for range maps and other grids. Not on textured meshes.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
                 selected, the vertices all of whose triangles are selected.
 
@@ -1383,20 +1365,20 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Smooths without shrinking: each iteration is a smoothing step followed by a slightly longer step back.
 
-        With the uniform operator it is MeshLab's own Taubin Smooth, except on open borders, where a step of MeshLab's goes two
-        thirds of the way of ours.
+        With the uniform operator it is MeshLab's Taubin Smooth, but on open borders, where a step of MeshLab's is two thirds of
+        ours.
 
         Args:
             operator: How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling;
                 'cotangent' moves vertices along the normal alone.
             step: The step that smooths, above 0. Larger is smoother per iteration. Takes a number from 0 to 1.
             mu: The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is
-                smoother; not used when a pass band is given. Takes a number from -1.5 to 0.
+                smoother; not used when a pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
                 0.1. Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda). Takes a number
                 from 0 to 2.
-            iterations: How many pairs of steps are taken. More are smoother and slower. 'auto' takes the number whose slopes
-                are expected to be nearest to the true ones. Takes a whole number from 0 to 100000, or 'auto'.
+            iterations: How many pairs of steps. More are smoother. 'auto' takes the number whose slopes are expected to be
+                nearest to the true ones. Takes a whole number from 0 to 100000, or 'auto'.
             border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
                 on the border alone; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
@@ -1602,16 +1584,14 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
 
-        It is the first half of Normal Filtering, for shading and for filters that read face normals. Without any parameter they
-        are chosen from the noise that is measured; automatic normal iterations are as many as Normal Filtering takes in all.
-        Returns the parameters that were used.
+        It is the first half of Normal Filtering, for shading and for filters that read face normals; automatic normal
+        iterations are as many as Normal Filtering takes in all. Returns the parameters that were used.
 
         Args:
-            method: What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds
-                every edge. 'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged':
-                bilateral, deviations measured on normals averaged before, for strong noise. 'guided': on the normals of the
-                most even patches, for sharp edges. 'vertex_normals': bilateral on the normals of vertices, which loses edges;
-                to compare with.
+            method: What weighs a neighbouring face, besides its area. 'mean': nothing, which rounds edges. 'unilateral': how
+                far its normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral on normals averaged before,
+                for strong noise. 'guided': on the normals of the most even patches, for sharp edges. 'vertex_normals': on those
+                of vertices.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
                 keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant' does not.
@@ -1619,13 +1599,13 @@ class FilterMethods(metaclass=LateMethods):
                 'angle' in radians; 'squared', the square of that length.
             range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
                 about 30 degrees. Larger smooths more, and across sharper edges. Takes a number of at least 0, or 'auto'.
-            range_floor: Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from
-                locking the normals of two faces that happen to agree. Takes a number from 0 to 4, or 'auto'.
+            range_floor: Smaller deviations count as this one; 0.03 keeps 'l1' and 'truncated_l1' from locking normals that
+                happen to agree. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
-            neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
-                rings, or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface
-                ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
+            neighborhood: Which faces are averaged over: those across the edges, at the vertices, in two or three rings, or
+                within twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'). Larger is
+                slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
                 number from 1 to 10000, or 'auto'.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
@@ -1998,12 +1978,12 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Colours the vertices as if the mesh were polished and stood in a hall of parallel lamps.
 
-        The lines jump where the surface has a crease and bend where its curvature does, which shading does not show. The
-        brightness, from 0 to 1, becomes the vertex scalar. The colours are those for this one direction of view.
+        The lines jump where the surface has a crease and bend where its curvature does. The brightness, from 0 to 1, becomes
+        the vertex scalar.
 
         Args:
-            stripes: How many lamps there are all round. More show smaller defects; too many for the mesh flicker from vertex to
-                vertex. Takes a number from 1 to 200.
+            stripes: How many lamps there are all round. More show smaller defects, up to the length of the edges. Takes a
+                number from 1 to 200.
             direction: Along the lamps, which are parallel and infinitely far. Takes three finite numbers.
             view: From the mesh to the eye. Takes three finite numbers.
 
@@ -3196,12 +3176,12 @@ class FilterMethods(metaclass=LateMethods):
         saddles.
 
         Colours: blue on saddles, nearly white where the surface can be unrolled, orange on domes and in bowls, between limits
-        that enclose 98 % of the vertices. Per area it is 0 on borders; as a deficit it is there how far the border turns.
-        Returns the limits, the lowest, the highest and the mean value, and the sum.
+        that enclose 98 % of the vertices. On borders it is 0, or as a deficit how far they turn. Returns the limits, the
+        lowest, the highest and the mean value, and the sum.
 
         Args:
             measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing there, in
-                radians, which adds up to 2 pi times the Euler characteristic.
+                radians.
             color: Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.
 
         Returns:
@@ -3276,14 +3256,13 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Makes a mode of the surface, one of the waves that spectral filters keep or remove, the vertex scalar to look at.
 
-        Modes are for a surface what sines are for sound: eigenfunctions of the Laplace-Beltrami operator. Its mean square over
-        the surface is 1, its sign is arbitrary but always the same; it is 0 at vertices without a triangle and on other
-        components. Returns its frequency (radians per mesh unit), its wavelength (2 pi / frequency) and its eigenvalue (the
-        frequency squared).
+        Modes are eigenfunctions of the Laplace-Beltrami operator. The mean square over the surface is 1, the sign always the
+        same; it is 0 at vertices without a triangle and on other components. Returns its frequency (radians per mesh unit), its
+        wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
 
         Args:
-            mode: Which one, by rising frequency over all components. 0 is constant, 1 the longest wave, whatever the number of
-                components; larger has shorter waves and takes longer. Takes a whole number from 0 to 1000000.
+            mode: Which one, by rising frequency over all components. 0 is constant, 1 the longest wave; larger has shorter
+                waves and takes longer. Takes a whole number from 0 to 1000000.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
                 non-manifold meshes; 'auto' takes the robust one where it is needed.
 
@@ -3305,12 +3284,11 @@ class FilterMethods(metaclass=LateMethods):
         """Gives every vertex its mean curvature: 1/r on a sphere of radius r, positive on bulges and negative in hollows.
 
         In 1 / mesh unit; 0 on borders. Colours: blue in hollows, nearly white where it is flat, orange on bulges, between
-        limits that enclose 98 % of the vertices. The sign follows the orientation of the faces. Returns the limits, the lowest,
-        the highest and the mean value.
+        limits that enclose 98 % of the vertices. Returns the limits, the lowest, the highest and the mean value.
 
         Args:
-            operator: 'cotangent' is the Laplace-Beltrami operator, right on every mesh; 'uniform' is the mean of the
-                neighbours, calm at slivers, but wrong where vertices are spread unevenly.
+            operator: 'cotangent' is right on every mesh; 'uniform' is calm at slivers, but wrong where vertices are spread
+                unevenly.
             color: Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.
 
         Returns:
@@ -3667,9 +3645,9 @@ class FilterMethods(metaclass=LateMethods):
         """Selects the parts of a reconstruction that have no measured points near, such as the balloon of Screened Poisson.
 
         The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours; where the
-        cloud is sparse, as far from a scanner, two thirds of what it is there. The selection of vertices is replaced. Says
-        which share of the area hangs on them, which of the rest is over half as far, and which share of the points lies as far
-        from the rest, and returns the number of selected vertices.
+        cloud is sparse, two thirds of what it is there. The selection of vertices is replaced. Says which share of the area
+        hangs on them, which of the rest is over half as far, and which share of the points lies as far from the rest, and
+        returns the number of selected vertices.
 
         Args:
             reference: The layer whose vertices are the points that were measured. Takes the id of a layer (a whole number).
@@ -3749,20 +3727,18 @@ class FilterMethods(metaclass=LateMethods):
         """Selects the vertices that are probably outliers, and gives every vertex that probability.
 
         LoOP (local outlier probability) compares how far each vertex is from its neighbours with how far they are from theirs:
-        dense and sparse parts of a scan are judged alike, whatever its unit. The probability, from 0 to 1, becomes the vertex
-        scalar, to be looked at in colours before anything is deleted. The selection of vertices is replaced, that of faces
-        stays. Faces play no part: a point cloud and a mesh with the same vertices have the same outliers. Returns the number of
-        selected vertices, the largest and the mean probability.
+        dense and sparse parts of a scan are judged alike. The probability, from 0 to 1, becomes the vertex scalar. The
+        selection of vertices is replaced, that of faces stays. Faces play no part. Returns the number of selected vertices, the
+        largest and the mean probability.
 
         Args:
-            neighbors: How many nearest points a point is compared with. It must exceed the size of the clumps of stray points
-                that are to be found. More give steadier probabilities, blur borders between dense and sparse parts, and take
-                longer. Takes a whole number of at least 1.
-            extent: How far beyond the usual a point must be to count as an outlier for certain, in standard deviations: 2 takes
-                95 % of the points for regular, 3 takes 99.7 %. Larger gives lower probabilities, so fewer points are selected.
-                Takes a number of at least 0.1.
-            threshold: Vertices with a probability above it are selected. Larger selects fewer: 1 none, 0 every vertex that is
-                at all farther from its neighbours than they are from theirs. Takes a number from 0 to 1.
+            neighbors: How many nearest points a point is compared with, more than the clumps of stray points have. More give
+                steadier probabilities, blur borders between dense and sparse parts, and take longer. Takes a whole number of at
+                least 1.
+            extent: How far beyond the usual a point must be to count as an outlier for certain, in standard deviations. Larger
+                gives lower probabilities, so fewer points are selected. Takes a number of at least 0.1.
+            threshold: Vertices with a probability above it are selected. Larger selects fewer, 1 none. Takes a number from 0 to
+                1.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -3856,17 +3832,15 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Selects the points of a cloud that are part of no surface: single far ones, hazes, and clumps apart from the rest.
 
-        A selection by local probability misses them where they are each other's neighbours. The selection of vertices is
-        replaced. Faces play no part. Returns the number of selected points.
+        The selection of vertices is replaced. Faces play no part. Returns the number of selected points.
 
         Args:
             neighbors: How many nearest points say how dense the cloud is around a point. More bridge wider gaps and take
                 longer. Takes a whole number of at least 1.
-            sparseness: Points farther from their neighbours than this many times the median are selected: those alone and those
-                in a haze around the surface. Larger keeps sparser parts of a scan, and denser hazes. Takes a number of at least
-                1.
-            smallest_part: Clumps of fewer points than this, apart from all others, are selected. Larger selects larger clumps,
-                and larger islands of the surface too. Takes a whole number of at least 1.
+            sparseness: Points farther from their neighbours than this many times the median are selected. Larger keeps sparser
+                parts of a scan, and denser hazes. Takes a number of at least 1.
+            smallest_part: Clumps of fewer points than this, apart from all others, are selected. Larger selects larger clumps.
+                Takes a whole number of at least 1.
             clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
 
         Returns:
@@ -5703,9 +5677,8 @@ class FilterMethods(metaclass=LateMethods):
 
         Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; says
         whether the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (of closed
-        surfaces), the mean edge (of polylines, too), roughness (the mean angle in degrees between faces that share an edge) and
-        the mean triangle quality (1 for equilateral ones); of a point cloud the mean distance to the nearest point. Changes
-        nothing. Exact far from the origin, too.
+        surfaces), the mean edge (of polylines, too; of a cloud the mean distance to the nearest point), roughness (the mean
+        angle in degrees between faces that share an edge) and the mean triangle quality (1 for equilateral ones).
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -5785,17 +5758,17 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Joins two parts of a mesh by a smooth neck between the two rims that face each other.
 
-        A rim is a loop of border edges. The two rims nearest each other get a band of triangles between them, as dense as they
-        are, whose inside is then faired; the parts themselves stay as they are. The new vertices and triangles are selected.
-        Parts in several layers are merged into one first (Flatten Visible Layers). Returns how many vertices and triangles are
-        new, and how many edges each rim has.
+        A rim is a loop of border edges. The two nearest rims of different parts get a band of triangles between them, as dense
+        as they are, whose inside is faired; the rest stays as it is. The new elements are selected. Parts in several layers are
+        merged into one first (Flatten Visible Layers). Returns how many vertices and triangles are new, and how many edges each
+        rim has.
 
         Args:
             energy: 'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and
                 continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays
                 round.
             selected: Join the two selected rims that lie nearest each other, which may belong to one part; a rim is selected
-                when all of its vertices are. Otherwise the two nearest rims of different parts are joined.
+                when all of its vertices are.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -5846,33 +5819,30 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Closes holes with triangles as dense as those around, which continue the surface smoothly across the rim.
 
-        What is there stays as it is, textures too. New vertices and faces come last and are the ones that are selected
-        afterwards, so that a next step can delete, smooth or measure them. Colours go on smoothly from the rim, and a new face
-        shows a place of the texture near by whose colour does. Scalars are those of the rim. A mark is written if a hole was
-        closed: "scalar" overwrites the scalars of all faces, "color" the colours of the new ones. Returns how many holes were
-        closed and the edges of each rim, how many vertices and faces are new, how many holes were filled by a lower energy, and
-        how many rims were left open, why and with how many edges; the largest are named one by one.
+        What is there stays as it is, textures too. New vertices and faces come last and are then the selection. Colours and
+        scalars go on from the rim, and a new face shows a place of the texture near by of such a colour. Returns how many holes
+        were closed and the edges of each rim, how many vertices and faces are new, how many holes were filled by a lower
+        energy, and how many rims were left open, why and with how many edges; the largest are named one by one.
 
         Args:
             max_edges: The most edges that the rim of a hole may have. Larger closes larger holes; one of 10,000 edges takes
-                half a gigabyte of memory. Outer borders of open sheets stay open, whatever their size: rims that turn like that
-                of a flat disc, and those that span more than a third of the area of their sheet, unless they are selected.
-                Takes a whole number from 3 to 10000.
+                half a gigabyte of memory. Outer borders of open sheets stay open: rims that turn like that of a flat disc, and
+                those that span more than a third of the area of their sheet, unless they are selected. Takes a whole number
+                from 3 to 10000.
             energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
-                'thin_plate' continues the tangent planes around; 'minimum_variation' continues the curvatures too, so that what
-                is round stays round, and follows noise at the rim; 'none' leaves them flat as they were made. A hole at whose
-                rim there are degenerate triangles may get a lower energy than the others, which is said.
-            refine: Split the new faces until they are as dense as those around. Without, a hole is closed by faces between the
-                vertices of its rim alone, and nothing is faired.
+                'thin_plate' continues the tangent planes around; 'minimum_variation' continues the curvatures too, and follows
+                noise at the rim; 'none' leaves them flat. A hole with degenerate triangles at its rim may get a lower energy,
+                which is said.
+            refine: Split the new faces until they are as dense as those around. Without, there are no new vertices, and nothing
+                is faired.
             rounds: How often the new faces are refined and faired. More let a filling bulge further where its rim suggests
                 that. Takes a whole number from 1 to 100.
             islands: Pieces of surface that lie loose in a hole: 'join' makes them part of the filling, or leaves the hole open
                 if that cannot be done; 'leave' fills the hole without regard to them.
-            selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face, those too that otherwise
-                count as outer borders by their area.
-            mark: How new faces are marked in a saved file: 'scalar' gives each the number of the hole that it closes, from 1,
-                and all others 0, in place of the scalars that faces had; 'color' paints them orange, and the others white if
-                faces had no colours; 'none' leaves both as they are.
+            selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face.
+            mark: How new faces are marked in a saved file: 'scalar' gives each the number of its hole, from 1, and all others
+                0, in place of the scalars of faces; 'color' paints them orange, and the others white if faces had no colours;
+                'none' leaves both.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
