@@ -112,9 +112,8 @@ def apply_coord_normal_filtering(
     """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces follow.
 
     Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen; what is
-    given, all of them have. Returns the parameters that were used, what was found and tried, the mean displacement of the
-    vertices in mean edges ("drift"), and the number of faces that look away from those around them ("folded_before" and
-    "_after").
+    given, all of them have. Returns the parameters that were used, what was found and tried, the mean displacement in mean edges
+    as drift, and how many faces look away from those around them, before and after.
 
     Args:
         vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow more closely.

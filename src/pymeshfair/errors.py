@@ -101,21 +101,16 @@ class Place:
         return f"{self.doing} ({self.file.name if self.line is None else f'{self.file.name}:{self.line}'})"
 
 
-class StepFailedError(RunError):
-    """A step failed: its filter refused the mesh or its parameters, or gave a result that no file may hold."""
+class PlacedError(RunError):
+    """A failure with its place, the work that the run was doing, and the reason."""
 
     def __init__(self, place: Place, reason: str) -> None:
         super().__init__(f"{place}: {reason}")
-        self.place = place  # which step
-        self.reason = reason  # the filter's own words
+        self.place, self.reason = place, reason
 
 
-class PlacedError(RunError):
-    """A failure with its place, the work that the run was doing."""
-
-    def __init__(self, place: Place, words: str) -> None:
-        super().__init__(f"{place}: {words}")
-        self.place = place
+class StepFailedError(PlacedError):
+    """A step failed: its filter refused the mesh or its parameters, or gave a result that no file may hold."""
 
 
 class WorkerDied(PlacedError):  # noqa: N818 - says what happened
@@ -161,12 +156,9 @@ class RunTimeout(PlacedError):  # noqa: N818 - says what happened
     """The run took longer than it was given, `seconds`, or without `is_given` than reading any file takes, and was stopped."""
 
     def __init__(self, place: Place, seconds: float, *, is_given: bool = True) -> None:
-        reason = (
-            f"the {seconds:g} s that the run was given; give it more, or a smaller mesh"
-            if is_given
-            else f"{seconds:g} s, ten times as long as files of its size take to read; it is probably damaged"
-        )
-        super().__init__(place, f"stopped after {reason}")
+        given = f"the {seconds:g} s that the run was given; give it more, or a smaller mesh"
+        unusual = f"{seconds:g} s, ten times as long as files of its size take to read; it is probably damaged"
+        super().__init__(place, f"stopped after {given if is_given else unusual}")
         self.seconds = seconds
 
 
@@ -174,8 +166,8 @@ class OutOfMemory(PlacedError):  # noqa: N818 - says what happened
     """The run needed more memory than there is, or than the `limit` in bytes that it was given."""
 
     def __init__(self, place: Place, limit: int | None) -> None:
-        limit_text = "there is" if limit is None else f"the {limit / 1e6:.0f} MB that the run was given"
-        super().__init__(place, f"needed more memory than {limit_text}; give it more, or a smaller mesh")
+        most = "there is" if limit is None else f"the {limit / 1e6:.0f} MB that the run was given"
+        super().__init__(place, f"needed more memory than {most}; give it more, or a smaller mesh")
         self.limit = limit
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from .errors import ParameterError, UnknownNameError, nearest
 from .mlx_scripts import WITHDRAWN
 from .scripts.changing import override
-from .scripts.fits import Condition, parse_fits
+from .scripts.guards import Condition, parse_fits
 from .scripts.read import parse_document, parse_script, read_bytes
 from .scripts.script import KEYWORDS, Change, Script, Setting, paragraphs
 from .scripts.upgrade import upgrade_script
@@ -37,7 +37,7 @@ class RecipeInfo:
     does: str = ""  # its effect on them (``Does:``)
     tune: str = ""  # the settings to change when the result is not right (``Tune:``)
     task: str = ""  # its task (``Task:``), one of `TASKS` for shipped recipes
-    fits: str = ""  # for which scans the recipe is, in numbers (``Fits:``); `pymeshfair.scripts.fits.parse_fits` reads it
+    fits: str = ""  # for which scans the recipe is, in numbers (``Fits:``); `pymeshfair.scripts.guards.parse_fits` reads it
     judged: str = ""  # by what measure it is the best choice for these (``Judged:``)
     superseded: str = ""  # the better choice (``Superseded:``), of a recipe that is kept only because it was shipped once
 

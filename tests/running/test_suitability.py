@@ -19,7 +19,7 @@ from pymeshfair.running.measuring import measure
 from pymeshfair.running.suitability import Trial, needed, ranked, traits_of, unsuitable
 from pymeshfair.running.supervise import run_job
 from pymeshfair.running.trials import trials
-from pymeshfair.scripts.fits import parse_fits
+from pymeshfair.scripts.guards import parse_fits
 from pymeshfair.scripts.script import Script
 from tests.meshes import icosphere
 

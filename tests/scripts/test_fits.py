@@ -9,7 +9,7 @@ import pytest
 from pymeshfair.errors import ParameterError
 from pymeshfair.recipe import TASKS, RecipeHead, load_recipe, shipped_heads
 from pymeshfair.scripts import Script
-from pymeshfair.scripts.fits import QUANTITIES, WORDS, parse_fits
+from pymeshfair.scripts.guards import QUANTITIES, WORDS, parse_fits
 from pymeshfair.scripts.warnings import script_warnings
 
 

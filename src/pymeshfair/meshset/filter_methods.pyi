@@ -1084,10 +1084,9 @@ class FilterMethods(metaclass=LateMethods):
         """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces
         follow.
 
-        Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen; what is
-        given, all of them have. Returns the parameters that were used, what was found and tried, the mean displacement of the
-        vertices in mean edges ("drift"), and the number of faces that look away from those around them ("folded_before" and
-        "_after").
+        Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen;
+        what is given, all of them have. Returns the parameters that were used, what was found and tried, the mean displacement
+        in mean edges as drift, and how many faces look away from those around them, before and after.
 
         Args:
             method: What weighs a neighbouring face, besides its area. 'mean': nothing, which rounds edges. 'unilateral': how

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 from ..errors import RunError
 from ..files.formats import attributes_of
 from ..recipe import TASKS, Recipe, RecipeHead, RecipeInfo, shipped_heads
-from ..scripts.fits import ARTICLE, UNKNOWN, Condition
+from ..scripts.guards import ARTICLE, UNKNOWN, Condition
 from .measuring import MeasuredMesh
 
 #: the traits that are measured on the surface, each in some tenths of a second at most; the others are known anyway
@@ -87,7 +87,7 @@ class Suitability:
 
 
 def traits_of(scan: MeasuredMesh, wanted: Collection[str] = MEASURED) -> dict[str, float]:
-    """The traits of a scan by name, as `pymeshfair.scripts.fits` means them; those of `MEASURED` only if they are wanted."""
+    """The traits of a scan by name, as `pymeshfair.scripts.guards` means them; those of `MEASURED` only if they are wanted."""
     mesh, measures = scan.mesh, scan.measures
     assert measures is not None
     traits_of_mesh = _kind(measures.faces, measures.edges) | {

@@ -1,4 +1,8 @@
-"""The limits that a recipe or a command sets to the result of a run."""
+"""What a recipe says in numbers: for which scans it is, and the limits of its result, which a command may set, too.
+
+The ``Fits:`` paragraph at its head, ``Fits: mesh, noise 0.1 to 0.4 edges, sharp``, has conditions between commas. Each is a word,
+or a quantity with bounds: ``from A``, ``up to B``, ``A to B``. ``no`` before a word turns it round.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,93 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..declaration import Length
-from ..errors import ParameterError, hint
+from ..errors import ParameterError, hint, nearest
+
+SHARP = 0.68  # the share of the bending at sharp edges of a sharp surface: machine parts have 0.7, figures up to 0.66
+ONE_SIDED = 0.4  # the share at which a surface counts as seen from one side, a range map: half a ball has 0.5
+
+#: word: the trait, its least and most, and the words where it holds and where it does not
+WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
+    "mesh": ("mesh", 1, 1, "there are faces", "there are no faces"),
+    "cloud": ("cloud", 1, 1, "there are points alone", "there are faces or edges"),
+    "curves": ("curves", 1, 1, "there are edges and no faces", "there are no curves"),
+    "closed": ("closed", 1, 1, "the surface is closed", "the surface has borders or is not manifold"),
+    "open": ("border edges", 1, math.inf, "there are borders", "there is no border"),
+    "range map": ("facing", ONE_SIDED, math.inf, "the surface is seen from one side", "the surface faces all sides"),
+    "camera noise": ("camera noise", 1, 1, "neighbours share their noise", "vertices have noise of their own"),
+    "sharp": ("sharpness", SHARP, 1, "most of the bending is at sharp edges", "most of the bending is not at sharp edges"),
+    "smooth": ("sharpness", 0, SHARP, "most of the bending is not at sharp edges", "most of the bending is at sharp edges"),
+    "texture": ("texture", 1, 1, "there is a texture", "there is no texture"),
+}
+#: quantities of which there are so many, and those that a sentence names with an article
+COUNTS, ARTICLE = ("vertices", "faces", "pieces", "border edges"), ("longest edge",)
+#: quantity, which is a trait: the unit that follows the number, if any
+QUANTITIES: Mapping[str, str] = {"noise": "edges", "longest edge": "edges", **dict.fromkeys(COUNTS, ""), "triangle quality": ""}
+UNKNOWN = "is not known"  # the end of the sentence about a trait that could not be measured
+_NUMBER = r"[0-9][0-9,]*(?:\.[0-9]+)?|\.[0-9]+"
+_BOUNDS = re.compile(
+    rf"(?:from (?P<from>{_NUMBER})|up to (?P<up>{_NUMBER})|(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}))(?P<unit>.*)"
+)
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition."""
+
+    text: str  # as the recipe says it
+    trait: str  # the measured trait, by name
+    least: float  # the bound below
+    most: float  # the bound above
+    outside: bool = False  # whether the trait must be beyond the bounds, as after ``no``
+
+    def is_met(self, traits: Mapping[str, float]) -> bool:
+        """Whether a scan with these traits is meant; never where the trait is not known."""
+        value = traits.get(self.trait)
+        return value is not None and (self.least <= value <= self.most) != self.outside
+
+    def found(self, traits: Mapping[str, float]) -> str:
+        """The trait of the scan, as the end of a sentence."""
+        value = traits.get(self.trait)
+        if value is None:
+            return f"its {self.trait} {UNKNOWN}"
+        word = WORDS.get(self.text.removeprefix("no "))
+        if word is not None:
+            return word[3] if word[1] <= value <= word[2] else word[4]
+        unit = QUANTITIES.get(self.trait, "")
+        if self.trait in COUNTS:
+            return f"there are {value:,.0f} {self.trait}"
+        return f"{'the ' if self.trait in ARTICLE else ''}{self.trait} is {value:.2g}{f' {unit}' if unit else ''}"
+
+
+def parse_fits(text: str) -> tuple[Condition, ...]:
+    """The conditions of a ``Fits:`` paragraph, without that word; none of an empty text."""
+    parts = re.split(r",\s+", text.strip().removesuffix("."))
+    return tuple(_condition(" ".join(part.split())) for part in parts if part.strip())
+
+
+def _condition(text: str) -> Condition:
+    plain = text.removeprefix("no ")
+    if plain in WORDS:
+        trait, least, most, *_ = WORDS[plain]
+        return Condition(text, trait, least, most, outside=plain != text)
+    for name, unit in QUANTITIES.items():
+        match = _BOUNDS.fullmatch(text.removeprefix(name).strip()) if text.startswith(f"{name} ") else None
+        if match is None:
+            continue
+        if match["unit"].strip() != unit:
+            raise ParameterError(f"Fits: {text!r}: {name} {f'is in {unit}' if unit else 'has no unit'}")
+        low, high = match["from"] or match["low"] or "-inf", match["up"] or match["high"] or "inf"
+        least, most = (float(bound.replace(",", "")) for bound in (low, high))
+        if least > most:
+            raise ParameterError(f"Fits: {text!r}: nothing lies between these bounds")
+        return Condition(text, name, least, most)
+    names = [*WORDS, *QUANTITIES]
+    name = re.split(r"\s+(?:from|up|[0-9.])", plain)[0]
+    bounds = ", with bounds such as 'up to 3', 'from 1' or '1 to 3'" if nearest(name, names) in QUANTITIES else ""
+    raise ParameterError(f"Fits: {text!r} is no condition; {hint(name, names)}{bounds}")
+
+
+# ---------------------------------------------------------------------------------------------------------- limits
 
 #: the requirements on a result, and whether each takes a number
 REQUIREMENTS = dict.fromkeys(("watertight", "manifold", "oriented", "printable"), False) | {"components": True, "genus": True}

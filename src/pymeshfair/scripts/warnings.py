@@ -6,7 +6,7 @@ from typing import Any
 
 from ..declaration import FileOpen, Length, Mesh, Parameter
 from ..errors import ParameterError
-from .fits import parse_fits
+from .guards import parse_fits
 from .script import Problem, Script, ScriptError, Step, paragraphs
 from .upgrade import deletes_result, works_on_leftover_selection
 
