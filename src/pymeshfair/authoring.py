@@ -14,6 +14,7 @@ from . import registry, scripts
 from .errors import ParameterError
 from .meshset.filter_methods import FilterMethods
 from .scripts import changing, guards, warnings
+from .scripts.script import checked_name
 
 if TYPE_CHECKING:
     from .meshset import MeshSet
@@ -53,23 +54,16 @@ class Recipe(FilterMethods):
         return recipe
 
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
-        """Make a filter the next step, by its Python name or its name in MeshLab's menus.
+        """Make a filter the next step, by its Python name or its name in MeshLab's menus; filters report when the recipe runs.
 
-        Parameters, by Python name, are values or what `setting` gives; the others take their defaults. Lengths are ``"1%"`` of
-        the diagonal, ``"0.5edge"`` or ``"0.3"`` in mesh units. The dictionary is empty: filters report when the recipe runs.
-
-        Raises:
-            UnknownNameError: no such filter or parameter; the message gives the nearest name.
-            ParameterError: a value that the filter does not take.
+        Parameters, by Python name, are values or what `setting` gives. Lengths are ``"1%"`` of the diagonal, ``"0.5edge"`` or
+        ``"0.3"`` in mesh units. Raises `UnknownNameError` for a wrong name, `ParameterError` for a value.
         """
         self.script = changing.with_step(self.script, registry.find_filter(filter_name), kwargs)
         return {}
 
     def setting(self, name: str, default: str, *, unit: str = "", description: str = "") -> Any:
-        """A `Setting`, to be given to parameters of any type; `set` and ``--set NAME=VALUE`` change it in all of them at once.
-
-        Its name is of letters, digits and underscores, its default a text, such as ``"6edge"``; the rest is for readers.
-        """
+        """A value with a name for parameters of any type, such as ``"6edge"``; `set` changes it in all of them at once."""
         return scripts.Setting(name, str(default), unit, description)
 
     def tag(self, name: str, step: int = -1) -> None:
@@ -77,7 +71,7 @@ class Recipe(FilterMethods):
         steps = list(self.script.steps)
         if not -len(steps) <= step < len(steps):
             raise ParameterError(f"there is no step {step}; the recipe has {len(steps)}")
-        steps[step] = replace(steps[step], tag=scripts.checked_name(name, "tag"))
+        steps[step] = replace(steps[step], tag=checked_name(name, "tag"))
         self.script = self.script.with_steps(steps)
 
     def set(self, *texts: str, **settings: object) -> None:
@@ -104,10 +98,7 @@ class Recipe(FilterMethods):
         return f"<Recipe {self.name!r}: {', '.join(step.filter.python_name for step in self) or 'no steps'}>"
 
     def check(self, mesh: MeshSet | str | os.PathLike[str] | None = None, *, layers: int = 1) -> list[str]:
-        """Warnings about the recipe, one sentence each; its steps and values are valid in any case.
-
-        Lengths are compared with a mesh set or a mesh file, if one is given; `layers` is how many there are when it begins.
-        """
+        """Warnings about the recipe, which begins with so many layers; lengths are compared with a mesh, if one is given."""
         diagonal = None
         if isinstance(mesh, str | os.PathLike):
             from .running.read import read_mesh
@@ -118,9 +109,9 @@ class Recipe(FilterMethods):
         return warnings.script_warnings(self.script, layers=layers, diagonal=diagonal)
 
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
-        """Apply all steps to the current mesh of a mesh set, and add them to its filter script; what each of them reports.
+        """Apply all steps to the current mesh of a mesh set, without its limits; what each step reports.
 
-        Limits are not looked at. If a step fails the mesh is as the last complete step left it.
+        The steps are added to its filter script. If one fails the mesh is as the last complete step left it.
         """
         return meshes.apply_script(self.script)
 
@@ -159,10 +150,9 @@ def run(
         settings: values over the recipe's own, by the names of its settings.
         set: the same as texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE``, as of the command line.
         others: mesh files for the layers 1, 2 ... that the recipe names.
-        overwrite: replace `output`, whatever it is. Without, an existing file is replaced only if it is, to the byte, what a
-            former run wrote there from the same input.
+        overwrite: replace `output`, whatever it is, and not only what a former run wrote there from the same input.
         timeout: seconds, or None.
-        measures: measure the mesh before and after. Without, the run is faster, keeps no limits, and has nothing to compare.
+        measures: measure the mesh before and after; without, the run keeps no limits.
         unit: the unit of the scan, mm, cm, m or in; a limit such as ``0.05mm`` needs it.
         on_event: called with each event of the run.
 

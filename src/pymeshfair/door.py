@@ -42,11 +42,7 @@ _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class Door:
-    """A mesh set of MeshLab's with layers that have the ids of the caller.
-
-    Attributes:
-        lost: what MeshLab did not take of them, in words.
-    """
+    """A mesh set of MeshLab's with layers that have the ids of the caller; `lost` says what MeshLab did not take of them."""
 
     def __init__(
         self,
@@ -102,11 +98,8 @@ class Door:
                 number, next_id = next_id, next_id + 1
             self._ids[number] = mesh.id()
             visible[number] = bool(mesh.is_visible())
-        current = None
-        if self._ids:
-            there = BASE.current_mesh_id(self._meshset)
-            current = next(number for number, inside in self._ids.items() if inside == there)
-        return list(self._ids), current, visible
+        there = BASE.current_mesh_id(self._meshset) if self._ids else None
+        return list(self._ids), next((n for n, inside in self._ids.items() if inside == there), None), visible
 
     def fetch(self, number: int) -> MeshData:
         """The mesh of a layer inside as it is now."""
@@ -136,9 +129,9 @@ class Door:
             inside.add_face_custom_scalar_attribute(numbers, _ID)
         if mesh.vertex_selection.any() or mesh.face_selection.any():
             for _ in range(2):  # filters ask for the number of selected elements, which reading a file does not set
-                self._apply("apply_selection_inverse", invfaces=True, invverts=True)
+                BASE.apply_filter(self._meshset, "apply_selection_inverse", invfaces=True, invverts=True)
         if mesh.matrix is not None:
-            self._apply("set_matrix", transformmatrix=mesh.matrix, compose=False, freeze=False)
+            BASE.apply_filter(self._meshset, "set_matrix", transformmatrix=mesh.matrix, compose=False, freeze=False)
 
     def _new_folder(self) -> Path:
         self._folder.mkdir(parents=True, exist_ok=True)
@@ -153,14 +146,10 @@ class Door:
         inside = BASE.current_mesh(self._meshset)
         for element in ("vertex", "face"):
             values = _custom(sent, element).get(name)
-            ids = _numbers(inside, element)
-            if values is None or ids is None or _attribute(inside, element, name) is not None:
-                continue
-            brought = np.where(ids >= 0, values[np.maximum(ids, 0)], 0.0)
-            getattr(inside, f"add_{element}_custom_scalar_attribute")(brought, name)
-
-    def _apply(self, filter_name: str, **values: Any) -> None:
-        BASE.apply_filter(self._meshset, filter_name, **values)
+            ids = None if values is None else _numbers(inside, element, len(values))
+            if values is not None and ids is not None and _attribute(inside, element, name) is None:
+                brought = np.where(ids >= 0, values[np.maximum(ids, 0)], 0.0)
+                getattr(inside, f"add_{element}_custom_scalar_attribute")(brought, name)
 
     def _measured(self) -> Any:
         """The current layer, as far as lengths are measured on it."""
@@ -171,11 +160,12 @@ class Door:
 
     def _read(self, mesh: Any, sent: MeshData | None) -> MeshData:
         vertices, faces, edges = (read_array(mesh, name) for name in ("vertices", "faces", "edges"))
-        of_vertices, of_faces = _numbers(mesh, "vertex"), _numbers(mesh, "face")
-        if sent is None or of_vertices is None or of_vertices.max(initial=-1) >= len(sent.vertices):
+        of_vertices = None if sent is None else _numbers(mesh, "vertex", len(sent.vertices))
+        if of_vertices is None:
             sent, of_vertices = None, np.full(len(vertices), -1)
         before = MeshData(vertices=np.empty((0, 3))) if sent is None else sent
-        if of_faces is None or of_faces.max(initial=-1) >= len(before.faces):
+        of_faces = _numbers(mesh, "face", len(before.faces))
+        if of_faces is None:
             of_faces = np.full(len(faces), -1)
         else:
             _drop_changed(of_faces, of_vertices, faces, before.faces)
@@ -241,7 +231,7 @@ class Door:
     def _texture_numbers(self, mesh: Any, count: int) -> NDArray[np.int32]:
         if mesh.texture_number() == 1:
             return np.zeros(count, np.int32)
-        self._apply("compute_new_custom_scalar_attribute_per_face", name=_TEXTURE, expr="ti")
+        BASE.apply_filter(self._meshset, "compute_new_custom_scalar_attribute_per_face", name=_TEXTURE, expr="ti")
         return np.asarray(mesh.face_custom_scalar_attribute_array(_TEXTURE)).astype(np.int32)
 
 
@@ -266,13 +256,13 @@ def _custom(mesh: MeshData, element: str) -> dict[str, NDArray[np.float64]]:
     return own
 
 
-def _numbers(mesh: Any, element: str) -> NDArray[np.int64] | None:
-    """(n,) the numbers that elements went in with, -1 for new ones; None if the mesh has lost them."""
+def _numbers(mesh: Any, element: str, count: int) -> NDArray[np.int64] | None:
+    """(n,) the numbers that elements went in with, -1 for new ones; None if the mesh has lost them or they are beyond `count`."""
     marks = _attribute(mesh, element, _ID)
     if marks is None:
         return None
-    valid = (marks >= 1.0) & (marks == np.rint(marks))
-    return np.where(valid, marks, 0.0).astype(np.int64) - 1
+    numbers = np.where((marks >= 1.0) & (marks == np.rint(marks)), marks, 0.0).astype(np.int64) - 1
+    return numbers if numbers.max(initial=-1) < count else None
 
 
 def _attribute(mesh: Any, element: str, name: str) -> NDArray[np.float64] | None:
@@ -287,11 +277,7 @@ def _attribute(mesh: Any, element: str, name: str) -> NDArray[np.float64] | None
 def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], faces: Any, before: Any) -> None:
     """Take the number from faces that have other corners than the face of that number had."""
     old = np.flatnonzero(of_faces >= 0)
-    in_order = np.array_equal(of_vertices, np.arange(len(of_vertices)))  # else equal numbers are of other vertices
-    if in_order and len(old) == len(before) and np.array_equal(faces, before):
-        return
-    now = np.sort(of_vertices[faces[old]], axis=1)
-    then = np.sort(before[of_faces[old]], axis=1)
+    now, then = np.sort(of_vertices[faces[old]], axis=1), np.sort(before[of_faces[old]], axis=1)
     of_faces[old[(now != then).any(axis=1)]] = -1
 
 

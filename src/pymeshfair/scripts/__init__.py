@@ -1,22 +1,14 @@
 """Filter scripts (.mlx): read, check, upgrade and write."""
 
-from .read import parse_script, read_script
-from .script import Change, Problem, Script, ScriptError, Setting, Step, checked_name
-from .upgrade import Upgrade, upgrade_script
-from .write import format_script, write_script
-
-__all__ = [
-    "Change",
-    "Problem",
-    "Script",
-    "ScriptError",
-    "Setting",
-    "Step",
-    "Upgrade",
-    "checked_name",
-    "format_script",
-    "parse_script",
-    "read_script",
-    "upgrade_script",
-    "write_script",
-]
+from .read import parse_script as parse_script
+from .read import read_script as read_script
+from .script import Change as Change
+from .script import Problem as Problem
+from .script import Script as Script
+from .script import ScriptError as ScriptError
+from .script import Setting as Setting
+from .script import Step as Step
+from .upgrade import Upgrade as Upgrade
+from .upgrade import upgrade_script as upgrade_script
+from .write import format_script as format_script
+from .write import write_script as write_script

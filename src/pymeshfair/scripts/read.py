@@ -94,13 +94,13 @@ def parse_script(data: bytes, name: str, *, path: Path | None = None) -> Script:
     return build_script(parse_document(data, name), path)
 
 
+class _EndedError(Exception):
+    """Reading cannot continue; the problem is in the list."""
+
+
 def parse_document(data: bytes, name: str) -> Document:
     """The elements in the bytes of an .mlx file."""
     return _Reader(name).read(data)
-
-
-class _EndedError(Exception):
-    """Reading cannot continue; the problem is in the list."""
 
 
 class _Reader:
@@ -227,19 +227,16 @@ class _Reader:
                 self._problem(f"<FilterScript> has no attribute {shortened(attribute)!r}", near)
 
     def _read_setting(self, attributes: dict[str, str], line: int) -> None:
-        takes = f"it takes {', '.join(SETTING_ATTRIBUTES)}"
-        missing = [name for name in SETTING_ATTRIBUTES[:2] if name not in attributes]
+        missing = [name for name in ("name", "default") if name not in attributes]
         unknown = [name for name in attributes if name not in SETTING_ATTRIBUTES]
-        if missing:
-            self._problem(f"<setting> has no {missing[0]}; {takes}")
-        elif unknown:
-            words = f"<setting> has no attribute {shortened(unknown[0])!r}; {takes}"
-            self._problem(words, nearest(unknown[0], SETTING_ATTRIBUTES))
-        else:
-            try:
-                self._read.settings.append(Setting(**attributes, line=line))
-            except ParameterError as error:
-                self._problem(str(error))
+        if missing or unknown:
+            wrong = f"no {missing[0]}" if missing else f"no attribute {shortened(unknown[0])!r}"
+            self._problem(f"<setting> has {wrong}; it takes {', '.join(SETTING_ATTRIBUTES)}")
+            return
+        try:
+            self._read.settings.append(Setting(**attributes, line=line))
+        except ParameterError as error:
+            self._problem(str(error))
 
 
 def build_script(document: Document, path: Path | None = None) -> Script:

@@ -180,10 +180,7 @@ def _read(parameter: Parameter, attributes: Attributes) -> Any:
     numbers = spelled(parameter, attributes)
     for number in numbers:
         if isinstance(number, str):
-            mended = parsed(number.replace(",", "."))
-            likely = "" if mended is None else number_text(mended)
-            hint = None if isinstance(_spelled(parameter, likely), str) else likely
-            raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(number)!r}", hint)
+            raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(number)!r}", None)
     if isinstance(parameter, Percentage):
         return _read_length(float(numbers[0]), attributes.get("relative"))
     return _assembled(parameter, numbers)
