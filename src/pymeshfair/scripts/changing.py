@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from ..declaration import Filter
-from ..errors import ParameterError, UnknownNameError, hint, nearest
+from ..errors import ParameterError, UnknownNameError, hint, nearest, plain_name
 from .script import Script, Setting, Step
 from .values import check_expressions, parse_value
 
@@ -76,25 +76,19 @@ def _with_parameter(script: Script, step_name: str, name: str, value: str) -> Sc
 
 def _step_index(steps: Sequence[Step], name: str) -> int:
     names = [(step.filter.python_name, step.filter.name) for step in steps]
-    listed = [f"{i} {in_menus}" for i, (_, in_menus) in enumerate(names, 1)]
-    it_has = f"the script has {', '.join([*listed[:20], *(['...'] if listed[20:] else [])])}"
     if re.fullmatch(r"[0-9]{1,9}", name):
-        if not 1 <= int(name) <= len(steps):
-            raise UnknownNameError(f"there is no step {name}; {it_has}")
-        return int(name) - 1
-    exact = [i for i, both in enumerate(names) if name in both]
-    indices = exact or [i for i, both in enumerate(names) if any(_plain(name) in _plain(n) for n in both)]
+        indices = [int(name) - 1] if 1 <= int(name) <= len(steps) else []
+    else:
+        exact = [i for i, both in enumerate(names) if name in both]
+        indices = exact or [i for i, both in enumerate(names) if any(plain_name(name) in plain_name(n) for n in both)]
     if len(indices) == 1:
         return indices[0]
+    listed = ", ".join(f"{i + 1} ({names[i][1]})" for i in (indices or range(len(names)))[:20])
     if indices:
-        several = ", ".join(f"{i + 1} ({names[i][1]})" for i in indices)
-        raise UnknownNameError(f"{name!r} fits several steps, {several}; give the step's number")
+        raise UnknownNameError(f"{name!r} fits several steps, {listed}; give the step's number")
     every = [n for both in names for n in (*both, *both[1].split())]
-    raise UnknownNameError(f"no step's filter is called {name!r}; {hint(name, every, it_has)}", suggestion=nearest(name, every))
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[\s_-]+", " ", name.casefold()).strip()
+    words = hint(name, every, f"the script has {listed}")
+    raise UnknownNameError(f"there is no step {name!r}; {words}", suggestion=nearest(name, every))
 
 
 def with_step(script: Script, declared: Filter, values: Mapping[str, Any]) -> Script:

@@ -198,17 +198,13 @@ def _type_changes(
         misread = new.get("value", "").lower() not in ("0", "0.0", "false") or new["type"] == old.get("type")
     else:
         misread = isinstance(parameter, Bool) and old.get("value", "").lower() not in ("true", new.get("value"))
-    meaning = _MISREAD if (runs_today and misread) or "type" not in old else ""
+    meaning = _MISREAD if runs_today and misread else ""
     for attribute, text in new.items():
         if old.get(attribute) != text:
             written = f"was {old[attribute]!r}" if attribute in old else "was missing"
             change = note(what=f"{attribute} is {text!r}, {written}", meaning=meaning)
             yield replace(change, parameter=parameter.xml_name)
             meaning = ""  # reported once
-
-
-_DELETE = "delete_current_mesh"
-_CLOSE_HOLES = "meshing_close_holes"
 
 
 def _upgraded_steps(
@@ -220,7 +216,11 @@ def _upgraded_steps(
         line = step.line or 0
         if index in deleting:
             by_version = not aged or script.steps[index - 1].line in always_current
-            meaning = _DELETED if by_version or any(map(_asks_for_layers, script.steps[index + 1 :])) else ""
+            layers = (
+                s.values.get("visiblelayer", s.filter.arity in (Arity.FIXED, Arity.VARIABLE)) or s.values.get("alllayers")
+                for s in script.steps[index + 1 :]
+            )
+            meaning = _DELETED if by_version or any(layers) else ""
             what = "is left out: today it would delete the result of the step before, then the input"
             changes.append(Change(line=line, filter=step.filter.name, what=what, meaning=meaning))
             continue
@@ -244,7 +244,7 @@ def _left_current_layer(step: Step) -> bool:
 def deletes_result(steps: Sequence[Step]) -> Iterator[int]:
     """The indices of the steps that delete the result of the step before, and deleted the input in MeshLab 2016."""
     for index, (before, step) in enumerate(pairwise(steps), 1):
-        if step.filter.python_name == _DELETE and _left_current_layer(before):
+        if step.filter.python_name == "delete_current_mesh" and _left_current_layer(before):
             yield index
 
 
@@ -253,19 +253,12 @@ def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
     leftover = False
     for index, step in enumerate(steps):
         name = step.filter.python_name
-        if name == _CLOSE_HOLES:
+        if name == "meshing_close_holes":
             leftover = step.values.get("newfaceselected", True) is True
         elif "selection" in name or name.startswith(("create_", "generate_")):
             leftover = False
         elif leftover and step.filter.defaults.get("selected", True) is None and "selected" not in step.values:
             yield index
-
-
-def _asks_for_layers(step: Step) -> bool:
-    """Whether the step works on several layers or names one."""
-    if step.values.get("alllayers") or step.values.get("visiblelayer", False):
-        return True
-    return step.filter.arity in (Arity.FIXED, Arity.VARIABLE) and "visiblelayer" not in step.values
 
 
 def relative_script(script: Script, *, diagonal: float) -> Script:

@@ -11,22 +11,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ..declaration import Filter, Length
-from ..declaration.parameters import (
-    Bool,
-    Color,
-    Enum,
-    FileOpen,
-    Float,
-    Int,
-    Matrix,
-    Mesh,
-    Parameter,
-    Percentage,
-    Point,
-    Shot,
-    String,
-)
+from ..declaration import Bool, Color, Enum, FileOpen, Filter, Float, Int, Length, Matrix
+from ..declaration.parameters import Mesh, Parameter, Percentage, Point, Shot, String
 from ..errors import ParameterError
 from .script import shortened
 
