@@ -143,8 +143,6 @@ def apply_coord_tangential_smoothing(
     return Edit(vertices=vertices, **exchange, values=values, notes=(note,) if textured else ())
 
 
-# A note is given if the area of a region falls below this share.
-_SHRUNK = 1 / 3
 FairingEnergy: TypeAlias = Annotated[
     fairing.Energy,
     Enum(
@@ -207,7 +205,7 @@ def apply_coord_region_fairing(
         notes.append(_staying(chosen, moved))
     if faired.irregular:
         notes.append(moving.irregular_note(faired.irregular))
-    if area_share < _SHRUNK:
+    if area_share < 1 / 3:
         notes.append(
             f"The region's area shrank to {area_share:.2g} of what it was: the vertices that stay around it span less than it "
             "covered. Select less if it was to keep its size."

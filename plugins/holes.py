@@ -65,7 +65,11 @@ def meshing_close_holes_by_fairing(
             both.
     """
     how: dict[str, Any] = {"max_edges": max_edges, "energy": energy, "refine": refine, "rounds": rounds, "islands": islands}
-    touched = _touched(layer) if selected else None
+    touched = None
+    if selected:
+        touched = layer.vertex_selection.copy()
+        touched[layer.faces[layer.face_selection]] = True
+        touched = touched if touched.any() else layer.selected_vertices()  # which raises
     filling = close_holes(layer.vertices, layer.faces, **how, selected=touched, progress=progress)
     added = additions(layer, filling.new_vertices, filling.new_faces)
     refined = set(filling.hole_of_vertex.tolist())
@@ -82,13 +86,6 @@ def meshing_close_holes_by_fairing(
     }
     marks = _marks(layer, filling, added["face_selection"], mark)
     return Edit(**added, **marks, values=values, notes=tuple(_notes(layer, filling, energy, lower)))
-
-
-def _touched(layer: Layer) -> Bools:
-    """(n,) the vertices that are selected or have a selected face; raises `MeshError` if there are none."""
-    touched = layer.vertex_selection.copy()
-    touched[layer.faces[layer.face_selection]] = True
-    return touched if touched.any() else layer.selected_vertices()
 
 
 def _marks(layer: Layer, filling: HoleFilling, new_faces: Bools, mark: Mark) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -23,7 +23,6 @@ ADDS_ELEMENTS = MeshElement.VERTNUMBER | MeshElement.FACENUMBER | MeshElement.VE
 vertex_smoother = partial(mesh_filter, classes=FilterClass.SMOOTHING, requires=MeshElement.FACENUMBER, changes=MOVES_VERTICES)
 #: the note of a filter whose automatic amount is 0
 NOTHING_TO_REMOVE = "there is no noise to remove: the vertices stay where they are"
-Label = TypeVar("Label")
 #: a filter by how much it smooths: vertices, faces, amount; which vertices are `movable` and the `progress` by name
 Smooth: TypeAlias = Callable[..., Floats]
 Selected: TypeAlias = Annotated[
@@ -107,7 +106,7 @@ def smoothed_by_size(layer: Layer, size: float, smooth: Smooth, *, selected: boo
     return smoothed_by_amount(layer, size, smooth, DETAIL_SIZES, unit=layer.mean_edge, selected=selected, progress=progress)
 
 
-def reported(choice: Choice[Label] | None, labelled: Callable[[Label], Mapping[str, Any]]) -> list[dict[str, Any]]:
+def reported(choice: Choice[Any] | None, labelled: Callable[[Any], Mapping[str, Any]]) -> list[dict[str, Any]]:
     """The report of what was tried: the label in words, and the scores."""
     scores = ("error", "excess", "uncertainty")
     trials = choice.trials if choice is not None else ()

@@ -18,9 +18,6 @@ from pymeshfair.filters.operators import OperatorName
 from . import moving_vertices as moving
 from .moving_vertices import Border, Iterations, Selected, movable_vertices, vertex_smoother
 
-#: operators that approximate the Laplace-Beltrami operator, for which a wavelength has a meaning
-GEOMETRIC_OPERATORS = ("cotangent", "robust")
-
 
 @vertex_smoother(
     name="Implicit Fairing",
@@ -65,7 +62,7 @@ def apply_coord_implicit_fairing(
         return Edit(
             vertices=diffusion.implicit_fairing(layer.vertices, layer.faces, time_step=time, **how), values={"time_step": time}
         )
-    if operator not in GEOMETRIC_OPERATORS:
+    if operator not in ("cotangent", "robust"):  # the others do not approximate the Laplace-Beltrami operator
         raise FilterInputError(f"operator {operator!r} sees the triangulation, not lengths: give a time_step, for example 1.0")
     if detail_size == 0.0:
         raise moving.no_amount("time_step")
@@ -78,10 +75,6 @@ def apply_coord_implicit_fairing(
 
     done = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=progress)
     return done.edit(time_step=time_of(done.amount) if done.amount else 0.0)
-
-
-#: operators whose L has the unit 1 / length^2, so that their step is a squared length
-DIMENSIONAL_OPERATORS = ("scale_dependent", "laplace_beltrami", "robust")
 
 
 @vertex_smoother(
@@ -113,7 +106,8 @@ def apply_coord_explicit_smoothing(
         update: 'euler' takes the step above. 'meshlab' repeats MeshLab's own Laplacian Smooth, where the vertex itself is
             averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.
     """
-    unit = moving.squared_mean_edge(layer) if operator in DIMENSIONAL_OPERATORS else 1.0
+    has_unit = operator in ("scale_dependent", "laplace_beltrami", "robust")  # L in 1 / length^2, the step in length^2
+    unit = moving.squared_mean_edge(layer) if has_unit else 1.0
     how: dict[str, Any] = {"operator": operator, "iterations": iterations, "update": update, "border": border}
     how |= {"movable": movable_vertices(layer, selected), "progress": progress}
     try:

@@ -394,28 +394,6 @@ def _other_type(layer: Layer, *, times: Annotated[float, Int(label="a", help="b"
     return Edit()
 
 
-def _choice_unknown_to_the_type(
-    layer: Layer, *, axis: Annotated[Literal["x"], Enum(label="a", help="b", choices=("x", "y"))] = "x"
-) -> Edit:
-    """Does."""
-    return Edit()
-
-
-def _without_choices(layer: Layer, *, axis: Annotated[str, Enum(label="a", help="b")] = "x") -> Edit:
-    """Does."""
-    return Edit()
-
-
-def _same_name_in_scripts(
-    layer: Layer,
-    *,
-    a: Annotated[int, Int(label="a", help="b")] = 1,
-    b: Annotated[int, Int(label="a", help="b", xml_name="a")] = 1,
-) -> Edit:
-    """Does."""
-    return Edit()
-
-
 @pytest.mark.parametrize(
     ("function", "reason"),
     [
@@ -429,7 +407,6 @@ def _same_name_in_scripts(
         (_bounds_crossed, "the minimum 5 above the maximum 3"),
         (_without_help, "needs a help text"),
         (_other_type, "annotated as float, but Int hands over int"),
-        (_choice_unknown_to_the_type, "its type allows"),
         (_without_choices, "needs choices"),
         (_same_name_in_scripts, "share a name in scripts"),
     ],

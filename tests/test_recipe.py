@@ -12,7 +12,7 @@ from pymeshfair import recipe as recipe_module
 from pymeshfair.declaration import Bool, Color, Enum, Float, Int, Length, Matrix, Mesh, Parameter, Percentage, Point, Shot, String
 from pymeshfair.errors import ParameterError, UnknownNameError
 from pymeshfair.mlx_scripts import WITHDRAWN
-from pymeshfair.recipe import Recipe, RecipeInfo, load_recipe, shipped_recipes, superseded_recipes
+from pymeshfair.recipe import Recipe, RecipeInfo, load_recipe, shipped_recipes
 from pymeshfair.scripts import ScriptError, format_script, parse_script
 from pymeshfair.scripts.values import parse_value
 from pymeshfair.scripts.warnings import script_warnings
@@ -89,7 +89,7 @@ def test_a_withdrawn_recipe_is_answered_with_what_to_take(name: str) -> None:
     assert any(repr(other) in str(raised.value) for other in shipped_recipes())
 
 
-@pytest.mark.parametrize("name", superseded_recipes())
+@pytest.mark.parametrize("name", shipped_recipes(superseded=True))
 def test_a_superseded_recipe_is_loaded_and_says_what_to_take(name: str) -> None:
     """It is not listed, does what it did, and its head names a recipe that is shipped."""
     assert name not in shipped_recipes()

@@ -16,7 +16,7 @@ from unicodedata import normalize
 from pymeshfair.declaration import Filter, Parameter, Percentage, nearest
 from pymeshfair.errors import UnknownNameError
 from pymeshfair.meshlab.facts import Former, former_filters, parameter_facts
-from pymeshfair.recipe import TASKS, load_recipe, shipped_heads, shipped_recipes, superseded_recipes
+from pymeshfair.recipe import TASKS, load_recipe, shipped_heads, shipped_recipes
 from pymeshfair.registry import custom_filters
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -110,7 +110,7 @@ def recipes_page() -> str:
         "`--set STEP.PARAM=VALUE` any parameter. Written by `python tools/generate.py pages` from the scripts' "
         "head comments; the pictures, before and after, by `python tools/recipe_pictures.py` from samples of pymeshlab and "
         "generated shapes. Recipes that are superseded run as ever, and say what to take instead: "
-        + ", ".join(f"`{name}`" for name in superseded_recipes())
+        + ", ".join(f"`{name}`" for name in shipped_recipes(superseded=True))
         + ".\n",
         RECIPES_COMPARED,
         "| task | recipes |",

@@ -35,15 +35,16 @@ def check_needs(declared: Filter, layer: Layer) -> None:
 
 def resolved(declared: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
     """Declared values with lengths in mesh units on this layer."""
-    of_edges = {p.name for p in declared.parameters if isinstance(p, Percentage) and p.of_edges and len(layer.edges)}
-
-    def edge_of_polylines() -> float:
-        from .filters.geometry import mean_edge_length  # compiled code, which not every use needs
-
-        return mean_edge_length(layer.vertices, layer.edges)
 
     def mesh_units(name: str, length: Length) -> float:
-        mean_edge = edge_of_polylines if name in of_edges else lambda: layer.mean_edge
+        def mean_edge() -> float:
+            parameter = declared.parameter(name)
+            if not (isinstance(parameter, Percentage) and parameter.of_edges and len(layer.edges)):
+                return layer.mean_edge
+            from .filters.geometry import mean_edge_length  # compiled code, which not every use needs
+
+            return mean_edge_length(layer.vertices, layer.edges)
+
         return length.resolve(diagonal=layer.diagonal, mean_edge=mean_edge)
 
     return {name: mesh_units(name, value) if isinstance(value, Length) else value for name, value in values.items()}
@@ -52,9 +53,8 @@ def resolved(declared: Filter, values: Mapping[str, Any], layer: Layer) -> dict[
 def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress: Callable[[float], None] | None) -> Edit:
     """The edit that a plugin's filter makes of a layer; `inputs` are all its values, of `resolved`.
 
-    Raises:
-        StoppedError: `on_progress`, which is given the share of the work that is done, raised the exception that is its cause.
-        Exception: whatever the function raised, or `MeshError` if its edit does not fit the layer.
+    Raises `StoppedError` if `on_progress`, which is given the share of the work that is done, raised the exception that is its
+    cause, whatever the function raised, or `MeshError` if its edit does not fit the layer.
     """
     assert declared.function is not None
     inputs, stopped = {p.name: p.to_number(inputs[p.name]) for p in declared.parameters}, []

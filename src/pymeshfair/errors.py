@@ -1,7 +1,4 @@
-"""The exceptions that pymeshfair raises; every message names what was wrong, where, and what to do next.
-
-The errors of `pymeshfair.filters` are exported here too, so that a caller imports from one module.
-"""
+"""The exceptions that pymeshfair and its filters raise; every message names what was wrong, where, and what to do next."""
 
 from __future__ import annotations
 

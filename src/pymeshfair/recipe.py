@@ -99,14 +99,9 @@ class Recipe:
         return replace(self, script=override(self.script, overrides))
 
 
-def shipped_recipes() -> tuple[str, ...]:
-    """The names of the recipes that pymeshfair ships, in alphabetical order."""
-    return tuple(sorted(_scripts()))
-
-
-def superseded_recipes() -> tuple[str, ...]:
-    """The names of those that pymeshfair ships besides because it once did, in alphabetical order."""
-    return tuple(sorted(_scripts("superseded")))
+def shipped_recipes(*, superseded: bool = False) -> tuple[str, ...]:
+    """The names of the recipes that pymeshfair ships, or of those that it ships because it once did, in alphabetical order."""
+    return tuple(sorted(_scripts("superseded" if superseded else ".")))
 
 
 @dataclass(frozen=True)
@@ -128,12 +123,8 @@ def shipped_heads() -> list[RecipeHead]:
 def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:
     """A shipped recipe by its name, or a script by its path; a path ends in ``.mlx`` or has a folder.
 
-    Recipes that are superseded are shipped too, without being listed; a run of one says what to take instead. With `upgrade` a
-    script of an older MeshLab is brought up to date; the recipe's `changes` say how.
-
-    Raises:
-        UnknownNameError: no recipe of that name is shipped, and there is no such file.
-        ScriptError: something in the script is wrong; lists every problem.
+    With `upgrade` a script of an older MeshLab is brought up to date; the recipe's `changes` say how. Raises `UnknownNameError`
+    where there is no such recipe or file, `ScriptError` with every problem of the script.
     """
     text = os.fspath(name_or_path)
     path = Path(text)

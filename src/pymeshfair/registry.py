@@ -3,7 +3,6 @@
 A plugin that cannot be loaded is recorded; all others still work.
 """
 
-import contextlib
 import functools
 import importlib
 import importlib.metadata
@@ -61,12 +60,7 @@ def is_known(name: str) -> bool:
 
 
 def find_filter(name: str) -> Filter:
-    """The filter of that Python name or GUI name.
-
-    Raises:
-        UnknownNameError: there is none. `suggestion` is the nearest name of the same kind, `cause` names the plugins that cannot
-            be used and their errors; the message has both.
-    """
+    """The filter of that Python name or GUI name; an `UnknownNameError` has the nearest name and the plugins that failed."""
     registry = _load()
     if name in registry.by_any_name:
         return registry.by_any_name[name]
@@ -123,9 +117,8 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
         try:
             if ENTRY_POINT_GROUP not in (distribution.read_text("entry_points.txt") or ""):
                 continue
-            with contextlib.suppress(FileNotFoundError):  # of the library importlib_metadata, once something has imported it
-                metadata = distribution.metadata
-                place = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - it promises no get() before 3.12
+            metadata = distribution.metadata
+            place = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - it promises no get() before 3.12
             if place not in by_name:  # else it is the same package further down sys.path
                 by_name[place] = sorted(distribution.entry_points.select(group=ENTRY_POINT_GROUP), key=lambda e: e.name)
         except Exception as error:

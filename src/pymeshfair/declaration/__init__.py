@@ -1,9 +1,8 @@
 """The vocabulary in which a filter declares itself: its parameters, the layer that it reads and the edit that it returns.
 
-One frozen `Filter` drives everything that users see of it: the method of `MeshSet`, the checks, the .mlx reader and writer,
-``pymeshfair info``, the documentation and MeshLab's dialog. It mirrors MeshLab's C++ ``FilterPlugin`` member by member.
-The decorator `mesh_filter` makes one of a function with an annotated, keyword-only signature; CONTRIBUTING.md has an example.
-This module imports neither pymeshlab nor any plugin.
+One frozen `Filter`, which mirrors MeshLab's C++ ``FilterPlugin``, drives everything that users see of it: the method of
+`MeshSet`, the checks, scripts, ``pymeshfair info`` and the pages. `mesh_filter` makes one of a function with an annotated,
+keyword-only signature; CONTRIBUTING.md has an example.
 """
 
 from __future__ import annotations
@@ -251,9 +250,7 @@ def mesh_filter(
     parameters whose annotation has none. Parameters that filters share may be the fields of a frozen, keyword-only dataclass,
     annotated alike, with help under ``Attributes:``; the function takes it as one parameter, users see its fields in that place.
     A parameter ``progress`` is not shown to users: the host passes a function that takes the share of the work done, from 0 to 1.
-
-    Raises:
-        DeclarationError: the signature, a default or a bound contradicts itself.
+    Raises `DeclarationError` if the signature, a default or a bound contradicts itself.
     """
 
     def declare(function: Callable[..., Edit]) -> Filter:
@@ -379,8 +376,6 @@ def _contradiction(parameter: Parameter, annotated: Any) -> str:
     if isinstance(parameter, Enum):
         if not parameter.choices or len(set(parameter.choices)) != len(parameter.choices):
             return f"needs choices, each of them once; it has {parameter.choices}"
-        if typing.get_origin(annotated) is Literal and not set(parameter.choices) <= set(typing.get_args(annotated)):
-            return f"offers {parameter.choices}, but its type allows {typing.get_args(annotated)}"
     elif parameter.python_type in _PLAIN_TYPES and annotated in _PLAIN_TYPES and annotated is not parameter.python_type:
         kind = type(parameter).__name__
         return f"is annotated as {annotated.__name__}, but {kind} hands over {parameter.python_type.__name__}"

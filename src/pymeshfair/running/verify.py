@@ -20,7 +20,7 @@ from ..filters.inspection import displacement
 from ..mesh_data import MeshData
 from ..meshlab.facts import table
 from ..processes.environment import versions
-from ..recipe import Recipe, load_recipe, shipped_recipes, superseded_recipes
+from ..recipe import Recipe, load_recipe, shipped_recipes
 from ..scripts.guards import Guards
 from ..scripts.read import parse_script
 from .job import Event, Job
@@ -162,7 +162,7 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
     if entry["file"] is None:
         return recipe, "the recipe was no file, so that there is nothing to compare the one in the provenance with", ""
     file = Path(entry["file"])
-    shipped = load_recipe(name) if name in (*shipped_recipes(), *superseded_recipes()) else None
+    shipped = load_recipe(name) if name in (*shipped_recipes(), *shipped_recipes(superseded=True)) else None
     is_ours = shipped is not None and (file == shipped.script.path or file.parent.name in ("mlx_scripts", "superseded"))
     if not is_ours and not file.is_file():
         return recipe, f"the recipe's file {file} is not there any more", ""

@@ -17,9 +17,8 @@ from .values import check_expressions, parse_value
 def override(script: Script, overrides: Sequence[str]) -> Script:
     """The script with these values put over its own; later ones win.
 
-    Each is written ``NAME=VALUE``, where NAME is a setting of the recipe, or ``STEP.PARAM=VALUE``. STEP is the tag of one step or
-    several, a number, counted from 1, or a filter's Python or MeshLab name, or a part of one that fits a single step. PARAM is a
-    parameter's name in Python or in scripts. How VALUE is written depends on the parameter: see `parse_value`.
+    Each is ``NAME=VALUE``, NAME a setting, or ``STEP.PARAM=VALUE``, STEP the tag of one step or several, a number from 1, or a
+    filter's name or a part of it that fits a single step. How VALUE is written depends on the parameter: see `parse_value`.
     """
     for text in overrides:
         place, equals, value = text.partition("=")

@@ -113,13 +113,9 @@ _PERCENT = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%?")
 class Guards:
     """The limits of a run; None and nothing for those that are not set."""
 
-    #: no vertex of the input that is still there may have moved further. With a unit, such as ``0.05mm``, it must be made one of
-    #: the mesh by `in_mesh_units`.
-    max_displacement: Length | None = None
-    #: percent of the volume before, which must not change by more, up or down; both meshes must be closed
-    max_volume_change: float | None = None
-    #: requirements on the result: of `REQUIREMENTS`, with the number for those that take one, else None
-    require: tuple[tuple[str, int | None], ...] = ()
+    max_displacement: Length | None = None  # no vertex of the input that is still there may have moved further
+    max_volume_change: float | None = None  # percent of the volume before, up or down; both meshes must be closed
+    require: tuple[tuple[str, int | None], ...] = ()  # of `REQUIREMENTS`, with the number for those that take one, else None
     keep_sharp: float | None = None  # percent of the length of the sharp edges near which there must still be one
 
     def __bool__(self) -> bool:

@@ -1,9 +1,8 @@
 """A filter script in memory: filters with checked values, in the order in which they run; and what is wrong with one.
 
-Settings are values of a recipe that have a name, which one place sets for all the steps that use them. A
-``<setting name="detail_size" default="6edge" unit="length" description="..."/>`` stands under ``<FilterScript>``, and each
-``<Param ... setting="detail_size">`` that takes its value says so. MeshLab looks at neither: it runs the values of the steps,
-which are those of the defaults.
+Settings are values with a name, which one place sets for all steps that use them: a ``<setting name= default= unit=
+description=/>`` stands under ``<FilterScript>``, and each ``<Param ... setting="NAME">`` that takes its value says so. MeshLab
+looks at neither: it runs the values of the steps, which are those of the defaults.
 """
 
 from __future__ import annotations
@@ -60,9 +59,7 @@ class Change:
     filter: str  # its name in the old script
     what: str  # the change
     parameter: str | None = None  # its name in the old script; None if the change is not about one
-    #: how the result differs from what the script once did, or from what MeshLab does with it today; empty if the meaning is the
-    #: same
-    meaning: str = ""
+    meaning: str = ""  # how the result differs from what the script once did, or does in MeshLab today; empty if it does not
 
     @property
     def same_meaning(self) -> bool:
@@ -109,13 +106,11 @@ class Step:
     """One filter of a script with the values that the script gives."""
 
     filter: Filter  # the filter that runs
-    #: by Python parameter name, as `Filter.check` returns them: lengths as `Length`, choices as words. Parameters that are absent
-    #: take their default on the mesh that the step meets.
+    #: by Python parameter name, as `Filter.check` returns them; absent ones take their default on the mesh that the step meets
     values: Mapping[str, Any] = field(default_factory=dict)
     line: int | None = field(default=None, compare=False)  # where it begins in its file, counted from 1; None without a file
     tag: str = ""  # a name that the recipe gives to the step, or to several; empty if it gives none
-    #: by Python parameter name, the settings of the recipe that the values come from
-    settings: Mapping[str, str] = field(default_factory=dict)
+    settings: Mapping[str, str] = field(default_factory=dict)  # those that values come from, by Python parameter name
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self.filter.python_name, self.values, self.line, self.tag, self.settings)

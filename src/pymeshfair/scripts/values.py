@@ -1,8 +1,7 @@
 """Values of parameters as texts: in a command line and in settings, and in the attributes of a ``<Param>``.
 
-MeshLab drops what it cannot read, or takes 0 in its place. Here everything that is wrong with a ``<Param>`` is a complaint. Texts
-that muParser evaluates, in the filters "by function" and "by condition", are parsed before anything runs; names of variables are
-not looked at, as custom attributes of the mesh are variables, too.
+MeshLab drops what it cannot read, or takes 0 in its place. Here everything that is wrong with a ``<Param>`` is a complaint, and
+so is a text that MeshLab's muParser cannot evaluate; any variable will do, as custom attributes of the mesh are some.
 """
 
 import contextlib
@@ -53,9 +52,8 @@ _SWITCH = dict.fromkeys(("true", "yes", "on", "1"), True) | dict.fromkeys(("fals
 def parse_value(parameter: Parameter, text: str) -> Any:
     """The value that a text gives to a parameter, as a command line and the settings of a recipe write it.
 
-    "auto" where a number or a length may be automatic. Switches are true or false (also yes, no, on, off, 1, 0); lengths ``1%``,
-    ``0.5edge`` or mesh units; choices their word; points ``1,2,3``; colours ``255,128,0`` or with an opacity; matrices sixteen
-    numbers row by row.
+    Switches are true or false (also yes, no, on, off, 1, 0); lengths ``1%``, ``0.5edge`` or mesh units; choices their word;
+    points ``1,2,3``; colours ``255,128,0`` or with an opacity; matrices sixteen numbers row by row.
     """
     plain = text.strip()
     value: Any = text if isinstance(parameter, String) else plain

@@ -43,10 +43,7 @@ def traps(script: Script) -> Iterator[str]:
 
 
 def lengths_out_of_proportion(script: Script, *, diagonal: float) -> Iterator[str]:
-    """The lengths in mesh units that hardly suit a mesh with that diagonal of its bounding box, one sentence each.
-
-    Nothing is said about the steps after one that scales the mesh.
-    """
+    """The lengths in mesh units that hardly suit a mesh of that diagonal, one sentence each, up to a step that scales it."""
     if not diagonal > 0:
         return
     for index, step in enumerate(script.steps):

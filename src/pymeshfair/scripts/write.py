@@ -34,14 +34,8 @@ def format_script(
     """The text of the .mlx file, ending with a newline.
 
     Every parameter is written, in declared order, except a built-in filter's that is neither given nor known without a mesh (the
-    number of triangles to decimate to, another layer): MeshLab then takes its default on the mesh that the step meets.
-
-    Args:
-        script: the script.
-        diagonal: bounding-box diagonal of the mesh that the absolute values next to ``relative=`` are meant for; pymeshfair
-            reads the relative value, MeshLab the absolute one.
-        mean_edge: mean edge length of that mesh.
-        known_mesh: write default lengths too; without it MeshLab takes its own on the mesh that a step meets.
+    number of triangles to decimate to, another layer), or default lengths without a `known_mesh`: MeshLab then takes its default.
+    `diagonal` and `mean_edge` are of the mesh that the absolute values next to ``relative=`` are meant for, which MeshLab reads.
     """
     text = "".join(f"{line}\n" for line in _lines(script.with_defaults(lengths=known_mesh), diagonal, mean_edge))
     if bad := _UNWRITABLE.search(text):
