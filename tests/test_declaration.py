@@ -394,6 +394,21 @@ def _other_type(layer: Layer, *, times: Annotated[float, Int(label="a", help="b"
     return Edit()
 
 
+def _without_choices(layer: Layer, *, axis: Annotated[str, Enum(label="a", help="b")] = "x") -> Edit:
+    """Does."""
+    return Edit()
+
+
+def _same_name_in_scripts(
+    layer: Layer,
+    *,
+    a: Annotated[int, Int(label="a", help="b")] = 1,
+    b: Annotated[int, Int(label="a", help="b", xml_name="a")] = 1,
+) -> Edit:
+    """Does."""
+    return Edit()
+
+
 @pytest.mark.parametrize(
     ("function", "reason"),
     [

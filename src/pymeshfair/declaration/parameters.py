@@ -44,7 +44,7 @@ def shown(value: Any) -> str:
 class Length:
     """A length in mesh units, in percent of the bounding box's diagonal, in mean edges, or in a unit of `METRES`.
 
-    Written ``"0.3"``, ``"1%"`` and ``"0.5edge"``, which on a point cloud is a mean distance from a point to its nearest neighbour.
+    Written ``"0.3"``, ``"1%"`` and ``"0.5edge"``, on a point cloud a mean distance from a point to its nearest neighbour.
     A limit of a result may be ``"0.05mm"``, a parameter may not.
     """
 
