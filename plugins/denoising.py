@@ -67,19 +67,12 @@ class NormalFilterParameters:
 
 #: the parameters of `filter_face_normals`; the others are those of the vertices
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
-#: the share of the time that a choice takes, if there is one
-CHOOSING = 0.7
+CHOOSING = 0.7  # the share of the time that a choice takes, if there is one
 #: the parameters of normal filtering that are chosen for a mesh
 CHOSEN = frozenset(field.name for field in fields(denoising.AutomaticParameters))
-#: those of what comes before both steps, see `denoised`
-BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")
+BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")  # of what comes before both steps, see `denoised`
 #: triangles below this of `triangle_shapes` are slivers, as 1:10; more than this share of them is worth a word
 SLIVER, MANY_SLIVERS = 0.2, 0.05
-#: the note on a map whose noise neighbours share
-NO_EVIDENCE_AT_BORDER = (
-    "neighbours share the noise, and the filter is chosen by the faces inside: at the border, as at silhouettes, faces may end "
-    "farther from the truth than they were"
-)
 #: the defaults of `normal_filtering`, where neither the caller nor the mesh decides
 _STEPS = inspect.signature(denoising.normal_filtering).parameters
 DEFAULTS: dict[str, Any] = {
@@ -161,7 +154,7 @@ def apply_coord_normal_filtering(
         if made.kind == "clean":
             notes = (NOTHING_TO_REMOVE,)
         elif made.kind == "correlated" and made.setting.rounding == "keep" and border_vertices(layer.faces, len(vertices)).any():
-            notes = (NO_EVIDENCE_AT_BORDER,)
+            notes = ("neighbours share the noise: the filter was chosen by the faces inside, and the border was not judged",)
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
     told = {"drift": _mean_displacement(layer, vertices), "folded_before": before, "folded_after": after}
     return Edit(vertices=vertices, values={**effective, **findings, **told}, notes=(*notes, *_warnings(layer, before, after)))
@@ -249,9 +242,8 @@ def _findings(made: denoising.AutomaticChoice) -> dict[str, Any]:
 
 def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:
     """The families of smoothers by their error at held-out vertices; none of a clean mesh, or where neighbours share noise."""
-    if made.kind != "noisy":
-        return []
-    comparison = compare_smoothers(layer.vertices, layer.faces, setting=made.setting, movable=movable, progress=progress)
+    how: dict[str, Any] = {"setting": made.setting, "movable": movable, "progress": progress}
+    comparison = compare_smoothers(layer.vertices, layer.faces, **how) if made.kind == "noisy" else None
     if comparison is None:
         return []
     rows = reported(comparison, lambda way: {"smoother": way.smoother or "nothing", "amount": way.amount})

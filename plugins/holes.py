@@ -13,12 +13,9 @@ from pymeshfair.filters.topology import non_manifold_edges
 from .moving_vertices import ADDS_ELEMENTS, MOVES_VERTICES, additions
 
 Mark: TypeAlias = Literal["none", "scalar", "color"]
-Islands: TypeAlias = Literal["join", "leave"]
 
-#: red, green, blue, opacity of marked faces
-ORANGE = (1.0, 128 / 255, 0.0, 1.0)
-#: at most so many rims that were closed, and so many that were left open, get a note of their own, the largest first
-MOST_NAMED = 10
+ORANGE = (1.0, 128 / 255, 0.0, 1.0)  # of marked faces
+MOST_NAMED = 10  # rims that were closed, and rims that were left open, that get a note of their own, the largest first
 
 
 @mesh_filter(
@@ -35,7 +32,7 @@ def meshing_close_holes_by_fairing(
     energy: Annotated[HoleEnergy, Enum()] = "thin_plate",
     refine: Annotated[bool, Bool()] = True,
     rounds: Annotated[int, Int(minimum=1, maximum=100, advanced=True)] = 3,
-    islands: Annotated[Islands, Enum()] = "join",
+    islands: Annotated[Literal["join", "leave"], Enum()] = "join",
     selected: Annotated[bool, Bool(label="Holes at the selection only")] = False,
     mark: Annotated[Mark, Enum(label="Mark new faces")] = "none",
     progress: Progress = ignore_progress,

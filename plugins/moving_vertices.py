@@ -21,8 +21,7 @@ MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FA
 ADDS_ELEMENTS = MeshElement.VERTNUMBER | MeshElement.FACENUMBER | MeshElement.VERTFLAGSELECT | MeshElement.FACEFLAGSELECT
 #: declares a filter that smooths a mesh by moving its vertices: `mesh_filter`, whose arguments may be given all the same
 vertex_smoother = partial(mesh_filter, classes=FilterClass.SMOOTHING, requires=MeshElement.FACENUMBER, changes=MOVES_VERTICES)
-#: the note of a filter whose automatic amount is 0
-NOTHING_TO_REMOVE = "there is no noise to remove: the vertices stay where they are"
+NOTHING_TO_REMOVE = "there is no noise to remove: the vertices stay where they are"  # the note on an automatic amount of 0
 #: a filter by how much it smooths: vertices, faces, amount; which vertices are `movable` and the `progress` by name
 Smooth: TypeAlias = Callable[..., Floats]
 Selected: TypeAlias = Annotated[

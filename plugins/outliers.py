@@ -19,8 +19,6 @@ point_selection = partial(
     classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET,
     changes=MeshElement.VERTFLAGSELECT,
 )
-#: so many points at least, where there are more, say what a reconstruction does not reach
-_SOME = 10_000
 
 
 def _selection(selected: Bools, kind: str, scalars: Floats | None = None, **more: float) -> Edit:
@@ -153,7 +151,7 @@ def _left_out(cloud: Floats, of_points: Floats, vertices: Floats, faces: Ints, s
     """Which share of the points, of some thousands, a reconstruction does not reach; nothing where it reaches all."""
     if not len(faces):
         return ()
-    some = slice(None, None, max(1, len(cloud) // _SOME))
+    some = slice(None, None, max(1, len(cloud) // 10_000))
     away = Surface.of(vertices, faces).nearest(cloud[some]).distances / of_points[some]
     share = float((away > spacings).mean())
     note = f"{share:.2%} of the points have no surface within {spacings:g} spacings: a larger depth keeps finer parts"

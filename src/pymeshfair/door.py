@@ -32,10 +32,8 @@ from .scripts.script import Step
 from .write_back.attributes import SAVED_AS, saved_attributes
 from .write_back.workbench import attributes_of, read_array, wedges_of
 
-#: the custom attribute by which elements are known again, from 1; 0 is a new one
-_ID = "pymeshfair_id"
-#: the custom attribute that takes the numbers of textures, which pymeshlab does not tell otherwise
-_TEXTURE = "pymeshfair_texture"
+_ID = "pymeshfair_id"  # the custom attribute by which elements are known again, from 1; 0 is a new one
+_TEXTURE = "pymeshfair_texture"  # the one that takes the numbers of textures, which pymeshlab does not tell otherwise
 #: MeshLab's marks in a property called flags: selected, and edges within a polygon
 _SELECTED, _FAUX = 0x20, (0x40000, 0x80000, 0x100000)
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
