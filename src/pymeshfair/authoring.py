@@ -9,17 +9,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import recipe as named
-from . import registry, scripts
 from .errors import ParameterError
+from .filters.libraries import ImportedWhenUsed
 from .meshset.filter_methods import FilterMethods
-from .scripts import changing, guards, warnings
-from .scripts.script import checked_name
 
 if TYPE_CHECKING:
+    from . import recipe as named
+    from . import registry, scripts
     from .meshset import MeshSet
     from .running.job import Event, RunResult
-    from .scripts import Change, Step
+    from .scripts import Change, Step, changing, guards, warnings
+else:  # importing them takes longer than importing pymeshlab, and a program may only ask for this class
+    named, registry, scripts = (ImportedWhenUsed(f"pymeshfair.{name}") for name in ("recipe", "registry", "scripts"))
+    changing, guards, warnings = (ImportedWhenUsed(f"pymeshfair.scripts.{name}") for name in ("changing", "guards", "warnings"))
 
 
 class Recipe(FilterMethods):
@@ -71,7 +73,7 @@ class Recipe(FilterMethods):
         steps = list(self.script.steps)
         if not -len(steps) <= step < len(steps):
             raise ParameterError(f"there is no step {step}; the recipe has {len(steps)}")
-        steps[step] = replace(steps[step], tag=checked_name(name, "tag"))
+        steps[step] = replace(steps[step], tag=scripts.checked_name(name, "tag"))
         self.script = self.script.with_steps(steps)
 
     def set(self, *texts: str, **settings: object) -> None:
@@ -162,7 +164,7 @@ def run(
     Raises:
         PymeshfairError: the run failed; see `pymeshfair.running.supervise.run_job` for the kinds.
     """
-    from .running import job, supervise  # which takes longer to import than all else here
+    from .running import job, supervise
 
     chosen = recipe if isinstance(recipe, Recipe) else Recipe.load(recipe)
     if settings or set:
