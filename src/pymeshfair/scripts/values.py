@@ -234,11 +234,10 @@ FUNCTIONS = {
     **dict.fromkeys(("min", "max", "sum", "avg"), "n"),
     **{"atan2": "2", "rnd": "0"},
 }
-_MOST_CHARACTERS, _DEEPEST = 10_000, 64  # characters, and parentheses or choices within each other
+_MOST_CHARACTERS, _DEEPEST = 10_000, 64  # and parentheses or choices within each other
 _WORD = re.compile(r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|[A-Za-z_][A-Za-z0-9_]*")
-_SIGNED = r"[+-]?v(?:(?:<=|>=|!=|==|&&|\|\||[-+*/^<>])[+-]?v)*"
-#: what becomes one value, innermost first: a choice, operators between two marks, a call, a parenthesis
-_VALUE = re.compile(rf"v\?v:v|(?<![^(,?:]){_SIGNED}(?![^),?:])|0\(\)|1\(v\)|2\(v,v\)|n\(v(?:,v)*\)|(?<![v)012n])\(v\)")
+_ROW = re.compile(r"[+-]?v(?:(?:<=|>=|!=|==|&&|\|\||[-+*/^<>])[+-]?v)*")  # muParser takes one sign, not two
+_INNERMOST = re.compile(r"([012n]?)\(([^()]*)\)")
 _FILTERS = re.compile(r"_by_function|_by_condition|_new_custom_|_implicit_surface")
 
 
@@ -270,15 +269,30 @@ def evaluates(text: str) -> bool:
     """
     if len(text) > _MOST_CHARACTERS:
         return False
-    plain, before = re.sub(" ?([^ v]) ?", r"\1", " ".join(_WORD.sub(_kind, text).split())), ""
-    for _ in range(_DEEPEST):
-        plain, before = _VALUE.sub("v", plain), plain
-        if plain == before:
+    plain, count = re.sub(" ?([^ v]) ?", r"\1", " ".join(_WORD.sub(_kind, text).split())), 0
+    for _ in range(_DEEPEST + 1):
+        plain, count = _INNERMOST.subn(_called, plain)
+        if not count:
             break
-    return plain == "v"
+    return not count and _is_value(plain)
 
 
 def _kind(word: re.Match[str]) -> str:
     """How many arguments a function takes, if its parenthesis is right behind it; "v" for a number or a variable."""
     called = word.string[word.end() : word.end() + 1] == "("
     return FUNCTIONS.get(word[0], "v") if called else "f" if word[0] in FUNCTIONS else "v"
+
+
+def _called(call: re.Match[str]) -> str:
+    """The value of a function or a parenthesis, or a mark that is none."""
+    values = call[2].split(",") if call[2] else []
+    fits = bool(values) if call[1] == "n" else len(values) == int(call[1] or 1)
+    return "v" if fits and all(map(_is_value, values)) else "!"
+
+
+def _is_value(text: str) -> bool:
+    """Whether a text without parentheses is one value: a row of operators, or choices between such."""
+    text = _ROW.sub("v", text)
+    for _ in range(_DEEPEST):
+        text = text.replace("v?v:v", "v")
+    return text == "v"
