@@ -50,7 +50,8 @@ class NormalFilterParameters:
         space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres. Larger
             smooths larger details.
         neighborhood: Which faces are averaged over: those across the edges, at the vertices, in two or three rings, or within
-            twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'). Larger is slower.
+            twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'). Larger smooths larger
+            details.
         normal_iterations: How often the normals are filtered before the vertices follow. More smooth more.
     """
 
