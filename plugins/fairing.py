@@ -63,11 +63,8 @@ def apply_coord_bilaplacian_smoothing(
 
     def smooth(points: Floats, faces: Ints, size: float, **how: Any) -> Floats:
         notes.clear()
-        how |= {
-            "feature_weights": weights,
-            "border": border,
-            "on_irregular": lambda count: notes.add(moving.irregular_note(count)),
-        }
+        how |= {"feature_weights": weights, "border": border}
+        how["on_irregular"] = lambda count: notes.add(moving.irregular_note(count))
         return fairing.bilaplacian_smoothing(points, faces, detail_size=size, **how)
 
     done = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=part_of(progress, before, 1.0))
@@ -83,10 +80,7 @@ def _feature_weights(layer: Layer, features: Features, angle: float, scalar: flo
     if features == "curvature":
         return fairing.feature_weights(layer.vertices, layer.faces, feature_angle=angle, progress=progress)
     if not (layer.has_vertex_scalars and layer.vertex_scalars.any()):
-        raise FilterInputError(
-            "features='scalar' needs a vertex scalar, and that of the mesh is 0 everywhere: first compute one, such as a "
-            "curvature"
-        )
+        raise FilterInputError("features='scalar' needs a vertex scalar, and that of the mesh is 0 everywhere: first compute one")
     return fairing.scalar_feature_weights(layer.vertex_scalars, half=scalar)
 
 

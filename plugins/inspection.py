@@ -43,10 +43,7 @@ def get_surface_measures(layer: Layer) -> Edit:
 
 @vertex_look(name="Mean Curvature by Laplacian", references=("meyer2003",))
 def compute_scalar_by_mean_curvature_per_vertex(
-    layer: Layer,
-    *,
-    operator: Annotated[inspection.CurvatureOperator, Enum()] = "cotangent",
-    color: Colored = True,
+    layer: Layer, *, operator: Annotated[inspection.CurvatureOperator, Enum()] = "cotangent", color: Colored = True
 ) -> Edit:
     """Gives every vertex its mean curvature: 1/r on a sphere of radius r, positive on bulges and negative in hollows.
 
@@ -61,10 +58,7 @@ def compute_scalar_by_mean_curvature_per_vertex(
 
 @vertex_look(name="Gaussian Curvature by Angle Deficit", references=("meyer2003",))
 def compute_scalar_by_gaussian_curvature_per_vertex(
-    layer: Layer,
-    *,
-    measure: Annotated[inspection.GaussianMeasure, Enum()] = "per_area",
-    color: Colored = True,
+    layer: Layer, *, measure: Annotated[inspection.GaussianMeasure, Enum()] = "per_area", color: Colored = True
 ) -> Edit:
     """Gives every vertex its Gaussian curvature: 1/r^2 on a sphere of radius r, 0 on cylinders and planes, negative on saddles.
 

@@ -15,9 +15,7 @@ from pymeshfair.filters.outliers import cloud_spacings, gaps, local_outlier_prob
 
 #: declares a filter that selects points of a cloud
 point_selection = partial(
-    mesh_filter,
-    classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET,
-    changes=MeshElement.VERTFLAGSELECT,
+    mesh_filter, classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET, changes=MeshElement.VERTFLAGSELECT
 )
 
 
@@ -114,10 +112,7 @@ def compute_selection_by_grid_per_vertex(layer: Layer, *, side: Annotated[float,
     arity=Arity.FIXED,
 )
 def compute_selection_by_distance_from_cloud_per_vertex(
-    layer: Layer,
-    *,
-    reference: Annotated[int, Mesh(label="Cloud")] = 0,
-    spacings: Annotated[float, Float(minimum=0)] = 4.0,
+    layer: Layer, *, reference: Annotated[int, Mesh(label="Cloud")] = 0, spacings: Annotated[float, Float(minimum=0)] = 4.0
 ) -> Edit:
     """Selects the parts of a reconstruction that have no measured points near, such as the balloon of Screened Poisson.
 

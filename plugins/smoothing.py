@@ -20,9 +20,7 @@ from .moving_vertices import Border, Iterations, Selected, movable_vertices, ver
 
 
 @vertex_smoother(
-    name="Implicit Fairing",
-    requires=MeshElement.NONE,
-    references=("desbrun1999", "kazhdan2012", "sharp2020", "tukey1977"),
+    name="Implicit Fairing", requires=MeshElement.NONE, references=("desbrun1999", "kazhdan2012", "sharp2020", "tukey1977")
 )
 def apply_coord_implicit_fairing(
     layer: Layer,
@@ -78,9 +76,7 @@ def apply_coord_implicit_fairing(
 
 
 @vertex_smoother(
-    name="Explicit Smoothing",
-    requires=MeshElement.NONE,
-    references=("taubin1995", "fujiwara1995", "desbrun1999", "sharp2020"),
+    name="Explicit Smoothing", requires=MeshElement.NONE, references=("taubin1995", "fujiwara1995", "desbrun1999", "sharp2020")
 )
 def apply_coord_explicit_smoothing(
     layer: Layer,

@@ -1105,8 +1105,8 @@ class FilterMethods(metaclass=LateMethods):
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
             neighborhood: Which faces are averaged over: those across the edges, at the vertices, in two or three rings, or
-                within twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'). Larger is
-                slower.
+                within twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'). Larger smooths
+                larger details.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
                 number from 1 to 10000, or 'auto'.
             vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow more
@@ -1603,8 +1603,8 @@ class FilterMethods(metaclass=LateMethods):
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
             neighborhood: Which faces are averaged over: those across the edges, at the vertices, in two or three rings, or
-                within twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'). Larger is
-                slower.
+                within twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'). Larger smooths
+                larger details.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
                 number from 1 to 10000, or 'auto'.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
