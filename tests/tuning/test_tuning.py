@@ -18,7 +18,7 @@ from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.running.read import read_mesh
 from pymeshfair.scripts.read import parse_script
 from pymeshfair.scripts.write import format_script
-from pymeshfair.tuning.bench import prepared_scan
+from pymeshfair.tuning.bench import part_of, prepared_scan
 from pymeshfair.tuning.controls import ChoiceError, StepChoices, choices_of, controls, in_mesh_units, saved_comment, script_with
 from pymeshfair.tuning.server import is_allowed
 from tests.meshes import icosphere
@@ -136,11 +136,11 @@ def test_a_large_scan_is_tuned_on_a_part(tmp_path: Path) -> None:
     """The part has about as many vertices as asked for and is the foremost; a small scan is taken whole."""
     vertices, faces = icosphere(4)
     trimesh.Trimesh(vertices + np.array([1e5, 0.0, -1e5]), faces, process=False).export(tmp_path / "scan.stl")
-    whole = prepared_scan(tmp_path / "scan.stl", tmp_path)
+    whole = prepared_scan(tmp_path / "scan.stl")
     assert whole.part is None
-    cut = prepared_scan(tmp_path / "scan.stl", tmp_path, most=1000, part=400)
-    assert cut.part is not None
-    part = read_mesh(cut.part).mesh
+    cut = prepared_scan(tmp_path / "scan.stl", most=1000, part=400)
+    assert cut.part == 400
+    part = part_of(read_mesh(tmp_path / "scan.stl").mesh, cut.part)
     assert 380 <= len(part.vertices) <= 420
     assert part.vertices[:, 2].mean() > -1e5 + 0.7
     assert len(part.faces) > 600

@@ -39,7 +39,7 @@ def tune(
 
     load_recipe(recipe)
     with staging_folder(Path(tempfile.gettempdir()) / "tuning") as folder:
-        subject = Subject(prepared_scan(scan.absolute(), folder), recipe, Path.cwd())
+        subject = Subject(prepared_scan(scan.absolute()), recipe, Path.cwd())
         token = secrets.token_urlsafe(32)  # of 256 bits
         try:
             listening = listening_socket(host, port)

@@ -12,7 +12,6 @@ import logging
 import signal
 import socket
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict, dataclass, replace
@@ -21,7 +20,6 @@ from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from websockets.asyncio import server as websockets
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
@@ -35,9 +33,8 @@ from ..running.job import Event, Job
 from ..running.supervise import run_job
 from ..scripts.script import Script
 from ..scripts.write import write_script
-from .bench import Result, Scan, Stopped, cut_out
+from .bench import Result, Scan, Stopped, Workshop
 from .controls import ChoiceError, choices_of, controls, in_mesh_units, saved_comment, script_with
-from .workshop import Workshop
 
 #: of every answer: browsers keep nothing and tell other sites nothing; a notebook, which has the token, may frame the page
 _HEADERS = (
@@ -117,9 +114,7 @@ def serve(
     `token` is the first part of every path, `folder` for temporary files, and `listening` a `listening_socket` of a host with
     these names. `ready` is called once requests are answered.
     """
-    workshops = {False: Workshop(subject.scan.part or subject.scan.path, folder / "part")}
-    if subject.scan.part is not None:
-        workshops[True] = Workshop(subject.scan.path, folder / "whole")
+    workshop = Workshop(subject.scan, folder)
     scripts = ("viewer.js", "tune.js")
     page = render("tune.html", scripts=scripts, sockets=True, package="pymeshfair.tuning", title=subject.scan.path.name)
     newest: list[Conversation] = []
@@ -138,7 +133,7 @@ def serve(
     async def talk(connection: websockets.ServerConnection) -> None:
         for former in newest:  # the page that was opened last is the one that is served
             await former.end()
-        newest[:] = [Conversation(connection, subject, workshops)]
+        newest[:] = [Conversation(connection, subject, workshop)]
         await newest[0].held()
 
     async def serving() -> None:
@@ -152,8 +147,7 @@ def serve(
                 ready()
                 await server.serve_forever()
         finally:
-            for workshop in workshops.values():
-                await workshop.close()
+            await workshop.close()
 
     for name in this_system().stop_signals:
         if name != "SIGINT":
@@ -169,22 +163,20 @@ def serve(
 class Conversation:
     """One page."""
 
-    def __init__(self, connection: websockets.ServerConnection, subject: Subject, workshops: dict[bool, Workshop]) -> None:
-        """There is a workshop for the scan, and one for the whole of a large one."""
+    def __init__(self, connection: websockets.ServerConnection, subject: Subject, workshop: Workshop) -> None:
         self._connection = connection
         self._subject = subject
-        self._workshops = workshops
+        self._workshop = workshop
         self._recipes: dict[str, Recipe] = {}
         self._number = 0
         self._sending = asyncio.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
         self._finish_stopped = threading.Event()  # stops a run of the file into a file at its next sign of life
-        self._opened: set[bool] = set()
         self._replaced = False
 
     async def held(self) -> None:
         """Answer the page until it is closed."""
-        works = (self.welcome, self.recipe, self.run, self.stop, self.save, self.finish, self.overview, self.part)
+        works = (self.welcome, self.recipe, self.run, self.stop, self.save, self.finish)
         answers = {work.__name__: work for work in works}
         order: Any = {"do": "welcome"}
         try:
@@ -218,11 +210,9 @@ class Conversation:
     async def welcome(self, order: Mapping[str, Any]) -> None:
         """Tell what there is."""
         scan = self._subject.scan
-        titles = {self._subject.recipe: Path(self._subject.recipe).name}
-        titles = {
-            **({} if self._subject.recipe in shipped_recipes() else titles),
-            **{h.name: h.info.title for h in shipped_heads()},
-        }
+        recipes = [{"name": head.name, "title": head.info.title} for head in shipped_heads()]
+        if self._subject.recipe not in shipped_recipes():
+            recipes.insert(0, {"name": self._subject.recipe, "title": Path(self._subject.recipe).name})
         await self._tell(
             "welcome",
             scan=scan.path.name,
@@ -230,39 +220,13 @@ class Conversation:
             has_part=scan.part is not None,
             diagonal=scan.diagonal,
             mean_edge=scan.mean_edge,
-            recipes=[{"name": name, "title": title} for name, title in titles.items()],
-            chosen=self._subject.recipe,
+            recipes=recipes,
             folder=str(self._subject.folder),
             warnings=list(scan.warnings),
         )
         await self.recipe({"recipe": self._subject.recipe})
-        await self._open(False)
-
-    async def _open(self, whole: bool) -> None:
-        """Show the scan, or the whole of it."""
-        await self._tell("opening", whole=whole)
-        opening, scene = await self._workshops[whole].open()
-        self._opened.add(whole)
-        await self._tell("scan", scene, whole=whole, **opening)
-
-    async def overview(self, order: Mapping[str, Any]) -> None:
-        """Show the whole of a large scan, so that a part of it can be chosen."""
-        await self.stop(order)
-        await self._open(True)
-
-    async def part(self, order: Mapping[str, Any]) -> None:
-        """Take another part of a large scan."""
-        x, y, z = map(float, order["place"])
-        radius = None if order.get("radius") is None else float(order["radius"])
-        scan = self._subject.scan
-        if scan.part is None or not np.isfinite([x, y, z, radius or 0.0]).all():
-            raise ParameterError("this scan has no such part")
-        await self.stop(order)
-        part = Path(tempfile.mkdtemp(prefix="part-", dir=scan.part.parent)) / "part.ply"
-        await asyncio.to_thread(cut_out, scan.path, part, (x, y, z), radius)
-        await self._workshops[False].close()
-        self._workshops[False] = Workshop(part, part.with_suffix(""))
-        await self._open(False)
+        opening, scene = await self._workshop.open()
+        await self._tell("scan", scene, **opening)
 
     async def recipe(self, order: Mapping[str, Any]) -> None:
         """Show a recipe."""
@@ -275,28 +239,21 @@ class Conversation:
     async def run(self, order: Mapping[str, Any]) -> None:
         """Run the recipe with these settings; the result comes later."""
         _, script = self._asked(order)
-        whole = order.get("whole") is True and True in self._workshops
-        for other, workshop in self._workshops.items():
-            if other != whole:
-                await workshop.stop()
-        if whole not in self._opened:
-            await self._open(whole)
         scan = self._subject.scan
-        if scan.part is not None and not whole:
+        if scan.part is not None:
             script = in_mesh_units(script, scan.diagonal, scan.mean_edge)
         self._number += 1
         about: dict[str, Any] = {"run": self._number, "asked": order.get("asked")}
         await self._tell("begun", **about)
-        workshop = self._workshops[whole]
-        running = await workshop.begin(script, self._telling(self._number))
-        self._keep(self._told(workshop, running, about))
+        running = await self._workshop.begin(script, self._telling(self._number))
+        self._keep(self._told(running, about))
 
-    async def _told(self, workshop: Workshop, running: asyncio.Task[Result], about: Mapping[str, Any]) -> None:
+    async def _told(self, running: asyncio.Task[Result], about: Mapping[str, Any]) -> None:
         """The mesh, and when they are there its numbers."""
         try:
             numbers, scene = await asyncio.shield(running)
             await self._tell("result", scene, **about, **numbers)
-            if (measuring := await workshop.measure(running)) is not None:
+            if (measuring := await self._workshop.measure(running)) is not None:
                 numbers, scene = await asyncio.shield(measuring)
                 await self._tell("numbers", scene, **about, **numbers)
         except (asyncio.CancelledError, Stopped) as error:
@@ -308,8 +265,7 @@ class Conversation:
     async def stop(self, order: Mapping[str, Any]) -> None:
         """Stop what runs."""
         self._finish_stopped.set()
-        for workshop in self._workshops.values():
-            await workshop.stop()
+        await self._workshop.stop()
 
     async def save(self, order: Mapping[str, Any]) -> None:
         """Write the recipe."""
