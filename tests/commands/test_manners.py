@@ -83,10 +83,6 @@ def test_a_run_and_a_batch_read_standard_input_and_a_comparison_prints_its_table
     assert all(row.count(",") == rows[0].count(",") for row in rows)
 
 
-OPTIONS = '[tool.pymeshfair]\nunit = "mm"\n\n[tool.pymeshfair.run]\nmax-displacement = "1um"\n'
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("columns", [None, 50])
 def test_tables_fit(columns: int | None, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """A table has at most 100 columns in a pipe, or as many as the terminal, however long its cells are."""

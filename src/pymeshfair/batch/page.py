@@ -95,14 +95,13 @@ def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
     assert record is not None
     change = record["measures"]["change"] or {}
     page = comparison_page(
-        Compared(before, after, comparison, distances, {}),
+        Compared(before, after, comparison, distances),
         title=f"{meshes[0].path.name}: {record['recipe']['name']}",
         subtitle=f"The recipe {record['recipe']['name']} on {meshes[0].path.name}, written to {output.name}.",
         numbers={"change": change, "comparison": plain(asdict(comparison))},
         verdict=verdict_of(comparison, change, record["measures"]["unit"]),
         unit=record["measures"]["unit"],
         warnings=record["warnings"],
-        left_out=["No spectrum: `pymeshfair spectrum` tells it."],
         run=record,
         provenance=json.dumps(record, indent=2, ensure_ascii=False),
     )

@@ -94,18 +94,16 @@ def compare(
         else:
             write_file(deviations, content, overwrite=overwrite)
     if report is not None:
-        from ..report.comparison_page import comparison_page
-        from .reports import page_numbers, with_spectra
+        from ..report.comparison_page import Compared, comparison_page
+        from .reports import page_numbers
 
-        compared, left_out = with_spectra(first, second, comparison, distances)
         page = comparison_page(
-            compared,
+            Compared(first, second, comparison, distances),
             title=f"{before.name} and {after.name}",
             subtitle="What lies between two meshes.",
             numbers=page_numbers(numbers),
             up=up,
             warnings=warnings,
-            left_out=left_out,
             limits=ends,
             planes=planes,
             unit=unit,

@@ -6,6 +6,7 @@ import contextlib
 import importlib.util
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -87,10 +88,10 @@ def run(
 
             carry_out(job, lambda show: run_by_tiles(job, show, scheduler=scheduler, resume=resume), json=json)
         elif report is not None:
-            from .reports import reporting
+            from .reports import staged_report
 
-            with reporting(job, report, up) as page:
-                carry_out(job, lambda show: run_job(job, show, workers=workers, also=page), json=json, report=report)
+            page = partial(staged_report, job, report, up)
+            carry_out(job, lambda show: run_job(job, show, workers=workers, also=page), json=json, report=report)
         else:
             carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)
 

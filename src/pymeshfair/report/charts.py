@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,7 +94,7 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
         summary=f"Half of the numbers lie below: {medians} ({across}).",
         across=across,
         upwards="percent",
-        lines={name: _steps(edges, share, (low, high), (0.0, most), floor=True) for name, share in shares.items()},
+        lines={name: _steps(edges, share, (low, high), (0.0, most)) for name, share in shares.items()},
         ticks_across=[(_across(x, low, high), f"{x:.4g}") for x in round_numbers(low, high, 6)],
         ticks_upwards=[(_upwards(y, 0.0, most), f"{y:.4g}") for y in round_numbers(0.0, most, 4)],
         headers=(across, *(f"{name}, %" for name in shares)),
@@ -102,43 +102,6 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
             (f"{a:.4g} to {b:.4g}", *(f"{share:.2f}" for share in bar))
             for a, b, *bar in zip(edges[:-1], edges[1:], *shares.values(), strict=True)
         ),
-    )
-
-
-def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]], unit: str) -> Chart | None:
-    """Root mean square heights of waves against their length, both axes logarithmic; None if there are no bands."""
-    bands = {}
-    for name, spectrum in spectra.items():
-        energies = np.asarray(spectrum["band_energies"], dtype=np.float64)
-        if (energies > 0.0).any():
-            with np.errstate(divide="ignore"):
-                bands[name] = (
-                    2.0 * math.pi / np.asarray(spectrum["band_edges"], dtype=np.float64),
-                    np.sqrt(np.maximum(energies, 0.0)),
-                )
-    if not bands:
-        return None
-    every = np.log10(np.concatenate([lengths for lengths, _ in bands.values()]))
-    positive = np.log10(np.concatenate([heights[heights > 0.0] for _, heights in bands.values()]))
-    # Long waves on the left, as a spectrum of frequencies has them.
-    left, right = float(every.max()), float(every.min())
-    low, high = float(max(positive.min(), positive.max() - 7.0)) - 0.1, float(positive.max()) + 0.1
-    lines, rows = {}, []
-    for name, (lengths, heights) in bands.items():
-        # The line has a gap where the energy of a band could not be distinguished from 0.
-        shown = np.log10(np.where(heights > 10.0**low, heights, np.nan))
-        lines[name] = _steps(np.log10(lengths), shown, (left, right), (low, high))
-        rows += [(name, f"{b:.4g} to {a:.4g}", f"{h:.4g}") for a, b, h in zip(lengths[:-1], lengths[1:], heights, strict=True)]
-    return Chart(
-        title="Spectrum: how high are waves of which length",
-        summary="Where both lines are the same nothing was changed; noise is what stays high at short waves, on the right.",
-        across=f"wavelength ({unit})",
-        upwards=f"height ({unit})",
-        lines=lines,
-        ticks_across=[(_across(math.log10(x), left, right), f"{x:.4g}") for x in _powers(right, left)],
-        ticks_upwards=[(_upwards(math.log10(y), low, high), f"{y:.3g}") for y in _powers(low, high)],
-        headers=("mesh", f"wavelength ({unit})", f"height ({unit})"),
-        rows=tuple(rows),
     )
 
 
@@ -151,15 +114,6 @@ def round_numbers(low: float, high: float, count: int) -> list[float]:
     return [k * step for k in range(first, last + 1)]
 
 
-def _powers(low: float, high: float) -> list[float]:
-    """Powers of ten between two exponents; with 2 and 5 times them if there are few."""
-    first, last = math.floor(low), math.ceil(high)
-    whole = [10.0**k for k in range(first, last + 1) if low <= k <= high]
-    if len(whole) >= 3:
-        return whole[:: math.ceil(len(whole) / 6)]
-    return [s * 10.0**k for k in range(first, last + 1) for s in (1, 2, 5) if low <= math.log10(s * 10.0**k) <= high]
-
-
 def _across(x: float, low: float, high: float) -> float:
     return round(_LEFT + (_RIGHT - _LEFT) * (x - low) / (high - low), 1)
 
@@ -168,17 +122,12 @@ def _upwards(y: float, low: float, high: float) -> float:
     return round(_BOTTOM - (_BOTTOM - _TOP) * (y - low) / (high - low), 1)
 
 
-def _steps(
-    edges: Floats, values: Floats, across: tuple[float, float], upwards: tuple[float, float], *, floor: bool = False
-) -> str:
-    """The path along the tops of bars, with gaps where there is no number; with `floor` it begins and ends at the bottom."""
+def _steps(edges: Floats, values: Floats, across: tuple[float, float], upwards: tuple[float, float]) -> str:
+    """The path along the tops of bars, which begins and ends at the bottom."""
     places = [_across(x, *across) for x in edges.tolist()]
-    path, joined = "", False
-    for left, right, y in zip(places[:-1], places[1:], values.tolist(), strict=True):
-        if not math.isnan(y):
-            path += f"{'L' if joined else 'M'}{left:g} {_upwards(y, *upwards):g}H{right:g}"
-        joined = not math.isnan(y)
-    return f"M{places[0]:g} {_BOTTOM:g}L{path[1:]}L{places[-1]:g} {_BOTTOM:g}" if floor else path
+    tops = zip(places[:-1], places[1:], values.tolist(), strict=True)
+    path = "".join(f"L{left:g} {_upwards(y, *upwards):g}H{right:g}" for left, right, y in tops)
+    return f"M{places[0]:g} {_BOTTOM:g}{path}L{places[-1]:g} {_BOTTOM:g}"
 
 
 #: of a section in its own units; a page scales it

@@ -27,7 +27,7 @@ from ..looking.words import (
 )
 from ..mesh_data import MeshData
 from ..running.report import steps_of
-from .charts import Chart, Plane, histogram, section_chart, spectrum_chart
+from .charts import Chart, Plane, histogram, section_chart
 from .page import Figure, figure_of, render
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 
@@ -56,8 +56,6 @@ class Compared:
     after: MeshState  # the second
     comparison: Comparison  # by `pymeshfair.looking.comparison.compare`
     distances: Distances  # between the surfaces, place by place
-    #: by "before" and "after", the values of the filter ``get_surface_spectrum``; empty without it
-    spectra: Mapping[str, Mapping[str, Any]]
 
     @property
     def meshes(self) -> dict[str, MeshData]:
@@ -79,7 +77,6 @@ def comparison_page(
     verdict: Verdict | None = None,
     markers: Sequence[Marker] = (),
     warnings: Sequence[str] = (),
-    left_out: Sequence[str] = (),
     run: Mapping[str, Any] | None = None,
     provenance: str = "",
     up: str = "y",
@@ -89,10 +86,9 @@ def comparison_page(
 ) -> bytes:
     """The report as the bytes of an HTML file.
 
-    `numbers` is the document that the command prints with ``--json``, in terms of JSON; `left_out` are the parts that the page
-    does not show, and why. After a run `run` is its record, and `provenance` the text of that. By default the verdict is that of
-    the comparison, the markers are at the areas out of tolerance or at the largest distance, and the colours end at those of the
-    distances.
+    `numbers` is the document that the command prints with ``--json``, in terms of JSON. After a run `run` is its record, and
+    `provenance` the text of that. By default the verdict is that of the comparison, the markers are at the areas out of tolerance
+    or at the largest distance, and the colours end at those of the distances.
     """
     comparison = compared.comparison
     least = 1.5 * compared.tolerance  # so that the tolerance lies well within the colour bar
@@ -115,7 +111,7 @@ def comparison_page(
         measure_rows=measure_rows({"before": comparison.before, "after": comparison.after}, unit),
         sections=[c for plane in planes if (c := section_chart(compared.meshes.values(), plane, unit)) is not None],
         charts=_charts(compared, ends, curvatures, unit or "mesh units"),
-        left_out=left_out,
+        unsought=compared.before.self_intersecting is None and compared.after.self_intersecting is None,
         warnings=warnings,
         run=run,
         steps=steps_of(run) if run else (),
@@ -229,5 +225,4 @@ def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], 
         del edges  # six lengths for every vertex of either mesh
         shapes = {name: triangle_shapes(mesh.vertices, mesh.faces) for name, mesh in meshes.items()}
         charts.append(histogram("Shape of triangles", "1: equilateral, 0: degenerate", shapes, *Limits(0.0, 1.0)))
-    charts.append(spectrum_chart(compared.spectra, unit))
     return [chart for chart in charts if chart is not None]
