@@ -10,7 +10,7 @@ from typer import Argument, Option
 
 from ..looking.words import area_table, comparison_lines, distance_table, verdict_text
 from . import options
-from .streams import STANDARD, check_text, print_document, print_lines, save_text, say, warn
+from .streams import STANDARD, check_text, plain, print_document, print_lines, save_text, say, warn
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
@@ -95,13 +95,12 @@ def compare(
             write_file(deviations, content, overwrite=overwrite)
     if report is not None:
         from ..report.comparison_page import Compared, comparison_page
-        from .reports import page_numbers
 
         page = comparison_page(
             Compared(first, second, comparison, distances),
             title=f"{before.name} and {after.name}",
             subtitle="What lies between two meshes.",
-            numbers=page_numbers(numbers),
+            numbers=plain({**numbers, "files": {"before": before.name, "after": after.name}}),
             up=up,
             warnings=warnings,
             limits=ends,

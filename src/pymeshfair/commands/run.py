@@ -20,6 +20,7 @@ from .streams import Talk, complain, print_document, print_lines, printable, say
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from ..files.writing import StagedFile
     from ..running.job import Event, Job, RunResult
 
 
@@ -88,12 +89,25 @@ def run(
 
             carry_out(job, lambda show: run_by_tiles(job, show, scheduler=scheduler, resume=resume), json=json)
         elif report is not None:
-            from .reports import staged_report
-
-            page = partial(staged_report, job, report, up)
+            page = partial(_staged_report, job, report, up)
             carry_out(job, lambda show: run_job(job, show, workers=workers, also=page), json=json, report=report)
         else:
             carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)
+
+
+def _staged_report(job: Job, path: Path, up: str, result: RunResult) -> list[StagedFile]:
+    """The report of a run whose result is staged, to appear with its output."""
+    from json import loads
+
+    from ..files.writing import check_target, stage_file
+    from ..report.comparison_page import run_page
+    from ..running.read import read_mesh
+
+    before = read_mesh(job.input, self_intersections=None, allow_outside=job.allow_outside, unchecked=job.unchecked)
+    after = read_mesh(result.output, self_intersections=None)
+    page = run_page(loads(result.provenance.read_text("utf-8", "surrogateescape")), before, after, up=up)
+    check_target(path, options.PAGES, overwrite=job.overwrite)
+    return [stage_file(result.output.with_name("report.html"), path.absolute(), page)]
 
 
 def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *, json: bool, report: Path | None = None) -> None:

@@ -2,9 +2,10 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timezone
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,19 +15,21 @@ from ..declaration import Floats
 from ..filters.geometry import edge_lengths, vector_lengths
 from ..filters.inspection import Limits, mean_curvature, robust_limits, symmetric_limits, triangle_shapes
 from ..looking.coloring import COLORINGS, Numbers, in_unit, same_elements
-from ..looking.comparison import Comparison, Distances, MeshState
+from ..looking.comparison import Comparison, Distances, MeshState, compare, state_of
 from ..looking.picture import BAR_STRIP, VIEWS, Appearance, draw_color_bar, draw_meshes
 from ..looking.words import (
     area_table,
     became_text,
     change_lines,
     comparison_lines,
+    counted,
     distance_table,
     measure_rows,
     verdict_text,
 )
 from ..mesh_data import MeshData
-from ..running.report import steps_of
+from ..running.read import ReadMesh
+from ..running.report import plain, steps_of
 from .charts import Chart, Plane, histogram, section_chart
 from .page import Figure, figure_of, render
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
@@ -133,6 +136,51 @@ def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, 
     if comparison.passed is not None:
         return Verdict("good" if comparison.passed else "bad", text, lines)
     return Verdict("good" if comparison.same_surface else "warn" if flipped else "info", text, lines)
+
+
+def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up: str = "y") -> bytes:
+    """The report of a run as the bytes of an HTML file, from its provenance document, and from the meshes of its files."""
+    before, after = state_of(input), state_of(output)
+    comparison, distances = compare(before, after)
+    comparison = replace(comparison, displacement=None)  # the run said that, before the file rounded coordinates
+    change, unit = record["measures"]["change"] or {}, record["measures"]["unit"]
+    paths = {"before": Path(record["input"]["path"]), "after": Path(record["output"]["path"])}
+    names = {key: path.name for key, path in paths.items()}
+    provenance = json.dumps(record, indent=2, ensure_ascii=False)
+    for folder in (*(path.parent for path in paths.values()), Path.cwd()):
+        # The folders of this machine say nothing to those who get the page.
+        provenance = provenance.replace(f"{json.dumps(str(folder), ensure_ascii=False)[1:-1]}/", "")
+    return comparison_page(
+        Compared(before, after, comparison, distances),
+        title=f"{names['before']}: {record['recipe']['name']}",
+        subtitle=f"The recipe {record['recipe']['name']} on {names['before']}, written to {names['after']}.",
+        numbers={"files": names, "change": change, "comparison": plain(asdict(comparison))},
+        up=up,
+        unit=unit,
+        warnings=record["warnings"],
+        verdict=_verdict_of_run(record, verdict_of(comparison, change, unit)),
+        markers=[
+            Marker(b["place"], f"{b['guard']}, vertex {b['vertex']}")
+            for b in record.get("guards", {}).get("breaches", ())
+            if b["place"]
+        ],
+        run=record,
+        provenance=provenance,
+    )
+
+
+def _verdict_of_run(record: Mapping[str, Any], moved: Verdict) -> Verdict:
+    guards = record.get("guards", {})
+    steps = f"{counted(len(record['steps']), 'step')} in {record['run']['seconds']:.1f} s."
+    lines = (moved.text, *moved.lines, steps)
+    if breaches := guards.get("breaches"):
+        count = "a limit" if len(breaches) == 1 else f"{len(breaches)} limits"
+        text = f"The run went beyond {count}; the output was written all the same."
+        return Verdict("bad", text, (*(f"{breach['guard']}: {breach['message']}." for breach in breaches), *lines))
+    if limits := guards.get("limits"):
+        kept = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in limits.items())
+        return Verdict("good", f"Done, and every limit was kept: {kept}.", lines)
+    return Verdict(moved.kind, moved.text, (*moved.lines, f"{steps} No limits were set."))
 
 
 def _markers(comparison: Comparison, unit: str | None) -> list[Marker]:
