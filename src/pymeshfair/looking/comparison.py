@@ -33,7 +33,6 @@ from ..filters.mesh import bounding_box, scaled_to_unit
 from ..filters.topology import boundary_loops, connected_components
 from ..mesh_data import MeshData
 from ..running.read import ReadMesh
-from .coloring import same_elements
 
 #: vertices of a mesh beyond which a quarter of it gives the same noise, in a quarter of the time and memory
 MOST_OF_NOISE = 100_000
@@ -192,6 +191,11 @@ class Comparison:
 
 #: of `Deviation`, what the distances have by the same names
 _LENGTHS = ("mean", "mean_size", "rms", "standard_deviation", "mean_error", "mean_size_error", "rms_error")
+
+
+def same_elements(first: MeshData, second: MeshData) -> bool:
+    """Whether both have as many vertices and the same faces, so that vertices of the same number are the same."""
+    return len(first.vertices) == len(second.vertices) and np.array_equal(first.faces, second.faces)
 
 
 class Distances(NamedTuple):

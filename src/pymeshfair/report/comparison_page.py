@@ -14,9 +14,8 @@ from PIL import Image
 from ..declaration import Floats
 from ..filters.geometry import edge_lengths, vector_lengths
 from ..filters.inspection import Limits, mean_curvature, robust_limits, symmetric_limits, triangle_shapes
-from ..looking.coloring import COLORINGS, Numbers, in_unit, same_elements
-from ..looking.comparison import Comparison, Distances, MeshState, compare, state_of
-from ..looking.picture import BAR_STRIP, VIEWS, Appearance, draw_color_bar, draw_meshes
+from ..looking.comparison import Comparison, Distances, MeshState, compare, same_elements, state_of
+from ..looking.picture import BAR_STRIP, COLORINGS, VIEWS, Appearance, Numbers, draw_color_bar, draw_meshes, in_unit
 from ..looking.words import (
     area_table,
     became_text,

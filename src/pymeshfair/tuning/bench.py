@@ -20,8 +20,7 @@ from ..declaration.units import unit_of_scan
 from ..errors import PymeshfairError, RunError
 from ..filters.geometry import vector_lengths
 from ..filters.inspection import mean_curvature, symmetric_limits
-from ..looking.coloring import same_elements
-from ..looking.comparison import compare, state_of
+from ..looking.comparison import compare, same_elements, state_of
 from ..looking.words import comparison_lines, distance_table, measure_rows
 from ..mesh_data import MeshData
 from ..operating_system import this_system
