@@ -286,13 +286,14 @@ def test_the_saved_recipe_gives_the_bytes_of_the_page(tuning: Any, served: Serve
 
 #: serves a scan as one that is large, so that it is tuned on a part
 LARGE = """
+import socket
 import sys
 from pathlib import Path
 from pymeshfair.tuning.bench import prepared_scan
-from pymeshfair.tuning.server import Subject, listening_socket, serve
+from pymeshfair.tuning.server import Subject, serve
 folder = Path(sys.argv[2])
 scan = prepared_scan(Path(sys.argv[1]), most=1000, part=400)
-listening = listening_socket("127.0.0.1", 0)
+listening = socket.create_server(("127.0.0.1", 0))
 address = f"http://127.0.0.1:{listening.getsockname()[1]}/token/"
 subject = Subject(scan, "smooth_taubin", folder)
 serve(subject, "token", folder, listening, ready=lambda: print(address, flush=True))

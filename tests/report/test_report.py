@@ -18,7 +18,7 @@ import trimesh
 from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.inspection import Limits
 from pymeshfair.mesh_data import MeshData
-from pymeshfair.report.charts import histogram, round_numbers
+from pymeshfair.report.page import histogram, round_numbers
 from pymeshfair.report.scene import Marker, Scene, pack_scene, shown_mesh
 from tests.commands.command_line import COMMAND, invoke
 from tests.meshes import icosphere, torus

@@ -57,7 +57,7 @@ def compare(
 
     planes = []
     if section:
-        from ..report.charts import Plane  # which loads a library of pictures
+        from ..report.page import Plane  # which loads a library of pictures
 
         planes = [Plane.parse(text) for text in section]
     if planes and report is None:

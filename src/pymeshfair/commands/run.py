@@ -190,13 +190,9 @@ def sample_scan() -> Path:
     from ..files.errors import InputError
 
     spec = importlib.util.find_spec("pymeshlab")
-    if spec is None or spec.origin is None:
-        raise InputError(_SCAN, "pymeshlab is not installed; `python -m pip install pymeshlab` installs it with this scan")
-    scan = Path(spec.origin).parent / _SCAN
+    scan = Path(spec.origin).parent / _SCAN if spec and spec.origin else _SCAN
     if not scan.is_file():
-        raise InputError(
-            scan, "this pymeshlab came without its samples; the wheels of pymeshlab 2025.7 and later on PyPI have them"
-        )
+        raise InputError(_SCAN, "it comes with the wheels of pymeshlab 2025.7 and later; `python -m pip install pymeshlab`")
     return scan
 
 

@@ -36,13 +36,16 @@ def spectrum(
     from ..errors import require_extra
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
+    from ..running.read import reported_values
+    from .display import progress
 
     if output is not None:
         require_extra("plot", "matplotlib")
         check_target(output, PICTURES, overwrite=overwrite)
-    shown = {"before": _measured(mesh, modes, timeout)}
-    if after is not None:
-        shown["after"] = _measured(after, modes, timeout)
+    paths = {"before": mesh} | ({} if after is None else {"after": after})
+    options: dict[str, Any] = {"values": {"modes": modes}, "timeout": timeout}
+    with progress() as show:
+        shown = {name: reported_values(path, "get_surface_spectrum", **options, on_event=show) for name, path in paths.items()}
     if output is not None:
         write_file(output, draw_spectra(shown, extension(output)), overwrite=overwrite)
     if json:
@@ -51,15 +54,6 @@ def spectrum(
     _print(shown)
     if output is not None:
         say(f"{output}: written", err=True)
-
-
-def _measured(mesh: Path, modes: int, timeout: float | None) -> dict[str, Any]:
-    """The spectrum of a mesh file, with the progress of the process that measures it."""
-    from ..running.read import reported_values
-    from .display import progress
-
-    with progress() as show:
-        return reported_values(mesh, "get_surface_spectrum", {"modes": modes}, timeout=timeout, on_event=show)
 
 
 def _print(spectra: Mapping[str, Mapping[str, Any]]) -> None:

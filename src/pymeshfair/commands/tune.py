@@ -26,6 +26,7 @@ def tune(
     the working folder. Ctrl-C ends it.
     """
     import secrets
+    import socket
     import tempfile
     import webbrowser
 
@@ -35,14 +36,15 @@ def tune(
     from ..files.writing import staging_folder
     from ..recipe import load_recipe
     from ..tuning.bench import prepared_scan
-    from ..tuning.server import Subject, listening_socket, redirecting_file, serve
+    from ..tuning.server import Subject, redirecting_file, serve
 
     load_recipe(recipe)
     with staging_folder(Path(tempfile.gettempdir()) / "tuning") as folder:
         subject = Subject(prepared_scan(scan.absolute()), recipe, Path.cwd())
         token = secrets.token_urlsafe(32)  # of 256 bits
         try:
-            listening = listening_socket(host, port)
+            family = socket.AF_INET6 if ":" in host else socket.AF_INET
+            listening = socket.create_server((host, port), family=family)
         except OSError as error:
             raise PymeshfairError(f"cannot listen on {host}, port {port}: {error.strerror or error}") from error
         name = f"[{host}]" if ":" in host else host

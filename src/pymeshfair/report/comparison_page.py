@@ -29,8 +29,7 @@ from ..looking.words import (
 from ..mesh_data import MeshData
 from ..running.read import ReadMesh
 from ..running.report import plain, steps_of
-from .charts import Chart, Plane, histogram, section_chart
-from .page import Figure, figure_of, render
+from .page import Chart, Figure, Plane, figure_of, histogram, render, section_chart
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 
 #: pixels of a picture of a whole mesh, and of one of the views of the distances

@@ -36,7 +36,7 @@ from ..scripts.write import write_script
 from .bench import Result, Scan, Stopped, Workshop
 from .controls import ChoiceError, choices_of, controls, in_mesh_units, saved_comment, script_with
 
-#: of every answer: browsers keep nothing and tell other sites nothing; a notebook, which has the token, may frame the page
+#: of every answer: browsers keep nothing and tell other sites nothing
 _HEADERS = (
     ("Cache-Control", "no-store"),
     ("Referrer-Policy", "no-referrer"),
@@ -95,11 +95,6 @@ def _response(status: HTTPStatus, kind: str, body: bytes) -> Response:
     return Response(status.value, status.phrase, headers, body)
 
 
-def listening_socket(host: str, port: int) -> socket.socket:
-    """A socket of this machine's; port 0 takes one that is free."""
-    return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
-
-
 def serve(
     subject: Subject,
     token: str,
@@ -111,12 +106,11 @@ def serve(
 ) -> None:
     """Answer requests until Ctrl-C, or until the process is asked to end, which is done in order.
 
-    `token` is the first part of every path, `folder` for temporary files, and `listening` a `listening_socket` of a host with
-    these names. `ready` is called once requests are answered.
+    `token` is the first part of every path, `folder` for temporary files, and `listening` a socket of a host with these names.
+    `ready` is called once requests are answered.
     """
     workshop = Workshop(subject.scan, folder)
-    scripts = ("viewer.js", "tune.js")
-    page = render("tune.html", scripts=scripts, sockets=True, package="pymeshfair.tuning", title=subject.scan.path.name)
+    page = render("tune.html", scripts=("viewer.js", "tune.js"), sockets=True, title=subject.scan.path.name)
     newest: list[Conversation] = []
 
     def answered(connection: websockets.ServerConnection, request: Request) -> Response | None:
