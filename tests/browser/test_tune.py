@@ -290,13 +290,12 @@ import socket
 import sys
 from pathlib import Path
 from pymeshfair.tuning.bench import prepared_scan
-from pymeshfair.tuning.server import Subject, serve
+from pymeshfair.tuning.server import serve
 folder = Path(sys.argv[2])
 scan = prepared_scan(Path(sys.argv[1]), most=1000, part=400)
 listening = socket.create_server(("127.0.0.1", 0))
 address = f"http://127.0.0.1:{listening.getsockname()[1]}/token/"
-subject = Subject(scan, "smooth_taubin", folder)
-serve(subject, "token", folder, listening, ready=lambda: print(address, flush=True))
+serve(scan, "smooth_taubin", "token", folder, listening, ready=lambda: print(address, flush=True))
 """
 
 

@@ -192,7 +192,8 @@ def sample_scan() -> Path:
     spec = importlib.util.find_spec("pymeshlab")
     scan = Path(spec.origin).parent / _SCAN if spec and spec.origin else _SCAN
     if not scan.is_file():
-        raise InputError(_SCAN, "it comes with the wheels of pymeshlab 2025.7 and later; `python -m pip install pymeshlab`")
+        words = "this pymeshlab came without its samples; the wheels of pymeshlab 2025.7 and later on PyPI have them"
+        raise InputError(scan, words)
     return scan
 
 

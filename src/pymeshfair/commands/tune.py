@@ -36,11 +36,11 @@ def tune(
     from ..files.writing import staging_folder
     from ..recipe import load_recipe
     from ..tuning.bench import prepared_scan
-    from ..tuning.server import Subject, redirecting_file, serve
+    from ..tuning.server import redirecting_file, serve
 
     load_recipe(recipe)
     with staging_folder(Path(tempfile.gettempdir()) / "tuning") as folder:
-        subject = Subject(prepared_scan(scan.absolute()), recipe, Path.cwd())
+        prepared = prepared_scan(scan.absolute())
         token = secrets.token_urlsafe(32)  # of 256 bits
         try:
             family = socket.AF_INET6 if ":" in host else socket.AF_INET
@@ -58,4 +58,4 @@ def tune(
             if browser:
                 webbrowser.open(redirecting_file(address, folder).as_uri())
 
-        serve(subject, token, folder, listening, names=(host,), ready=ready)
+        serve(prepared, recipe, token, folder, listening, names=(host,), ready=ready)

@@ -7,12 +7,11 @@ import io
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..declaration import Bools, Floats, Ints
+from ..declaration import Floats, Ints
 from ..files.formats import ATTRIBUTES, attributes_of
 from ..files.ply_write import write_ply
 from ..filters.denoising import estimate_noise
@@ -49,9 +48,7 @@ _ROUNDING = 256 * float(np.finfo(np.float64).eps)
 class MeshState:
     """One mesh and its measures."""
 
-    path: Path  # its file
     mesh: MeshData
-    self_intersecting: Bools | None  # (m,) the faces that cut others; None if not looked for
     #: `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name, and ``border_loops``; ``holes``, the border loops
     #: that do not go round the outside of a sheet; ``self_intersecting_faces``, None if not looked for; ``noise``, the standard
     #: deviation along the normals in mesh units, None of a cloud, above `MOST_OF_NOISE` vertices that of about a quarter of them;
@@ -86,7 +83,7 @@ def state_of(read: ReadMesh) -> MeshState:
         "noise": estimate_noise(*part_for_noise(mesh.vertices, mesh.faces)).length if len(mesh.faces) else None,
         "sharp_edge_length": math.fsum(sharp.lengths),
     }
-    return MeshState(read.path, mesh, cuts, {**read.measures, **more}, sharp)
+    return MeshState(mesh, {**read.measures, **more}, sharp)
 
 
 def part_for_noise(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:

@@ -112,7 +112,7 @@ def comparison_page(
         measure_rows=measure_rows({"before": comparison.before, "after": comparison.after}, unit),
         sections=[c for plane in planes if (c := section_chart(compared.meshes.values(), plane, unit)) is not None],
         charts=_charts(compared, ends, curvatures, unit or "mesh units"),
-        unsought=compared.before.self_intersecting is None and compared.after.self_intersecting is None,
+        unsought=not any(measures["self_intersecting_faces"] is not None for measures in (comparison.before, comparison.after)),
         warnings=warnings,
         run=run,
         steps=steps_of(run) if run else (),

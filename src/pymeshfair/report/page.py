@@ -142,8 +142,7 @@ class Chart:
 
     title: str  # the subject
     summary: str  # the same in a sentence, for screen readers
-    across: str  # the quantity of the horizontal axis
-    upwards: str  # the quantity of the vertical axis
+    across: str  # the quantity of the horizontal axis; that of the vertical one is percent
     lines: dict[str, str]  # the paths of the curves, under "before" and "after", which the style sheet distinguishes
     ticks_across: list[tuple[float, str]]  # the marks at the horizontal axis: where each is, and its words
     ticks_upwards: list[tuple[float, str]]  # the marks at the vertical axis
@@ -167,10 +166,9 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
         title=title,
         summary=f"Half of the numbers lie below: {medians} ({across}).",
         across=across,
-        upwards="percent",
-        lines={name: _steps(edges, share, (low, high), (0.0, most)) for name, share in shares.items()},
+        lines={name: _steps(edges, share, most) for name, share in shares.items()},
         ticks_across=[(_across(x, low, high), f"{x:.4g}") for x in round_numbers(low, high, 6)],
-        ticks_upwards=[(_upwards(y, 0.0, most), f"{y:.4g}") for y in round_numbers(0.0, most, 4)],
+        ticks_upwards=[(_upwards(y, most), f"{y:.4g}") for y in round_numbers(0.0, most, 4)],
         headers=(across, *(f"{name}, %" for name in shares)),
         rows=tuple(
             (f"{a:.4g} to {b:.4g}", *(f"{share:.2f}" for share in bar))
@@ -192,15 +190,16 @@ def _across(x: float, low: float, high: float) -> float:
     return round(_LEFT + (_RIGHT - _LEFT) * (x - low) / (high - low), 1)
 
 
-def _upwards(y: float, low: float, high: float) -> float:
-    return round(_BOTTOM - (_BOTTOM - _TOP) * (y - low) / (high - low), 1)
+def _upwards(y: float, most: float) -> float:
+    return round(_BOTTOM - (_BOTTOM - _TOP) * y / most, 1)
 
 
-def _steps(edges: Floats, values: Floats, across: tuple[float, float], upwards: tuple[float, float]) -> str:
+def _steps(edges: Floats, values: Floats, most: float) -> str:
     """The path along the tops of bars, which begins and ends at the bottom."""
-    places = [_across(x, *across) for x in edges.tolist()]
+    low, *_, high = every = edges.tolist()
+    places = [_across(x, low, high) for x in every]
     tops = zip(places[:-1], places[1:], values.tolist(), strict=True)
-    path = "".join(f"L{left:g} {_upwards(y, *upwards):g}H{right:g}" for left, right, y in tops)
+    path = "".join(f"L{left:g} {_upwards(y, most):g}H{right:g}" for left, right, y in tops)
     return f"M{places[0]:g} {_BOTTOM:g}{path}L{places[-1]:g} {_BOTTOM:g}"
 
 
