@@ -247,11 +247,7 @@ class Appearance:
 
 
 def draw_meshes(
-    meshes: Sequence[MeshData],
-    titles: Sequence[str],
-    appearance: Appearance,
-    *,
-    numbers: Sequence[Numbers | None] | None = None,
+    meshes: Sequence[MeshData], titles: Sequence[str], appearance: Appearance, *, numbers: Sequence[Numbers | None] | None = None
 ) -> Image.Image:
     """Draw meshes side by side, all from one camera, with one scale bar and one colour bar.
 

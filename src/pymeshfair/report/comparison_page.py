@@ -196,12 +196,7 @@ def _markers(comparison: Comparison, unit: str | None) -> list[Marker]:
 
 
 def _scene(
-    compared: Compared,
-    up: str,
-    markers: Sequence[Marker],
-    ends: Limits,
-    curvatures: Mapping[str, Floats],
-    unit: str | None,
+    compared: Compared, up: str, markers: Sequence[Marker], ends: Limits, curvatures: Mapping[str, Floats], unit: str | None
 ) -> tuple[Scene, list[Shown]]:
     before, after = compared.meshes.values()
     limits = {"distance": ends}

@@ -129,8 +129,8 @@ def outline(mesh: MeshData, plane: Plane) -> Floats:
     return np.stack(ends, axis=1)
 
 
-#: of a chart, in its own units; a page scales it
-WIDTH, HEIGHT = 460, 220
+#: of a chart and of a section in their own units; a page scales them
+_WIDTH, _HEIGHT, _SECTION_HEIGHT, _MARGIN = 460, 220, 320, 16
 _LEFT, _RIGHT, _TOP, _BOTTOM = 52, 450, 22, 184
 #: bars of a histogram
 _BARS = 48
@@ -149,13 +149,12 @@ class Chart:
     headers: tuple[str, ...]  # of the table
     rows: tuple[tuple[str, ...], ...]  # of the table
 
-    width, height, left, right, top, bottom = WIDTH, HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM
+    width, height, left, right, top, bottom = _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM
 
 
 def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
     """The percent of each sample in bars from low to high, the numbers beyond in the outermost; None if all are empty."""
-    finite = {name: values if np.isfinite(values).all() else values[np.isfinite(values)] for name, values in samples.items()}
-    finite = {name: values for name, values in finite.items() if len(values)}
+    finite = {name: some for name, values in samples.items() if len(some := values[np.isfinite(values)])}
     if not (finite and math.isfinite(high - low) and high > low):
         return None
     edges = np.linspace(low, high, _BARS + 1)
@@ -203,10 +202,6 @@ def _steps(edges: Floats, values: Floats, most: float) -> str:
     return f"M{places[0]:g} {_BOTTOM:g}{path}L{places[-1]:g} {_BOTTOM:g}"
 
 
-#: of a section in its own units; a page scales it
-_WIDTH, _HEIGHT, _MARGIN = 460, 320, 16
-
-
 @dataclass(frozen=True)
 class SectionChart:
     """The data for the template of a section."""
@@ -217,7 +212,7 @@ class SectionChart:
     bar: float  # the length of the scale bar in the picture
     bar_words: str  # its length in mesh units, with the unit if there is one
 
-    width, height = _WIDTH, _HEIGHT
+    width, height = _WIDTH, _SECTION_HEIGHT
 
 
 def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None = None) -> SectionChart | None:
@@ -227,7 +222,7 @@ def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None = N
     if not len(every):
         return None
     low, high = every.min(axis=0), every.max(axis=0)
-    room = np.array([_WIDTH - 2 * _MARGIN, _HEIGHT - 3 * _MARGIN])
+    room = np.array([_WIDTH - 2 * _MARGIN, _SECTION_HEIGHT - 3 * _MARGIN])
     scale = float((room / np.maximum(high - low, 1e-300)).min())
     right, up = [axis for k, axis in enumerate("xyz") if k != plane.axis]
     bar = round_length(0.25 * _WIDTH / scale)
@@ -238,5 +233,5 @@ def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None = N
 
 def _path(segments: Floats, low: Floats, scale: float) -> str:
     places = (segments - low) * scale
-    x, y = places[..., 0] + _MARGIN, _HEIGHT - 2 * _MARGIN - places[..., 1]
+    x, y = places[..., 0] + _MARGIN, _SECTION_HEIGHT - 2 * _MARGIN - places[..., 1]
     return "".join(f"M{a:.2f} {b:.2f}L{c:.2f} {d:.2f}" for (a, c), (b, d) in zip(x.tolist(), y.tolist(), strict=True))
