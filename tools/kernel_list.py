@@ -22,7 +22,7 @@ from pymeshfair.mesh_data import moved
 from pymeshfair.meshset import MeshSet
 from pymeshfair.recipe import Recipe, load_recipe, shipped_recipes
 from pymeshfair.registry import custom_filters
-from pymeshfair.report.comparison_page import Compared, comparison_page
+from pymeshfair.report.comparison_page import comparison_page
 from pymeshfair.running.job import Job
 from pymeshfair.running.read import read_mesh, reported_values
 from pymeshfair.running.session import Session
@@ -67,8 +67,7 @@ def _run(recipe: Recipe, scan: Path, folder: Path) -> None:
 def _compare(before: Path, after: Path) -> None:
     """Two meshes, with a report."""
     first, second = (state_of(read_mesh(path)) for path in (before, after))
-    compared = Compared(first, second, *compare(first, second, tolerance=first.mean_edge))
-    comparison_page(compared, title="", subtitle="", numbers={})
+    comparison_page(compare(first, second, tolerance=first.mean_edge), title="", subtitle="", numbers={})
     reported_values(after, "get_surface_spectrum", {"modes": 0})
 
 

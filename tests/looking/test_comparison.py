@@ -30,7 +30,7 @@ def compared(folder: Path, before: Any, after: Any, offset: Any = (0.0, 0.0, 0.0
         path = folder / name
         path.write_bytes(ply_bytes(xyz(np.asarray(vertices) + offset), np.asarray(faces).tolist()))
         states.append(state_of(read_mesh(path, self_intersections=True)))
-    return compare(*states, tolerance=tolerance)[0]
+    return compare(*states, tolerance=tolerance).comparison
 
 
 def other_diagonals(faces: Any) -> Any:

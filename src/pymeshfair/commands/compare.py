@@ -79,28 +79,24 @@ def compare(
     warn(*warnings)
     first, second = (state_of(mesh) for mesh in meshes)
     allowed, ends = options.lengths_in_mesh_units(tolerance, limits, unit, first.diagonal, first.mean_edge)
-    comparison, distances = compare_states(first, second, tolerance=allowed)
-    numbers = {
-        "files": {"before": before, "after": after},
-        "unit": unit,
-        "alignment": alignment,
-        "comparison": comparison,
-        "warnings": warnings,
-    }
+    compared = compare_states(first, second, tolerance=allowed)
+    comparison = compared.comparison
+    files = {"before": before, "after": after}
+    numbers = {"files": files, "unit": unit, "alignment": alignment, "comparison": comparison, "warnings": warnings}
     if deviations is not None:
-        content = deviations_file(second.mesh, distances.after.at_vertices, extension(deviations) or "csv")
+        content = deviations_file(second.mesh, compared.after_distance.at_vertices, extension(deviations) or "csv")
         if deviations == STANDARD:
             save_text(content.decode("utf-8"), deviations, overwrite=overwrite)
         else:
             write_file(deviations, content, overwrite=overwrite)
     if report is not None:
-        from ..report.comparison_page import Compared, comparison_page
+        from ..report.comparison_page import comparison_page
 
         page = comparison_page(
-            Compared(first, second, comparison, distances),
+            compared,
             title=f"{before.name} and {after.name}",
             subtitle="What lies between two meshes.",
-            numbers=plain({**numbers, "files": {"before": before.name, "after": after.name}}),
+            numbers=plain({**numbers, "files": {key: path.name for key, path in files.items()}}),
             up=up,
             warnings=warnings,
             limits=ends,

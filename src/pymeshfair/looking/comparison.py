@@ -7,7 +7,7 @@ import io
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -195,21 +195,33 @@ def same_elements(first: MeshData, second: MeshData) -> bool:
     return len(first.vertices) == len(second.vertices) and np.array_equal(first.faces, second.faces)
 
 
-class Distances(NamedTuple):
-    """The distances between two surfaces, place by place."""
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """Two meshes and their comparison, place by place, too."""
 
-    after: SurfaceDistance  # of the second from the first
-    before: SurfaceDistance  # of the first from the second
+    before: MeshState  # the first
+    after: MeshState  # the second
+    comparison: Comparison
+    after_distance: SurfaceDistance  # of the second from the first
+    before_distance: SurfaceDistance  # of the first from the second
+
+    @property
+    def meshes(self) -> dict[str, MeshData]:
+        """Both by their names."""
+        return {"before": self.before.mesh, "after": self.after.mesh}
+
+    @property
+    def tolerance(self) -> float:
+        """In mesh units; 0 without one."""
+        return self.comparison.tolerance.mesh_units if self.comparison.tolerance else 0.0
 
 
-def compare(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> tuple[Comparison, Distances]:
-    """Compare two meshes or clouds, also place by place; the tolerance is in mesh units."""
+def compare(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> Compared:
+    """Compare two meshes or clouds; the tolerance is in mesh units."""
     first, second = before.mesh, after.mesh
     # One after the other: what searches need takes as much memory as all the rest.
-    distances = Distances(
-        surface_distance(second.vertices, second.faces, Surface.of(first.vertices, first.faces)),
-        surface_distance(first.vertices, first.faces, Surface.of(second.vertices, second.faces)),
-    )
+    there = surface_distance(second.vertices, second.faces, Surface.of(first.vertices, first.faces))
+    here = surface_distance(first.vertices, first.faces, Surface.of(second.vertices, second.faces))
     same_vertices = bool(len(first.faces)) and same_elements(first, second)
 
     def length(value: float) -> LengthIn:
@@ -218,20 +230,19 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
 
     judged: dict[str, Any] = {}
     if tolerance is not None:
-        areas = [*_out_of_tolerance("after", after, distances.after, tolerance)]
-        areas += _out_of_tolerance("before", before, distances.before, tolerance)
+        areas = [*_out_of_tolerance("after", after, there, tolerance), *_out_of_tolerance("before", before, here, tolerance)]
         ordered = tuple(sorted(areas, key=lambda area: -abs(area.amount)))
-        passed = max(d.largest for d in distances) <= tolerance
+        passed = max(there.largest, here.largest) <= tolerance
         judged = {"tolerance": length(tolerance), "passed": passed, "out_of_tolerance": ordered}
-    at_most = max(d.at_most for d in distances)
+    at_most = max(there.at_most, here.at_most)
     rounding = _ROUNDING * max(float(np.abs(mesh.vertices).max()) for mesh in (first, second))
     had, has = (attributes_of(mesh) for mesh in (first, second))
-    return Comparison(
+    comparison = Comparison(
         before=before.measures,
         after=after.measures,
-        after_from_before=_deviation(distances.after, tolerance, length),
-        before_from_after=_deviation(distances.before, tolerance, length),
-        hausdorff=length(max(d.largest for d in distances)),
+        after_from_before=_deviation(there, tolerance, length),
+        before_from_after=_deviation(here, tolerance, length),
+        hausdorff=length(max(there.largest, here.largest)),
         hausdorff_at_most=length(at_most),
         rounding=rounding,
         same_surface=at_most <= rounding,
@@ -243,8 +254,9 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         attributes_lost=tuple(a for a in ATTRIBUTES if a in had and a not in has),
         attributes_gained=tuple(a for a in ATTRIBUTES if a in has and a not in had),
         **judged,
-        **_faces(before, after, distances, same_faces=same_vertices),
-    ), distances
+        **_faces(before, after, there, here, same_faces=same_vertices),
+    )
+    return Compared(before, after, comparison, there, here)
 
 
 def _out_of_tolerance(name: str, state: MeshState, distance: SurfaceDistance, tolerance: float) -> Iterator[Area]:
@@ -289,12 +301,13 @@ def _change(before: float | None, after: float | None) -> float | None:
     return 100.0 * (after - before) / abs(before) if before and after is not None else None
 
 
-def _faces(before: MeshState, after: MeshState, distances: Distances, *, same_faces: bool) -> dict[str, Any]:
+def _faces(
+    before: MeshState, after: MeshState, there: SurfaceDistance, here: SurfaceDistance, *, same_faces: bool
+) -> dict[str, Any]:
     """Measures of faces from the samples of two meshes; all None if one of them has no faces."""
     names = ("normal_deviation", "largest_normal_deviation", "flipped_faces", "added_area", "removed_area")
     if not (len(before.mesh.faces) and len(after.mesh.faces)):
         return dict.fromkeys(names)
-    there, here = distances
     old, new = (face_normals(scaled_to_unit(m.vertices)[0], m.faces) for m in (before.mesh, after.mesh))
     angles, counted = np.empty(len(there.faces)), np.empty(len(there.faces), dtype=np.bool_)
     for part in blocks(len(angles)):

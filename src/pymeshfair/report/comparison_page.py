@@ -14,7 +14,7 @@ from PIL import Image
 from ..declaration import Floats
 from ..filters.geometry import edge_lengths, vector_lengths
 from ..filters.inspection import Limits, mean_curvature, robust_limits, symmetric_limits, triangle_shapes
-from ..looking.comparison import Comparison, Distances, MeshState, compare, same_elements, state_of
+from ..looking.comparison import Compared, Comparison, compare, same_elements, state_of
 from ..looking.picture import BAR_STRIP, COLORINGS, VIEWS, Appearance, Numbers, draw_color_bar, draw_meshes, in_unit
 from ..looking.words import (
     area_table,
@@ -26,7 +26,6 @@ from ..looking.words import (
     measure_rows,
     verdict_text,
 )
-from ..mesh_data import MeshData
 from ..running.read import ReadMesh
 from ..running.report import plain, steps_of
 from .page import Chart, Figure, Plane, figure_of, histogram, render, section_chart
@@ -47,26 +46,6 @@ class Verdict:
     kind: str  # "good", "info", "warn" or "bad", which the style sheet shows by a colour
     text: str  # the sentence
     lines: tuple[str, ...] = ()  # further sentences
-
-
-@dataclass(frozen=True, eq=False)
-class Compared:
-    """Two meshes and their comparison."""
-
-    before: MeshState  # the first
-    after: MeshState  # the second
-    comparison: Comparison  # by `pymeshfair.looking.comparison.compare`
-    distances: Distances  # between the surfaces, place by place
-
-    @property
-    def meshes(self) -> dict[str, MeshData]:
-        """Both by their names."""
-        return {"before": self.before.mesh, "after": self.after.mesh}
-
-    @property
-    def tolerance(self) -> float:
-        """In mesh units; 0 without one."""
-        return self.comparison.tolerance.mesh_units if self.comparison.tolerance else 0.0
 
 
 def comparison_page(
@@ -93,7 +72,7 @@ def comparison_page(
     """
     comparison = compared.comparison
     least = 1.5 * compared.tolerance  # so that the tolerance lies well within the colour bar
-    low, high = symmetric_limits(compared.distances.after.distances)
+    low, high = symmetric_limits(compared.after_distance.distances)
     ends = limits or Limits(min(low, -least), max(high, least))
     curvatures = {name: mean_curvature(m.vertices, m.faces) for name, m in compared.meshes.items() if len(m.faces)}
     scene, shown = _scene(compared, up, markers or _markers(comparison, unit), ends, curvatures, unit)
@@ -138,9 +117,8 @@ def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, 
 
 def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up: str = "y") -> bytes:
     """The report of a run as the bytes of an HTML file, from its provenance document, and from the meshes of its files."""
-    before, after = state_of(input), state_of(output)
-    comparison, distances = compare(before, after)
-    comparison = replace(comparison, displacement=None)  # the run said that, before the file rounded coordinates
+    compared = compare(state_of(input), state_of(output))
+    comparison = replace(compared.comparison, displacement=None)  # the run said that, before the file rounded coordinates
     change, unit = record["measures"]["change"] or {}, record["measures"]["unit"]
     paths = {"before": Path(record["input"]["path"]), "after": Path(record["output"]["path"])}
     names = {key: path.name for key, path in paths.items()}
@@ -149,7 +127,7 @@ def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up
         # The folders of this machine say nothing to those who get the page.
         provenance = provenance.replace(f"{json.dumps(str(folder), ensure_ascii=False)[1:-1]}/", "")
     return comparison_page(
-        Compared(before, after, comparison, distances),
+        replace(compared, comparison=comparison),
         title=f"{names['before']}: {record['recipe']['name']}",
         subtitle=f"The recipe {record['recipe']['name']} on {names['before']}, written to {names['after']}.",
         numbers={"files": names, "change": change, "comparison": plain(asdict(comparison))},
@@ -201,7 +179,7 @@ def _scene(
     before, after = compared.meshes.values()
     limits = {"distance": ends}
     scalars = {name: {"curvature": curvatures[name]} if name in curvatures else {} for name in compared.meshes}
-    scalars["after"]["distance"] = compared.distances.after.at_vertices
+    scalars["after"]["distance"] = compared.after_distance.at_vertices
     if compared.comparison.displacement is not None:
         scalars["after"]["displacement"] = vector_lengths(after.vertices - before.vertices)
         limits["displacement"] = robust_limits(scalars["after"]["displacement"])
@@ -232,7 +210,7 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
         figure_of(panels[0], "The mesh before, from the front.", f"Before, with a scale bar in {spoken}"),
         figure_of(panels[1], "The mesh after, from the same place.", "After"),
     ]
-    numbers = [Numbers(compared.distances.after.at_vertices)]
+    numbers = [Numbers(compared.after_distance.at_vertices)]
     look = replace(plain, color="distance", width=_VIEW, height=_VIEW, limits=ends, tolerance=tolerance)
     for side in _SIDES:
         azimuth, elevation = VIEWS[side]
@@ -253,7 +231,7 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
 
 
 def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], unit: str) -> list[Chart]:
-    meshes, distances = compared.meshes, compared.distances.after.at_vertices
+    meshes, distances = compared.meshes, compared.after_distance.at_vertices
     charts = [histogram("Distance from the mesh before", f"{unit}, outwards above 0", {"after": distances}, *ends)]
     if len(curvatures) == 2:
         every = np.concatenate(list(curvatures.values()))

@@ -120,13 +120,13 @@ class Bench:
         tell(PhaseStarted("comparing"))
         after = state_of(ReadMesh(stage / "result.ply", mesh, measure(mesh), ()))
         tell(PhaseStarted("comparing"))
-        comparison, distances = compare(self._before, after)
+        compared = compare(self._before, after)
         numbers = {
             "measures": measure_rows({"scan": self._before.measures, "result": after.measures}, self._unit),
-            "distance": distance_table(comparison, self._unit),
-            "lines": comparison_lines(comparison, self._unit),
+            "distance": distance_table(compared.comparison, self._unit),
+            "lines": comparison_lines(compared.comparison, self._unit),
         }
-        scalars = {**shown.scalars, "distance": distances.after.at_vertices[shown.kept]}
+        scalars = {**shown.scalars, "distance": compared.after_distance.at_vertices[shown.kept]}
         return numbers, self._packed(replace(shown, scalars=scalars))
 
     def _shown(self, name: str, mesh: MeshData) -> Shown:
