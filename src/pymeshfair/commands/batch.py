@@ -98,7 +98,7 @@ def batch(
 
 
 class BatchLines(ExitStack):
-    """A line for each scan that ends, as a `pymeshfair.batch.station.Listener`; a context manager, which ends a `BatchBar`."""
+    """A line for each scan that ends, as a `pymeshfair.batch.work.Listener`; a context manager, which ends a `BatchBar`."""
 
     def __init__(self) -> None:
         super().__init__()

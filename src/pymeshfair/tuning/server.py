@@ -6,14 +6,14 @@ Access is by a token, from a page of the server itself, under a name of this mac
 import asyncio
 import contextlib
 import hmac
-import ipaddress
 import json
 import logging
+import re
 import signal
 import socket
 import sys
 import threading
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from html import escape
 from http import HTTPStatus
@@ -194,24 +194,19 @@ def redirecting_file(address: str, folder: Path) -> Path:
     return path
 
 
-def is_allowed(request: Request, token: str, names: Collection[str] = ()) -> bool:
+def is_allowed(request: Request, token: str) -> bool:
     """Whether a request has the token, the right host and the right origin.
 
-    Its path begins with the token; the ``Host`` header is an address in numbers, ``localhost`` or one of the names, so that no
-    other site's name leads here; and the ``Origin`` header, without which no browser opens a socket, is that host itself.
+    Its path begins with the token; the ``Host`` header is this machine, so that no other site's name leads here; and the
+    ``Origin`` header, without which no browser opens a socket, is that host itself.
     """
     start = f"/{token}/".encode()
     hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
     if not hmac.compare_digest(request.path.encode("utf-8", "replace")[: len(start)], start) or len(hosts) != 1:
         return False
-    host = hosts[0] if hosts[0].endswith("]") else hosts[0].rpartition(":")[0] or hosts[0]
-    if host.casefold() not in {"localhost", *(name.casefold() for name in names)}:
-        try:
-            ipaddress.ip_address(host.removeprefix("[").removesuffix("]"))
-        except ValueError:
-            return False
     has_origin = bool(origins) or not request.path.endswith("/socket")
-    return has_origin and all(origin == f"http://{hosts[0]}" for origin in origins)
+    this_machine = re.fullmatch(r"(127\.0\.0\.1|localhost|\[::1\])(:\d+)?", hosts[0], re.IGNORECASE)
+    return bool(this_machine) and has_origin and all(origin == f"http://{hosts[0]}" for origin in origins)
 
 
 def _response(status: HTTPStatus, kind: str, body: bytes) -> Response:
@@ -226,13 +221,12 @@ def serve(
     folder: Path,
     listening: socket.socket,
     *,
-    names: Collection[str] = (),
     ready: Callable[[], None] = lambda: None,
 ) -> None:
     """Answer requests until Ctrl-C, or until the process is asked to end, which is done in order.
 
-    `recipe` is the name or path of the first recipe, `token` the first part of every path, `folder` for temporary files, and
-    `listening` a socket of a host with these names. `ready` is called once requests are answered.
+    `recipe` is the name or path of the first recipe, `token` the first part of every path, and `folder` for temporary files.
+    `ready` is called once requests are answered.
     """
     workshop = Workshop(scan, folder)
     page = render("tune.html", scripts=("viewer.js", "tune.js"), sockets=True, title=scan.path.name)
@@ -240,7 +234,7 @@ def serve(
 
     def answered(connection: websockets.ServerConnection, request: Request) -> Response | None:
         """The answer to a request; None lets the page open its socket."""
-        if not is_allowed(request, token, names):
+        if not is_allowed(request, token):
             refusal = b"403: this page needs the address that pymeshfair tune printed\n"
             return _response(HTTPStatus.FORBIDDEN, "text/plain", refusal)
         if request.path == f"/{token}/socket":
