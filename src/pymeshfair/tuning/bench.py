@@ -107,7 +107,6 @@ class Bench:
         self._result = outcome.result, self._shown("result", outcome.result)
         numbers = {
             "warnings": session.warnings,
-            "step_seconds": [round(step.seconds, 3) for step in outcome.steps],
             "tried": [step.values.get("tried", []) for step in outcome.steps],
         }
         return numbers, self._packed(self._result[1])
