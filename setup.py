@@ -31,7 +31,6 @@ DEPENDENCIES = [
     "typer>=0.20,<0.26",  # 0.26 and newer import pydantic: 0.2 s of every command
     "click>=8.2,<8.5",  # with 8.5 and newer such versions of typer do not show what arguments mean
     "rich>=13",
-    "tomli>=2; python_version < '3.11'",
 ]
 HAS_KERNELS = os.environ.get("PYMESHFAIR_KERNELS") != "none"
 

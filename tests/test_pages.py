@@ -1,6 +1,6 @@
 """Every block of every page runs, in order, in a fresh folder with the demo's scan.
 
-Blocks of ``sh`` go to a shell, those of ``python`` are one program, and ``xml``, ``csv`` and ``toml`` are files of the folder.
+Blocks of ``sh`` go to a shell, those of ``python`` are one program, and ``xml`` and ``csv`` are files of the folder.
 ``exit=2`` behind the language says that a block fails, and with which code. ``sh elsewhere`` installs, or needs several machines.
 CONTRIBUTING.md has a test of its own. The tests take a piece of the scan; most are slow, and run before a release.
 """
@@ -28,7 +28,7 @@ from .meshes import sample_path, tube
 PROJECT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```(\w*) ?([\w=]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 #: the names of files whose text is a block
-FILES = {"xml": "my_recipe.mlx", "csv": "table.csv", "toml": "pyproject.toml"}
+FILES = {"xml": "my_recipe.mlx", "csv": "table.csv"}
 PAGES = [
     f"{path.relative_to(PROJECT)}"
     for path in (PROJECT / "README.md", *sorted((PROJECT / "docs").glob("*.md")))

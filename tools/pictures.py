@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pymeshfair import MeshSet
 from pymeshfair.filters.fairing import ENERGIES, blend_parts, fair_region
 from pymeshfair.filters.holes import close_holes
-from pymeshfair.filters.spectral import low_pass, lowest_eigenpairs, spectral_problem
+from pymeshfair.filters.spectral import lowest_eigenpairs, spectral_problem
 from pymeshfair.looking.picture import Appearance
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
@@ -97,15 +97,15 @@ def filtered(vertices: Floats, faces: Ints, name: str, **parameters: Any) -> Flo
 
 
 def spectrum_before_and_after(mesh: Path) -> None:
-    """The spectrum of a scan before and after the low pass whose response is drawn over both."""
+    """The spectrum of a scan before and after a low pass."""
     from pymeshfair.commands.spectrum import draw_spectra
 
     meshes = MeshSet()
     meshes.load_new_mesh(str(mesh))
     before = meshes.apply_filter("get_surface_spectrum")
-    cutoff = meshes.apply_filter("apply_coord_spectral_filter", detail_size="12edge")["detail_size"]
+    meshes.apply_filter("apply_coord_spectral_filter", detail_size="12edge")
     spectra = {"before": before, "after": meshes.apply_filter("get_surface_spectrum")}
-    (PICTURES / "spectrum.png").write_bytes(draw_spectra(spectra, low_pass(cutoff), "png"))
+    (PICTURES / "spectrum.png").write_bytes(draw_spectra(spectra, "png"))
 
 
 def regions(mesh: Path) -> None:

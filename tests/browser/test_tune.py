@@ -20,11 +20,9 @@ import trimesh
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from pymeshfair.errors import RunError
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts.script import Script, Step
 from pymeshfair.scripts.write import write_script
-from pymeshfair.tuning.notebook import Tuning
 from pymeshfair.tuning.server import redirecting_file
 from tests.browser.conftest import note_errors
 from tests.browser.pixels import canvas_pixels, halves, share_changed, soon
@@ -185,7 +183,7 @@ def test_the_mesh_comes_before_its_numbers(tuning: Any) -> None:
 
 
 def test_a_stopped_filter_costs_no_worker(tuning: Any, served: Served) -> None:
-    """A filter that tells its progress stops by itself: the same two processes go on."""
+    """A filter that tells its progress stops by itself: the same process goes on."""
     before = workers(served)
     change(tuning, "iterations", "100000")
     tuning.wait_for_selector("body[data-begun='2']")
@@ -286,42 +284,24 @@ def test_the_saved_recipe_gives_the_bytes_of_the_page(tuning: Any, served: Serve
     assert "is there already" in tuning.locator("#problem").inner_text()
 
 
-@pytest.mark.slow
-def test_a_notebook_frames_the_page(browser: Any, served: Served, errors: list[str]) -> None:
-    """The frame that a notebook shows, in a page of another origin, loads, runs and shows the result."""
-    with Tuning(served.folder / "scan.ply", "smooth_taubin") as tuning:
-        page = browser.new_page()
-        page.set_default_timeout(PATIENCE)
-        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-        page.set_content(f"<h1>Notebook</h1>{tuning._repr_html_()}")
-        page.frame_locator("iframe").locator("body[data-shown='1']").wait_for()
-        page.close()
-        address = urlsplit(tuning.address)
-    assert errors == []
-    with pytest.raises(ConnectionError):
-        http.client.HTTPConnection(address.hostname or "", address.port, timeout=5).request("GET", "/")
-    with pytest.raises(RunError, match="no recipe 'smooth'"):
-        Tuning(served.folder / "scan.ply", "smooth")
-
-
-#: serves a scan as one that is large, so that a part of it comes first
+#: serves a scan as one that is large, so that it is tuned on a part
 LARGE = """
+import socket
 import sys
 from pathlib import Path
 from pymeshfair.tuning.bench import prepared_scan
-from pymeshfair.tuning.server import Subject, listening_socket, serve
+from pymeshfair.tuning.server import serve
 folder = Path(sys.argv[2])
-scan = prepared_scan(Path(sys.argv[1]), folder, most=1000, part=400)
-listening = listening_socket("127.0.0.1", 0)
+scan = prepared_scan(Path(sys.argv[1]), most=1000, part=400)
+listening = socket.create_server(("127.0.0.1", 0))
 address = f"http://127.0.0.1:{listening.getsockname()[1]}/token/"
-subject = Subject(scan, "smooth_taubin", folder)
-serve(subject, "token", folder, listening, ready=lambda: print(address, flush=True))
+serve(scan, "smooth_taubin", "token", folder, listening, ready=lambda: print(address, flush=True))
 """
 
 
 @pytest.mark.slow
-def test_a_part_first_and_the_whole_on_demand(browser: Any, served: Served, errors: list[str], tmp_path: Path) -> None:
-    """A large scan is shown and run in part; as a whole once that is chosen."""
+def test_a_large_scan_is_tuned_on_a_part(browser: Any, served: Served, errors: list[str], tmp_path: Path) -> None:
+    """A large scan is shown and run in part."""
     command = [sys.executable, "-c", LARGE, str(served.folder / "scan.ply"), str(tmp_path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process, ExitStack() as stack:
         stack.callback(process.kill)
@@ -330,24 +310,11 @@ def test_a_part_first_and_the_whole_on_demand(browser: Any, served: Served, erro
         page.set_default_timeout(PATIENCE)
         page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
         page.goto(process.stdout.readline().strip())
+        page.wait_for_selector("body[data-measured='1']")
         counts = page.locator("th:text-is('vertices')").locator("xpath=..").locator("td")
-        for shown, choice in ((1, "part"), (2, "whole")):
-            page.check(f"input[name=whole][value={choice}]")
-            page.wait_for_selector(f"body[data-measured='{shown}']")
-            scan, result = (int(text.replace(",", "")) for text in counts.all_inner_texts()[:2])
-            assert scan == result
-            assert 380 <= scan <= 420 if choice == "part" else scan == 2562
-        first = counts.first.inner_text()
-        page.click("#choose-part")
-        page.locator("#state", has_text="drag a box").wait_for()
-        box = page.locator("canvas").bounding_box()
-        page.mouse.move(box["x"] + 0.22 * box["width"], box["y"] + 0.45 * box["height"])
-        page.mouse.down()
-        page.mouse.move(box["x"] + 0.28 * box["width"], box["y"] + 0.55 * box["height"], steps=3)
-        page.mouse.up()
-        page.wait_for_selector("body[data-measured='3']")
-        assert 20 < int(counts.first.inner_text().replace(",", "")) < 1000
-        assert counts.first.inner_text() != first
+        scan, result = (int(text.replace(",", "")) for text in counts.all_inner_texts()[:2])
+        assert scan == result
+        assert 380 <= scan <= 420
         page.close()
         process.send_signal(signal.SIGINT)
         assert process.wait(20) == 0

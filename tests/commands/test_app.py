@@ -116,7 +116,6 @@ def test_no_command_is_wrong_usage() -> None:
         ["check"],
         ["list", "meshes"],
         ["list"],
-        ["list", "filters", "--origin", "nobody"],
         ["info"],
         ["doctor", "--fast"],
     ],

@@ -29,7 +29,7 @@ PRINTED = {
     "info RECIPE": ("info denoise", 0),
     "info MESH": ("info scan.ply", 0),
     "suggest": ("suggest scan.ply", 0),
-    "spectrum": ("spectrum scan.ply --response low_pass", 0),
+    "spectrum": ("spectrum scan.ply", 0),
     "compare": ("compare scan.ply out.ply --tolerance 0.000001% --no-self-intersections", 1),
     "picture": ("picture scan.ply -o picture.png", 0),
     "doctor": ("doctor", 0),

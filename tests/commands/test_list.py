@@ -37,25 +37,17 @@ def test_several_words_narrow_the_list() -> None:
     assert len(listed) < 10
 
 
-@pytest.mark.parametrize("origin", ["pymeshfair", "meshlab", "MeshLab"])
-def test_origin_narrows_the_list(origin: str) -> None:
-    """`--origin` takes the name in any case."""
-    listed = document(invoke("list", "filters", "--origin", origin, "--json").stdout)["filters"]
+def test_the_origin_is_searched_too() -> None:
+    """The name of a package is a word, too."""
+    listed = document(invoke("list", "filters", "meshlab", "taubin", "--json").stdout)["filters"]
     assert listed
-    assert {f["origin"].lower() for f in listed} == {origin.lower()}
-
-
-def test_unknown_origin_is_answered_with_those_there_are() -> None:
-    """A wrong origin is wrong usage, and names what it could have been."""
-    done = invoke("list", "filters", "--origin", "blender")
-    assert done.exit_code == 2
-    assert "MeshLab, pymeshfair" in done.stderr
+    assert {f["origin"] for f in listed} == {"MeshLab"}
 
 
 @pytest.mark.parametrize("text", ["taubin smooth", "Taubin_Smooth", "smoothing taubin"])
 def test_search_takes_words_in_any_order_case_and_spelling(text: str) -> None:
     """A filter is found by words of its Python name or its MeshLab name."""
-    listed = document(invoke("list", "filters", text, "--origin", "meshlab", "--json").stdout)["filters"]
+    listed = document(invoke("list", "filters", text, "meshlab", "--json").stdout)["filters"]
     assert [f["python_name"] for f in listed] == ["apply_coord_taubin_smoothing"]
 
 

@@ -83,51 +83,6 @@ def test_a_run_and_a_batch_read_standard_input_and_a_comparison_prints_its_table
     assert all(row.count(",") == rows[0].count(",") for row in rows)
 
 
-OPTIONS = '[tool.pymeshfair]\nunit = "mm"\n\n[tool.pymeshfair.run]\nmax-displacement = "1um"\n'
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("file", ["pyproject.toml", "pymeshfair.toml"])
-def test_options_stand_in_a_file_of_the_folder(file: str) -> None:
-    """Each goes to the commands that have it, a table to its command, and what is typed goes first."""
-    text = OPTIONS.replace("1um", "0.001mm")
-    Path(file).write_text(
-        text if file == "pyproject.toml" else text.replace("tool.pymeshfair.", "").replace("[tool.pymeshfair]", "")
-    )
-    broken = invoke("run", "smooth_taubin", "scan.ply", "-o", "out.ply")
-    assert broken.exit_code == 1
-    assert "max_displacement" in broken.stderr
-    assert invoke("run", "smooth_taubin", "scan.ply", "-o", "out.ply", "--max-displacement", "1mm").exit_code == 0
-    assert invoke("check", "smooth_taubin").exit_code == 0
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("[tool.pymeshfair]\nunti = 'mm'\n", "pyproject.toml:2: .* has 'unti', .*did you mean 'unit'"),
-        ("[tool.pymeshfair.run]\n\ntimeout = 'soon'\n", "pyproject.toml:3: timeout: 'soon' is not a valid"),
-        ("[tool.pymeshfair.run]\noverwrite = true\n", "pyproject.toml:2: .*'overwrite', which has to be typed"),
-        ("[tool.pymeshfair.rum]\nunit = 'mm'\n", "pyproject.toml:1: .*'rum', .*did you mean 'run'"),
-        ("[tool.pymeshfair\n", r"pyproject.toml cannot be read: .*line 1.*correct it"),
-        ("[tool.pymeshfair]\nunit = 'furlong'\n", "pyproject.toml has: unit = furlong"),
-    ],
-)
-def test_a_wrong_option_of_a_folder_is_named_with_its_place(text: str, message: str) -> None:
-    """The message has the file, the line of the key and the way out; nothing runs."""
-    Path("pyproject.toml").write_text(text)
-    done = invoke("run", "smooth_taubin", "scan.ply", "-o", "out.ply", "--max-displacement", "1mm", "--json")
-    assert done.exit_code == 2
-    assert re.search(message, done.stderr), done.stderr
-    assert document(done.stdout)["error"]["message"] in done.stderr
-    assert not Path("out.ply").exists()
-
-
-def test_a_file_of_another_project_changes_nothing() -> None:
-    """A pyproject.toml without options of ours is passed over."""
-    Path("pyproject.toml").write_text("[project]\nname = 'mine'\n")
-    assert invoke("check", "smooth_taubin").exit_code == 0
-
-
 @pytest.mark.parametrize("columns", [None, 50])
 def test_tables_fit(columns: int | None, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """A table has at most 100 columns in a pipe, or as many as the terminal, however long its cells are."""

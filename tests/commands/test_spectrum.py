@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.filters.spectral.problem import low_pass
 from pymeshfair.filters.spectral.spectrum import spectrum
 from tests.meshes import Mesh, icosphere, noisy
 
@@ -37,7 +35,7 @@ def test_the_document_holds_the_spectrum(scan: Path) -> None:
     found = spectrum(*noisy(icosphere(3), 0.01), modes=12)
     np.testing.assert_allclose(read["before"]["band_energies"], found.band_energies, rtol=1e-4)
     np.testing.assert_allclose(read["before"]["frequencies"], found.frequencies, rtol=1e-4)
-    assert (read["response"], read["picture"]) == (None, None)
+    assert read["picture"] is None
     assert "after" not in read
     assert (scan.read_bytes(), set(scan.parent.iterdir())) == (before, beside)
 
@@ -51,29 +49,6 @@ def test_the_table_has_a_row_for_each_band(scan: Path) -> None:
     assert lengths == sorted(lengths, reverse=True)
     assert max(heights) == pytest.approx(1.0, rel=0.01)
     assert "height: the root mean square" in done.stderr
-
-
-def test_a_response_is_told_with_what_it_leaves(scan: Path) -> None:
-    """F(omega) at every band, and energies that fall by its square."""
-    read = document(invoke("spectrum", scan, "--response", "low_pass", "--detail-size", "0.8", "--json").stdout)
-    expected = low_pass(0.8)
-    assert read["response"]["name"] == "low_pass"
-    assert read["response"]["cutoff_frequencies"] == pytest.approx([2 * math.pi / 0.8])
-    edges = np.asarray(read["before"]["band_edges"])
-    np.testing.assert_allclose(read["response"]["bands"], expected.profile(np.sqrt(edges[:-1] * edges[1:])), rtol=1e-12)
-    omega = np.asarray(read["before"]["frequencies"])
-    left = np.asarray(read["before"]["energies"]) * expected.profile(omega) ** 2
-    np.testing.assert_allclose(read["after"]["energies"], left, rtol=1e-9)
-    before, after = (np.asarray(read[k]["band_energies"]) for k in ("before", "after"))
-    assert (after <= before).all()
-    assert after[-1] < 1e-3 * before[-1]
-
-
-def test_lengths_of_a_response_carry_over(scan: Path) -> None:
-    """A band is given in mean edges, its longest wave is four times the shortest unless it is given."""
-    read = document(invoke("spectrum", scan, "--response", "enhance", "--detail-size", "6edge", "--json").stdout)
-    edge = read["before"]["mean_edge"]
-    assert read["response"]["cutoff_frequencies"] == pytest.approx([2 * math.pi / (24 * edge), 2 * math.pi / (6 * edge)])
 
 
 def test_two_meshes_are_compared(scan: Path, tmp_path: Path) -> None:
@@ -93,7 +68,7 @@ def test_the_picture_is_drawn_whole(scan: Path, tmp_path: Path, extension: str) 
     picture = tmp_path / f"spectrum{extension}"
     contents = []
     for _ in range(2 if extension == ".png" else 1):
-        done = invoke("spectrum", scan, "-o", picture, "--response", "band_pass", "--modes", "5", "--overwrite")
+        done = invoke("spectrum", scan, "-o", picture, "--modes", "5", "--overwrite")
         assert done.exit_code == 0, done.stderr
         contents.append(picture.read_bytes())
     assert contents[0].startswith(begins)
@@ -106,11 +81,6 @@ def test_the_picture_is_drawn_whole(scan: Path, tmp_path: Path, extension: str) 
     [
         (["-o", "spectrum.ply"], "name a file that ends with .png, .svg, .pdf", 1),
         (["-o", "no_such_folder/spectrum.png"], "does not exist; make it first", 1),
-        (["--response", "lowpass"], "did you mean 'low_pass'?", 2),
-        (["--response", "enhance", "--detail-size", "six edges"], "is no length", 2),
-        (["--response", "enhance", "--detail-size", "1", "--largest-size", "0.5"], "is not above detail_size", 2),
-        (["--response", "low_pass", "--detail-size", "0"], "detail_size 0", 2),
-        (["--detail-size", "bar"], "give --response too", 2),
         (["--modes", "-1"], "--modes", 2),
     ],
 )

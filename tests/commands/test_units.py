@@ -13,7 +13,7 @@ import pytest
 from pymeshfair.authoring import Recipe
 from pymeshfair.files.outputs import Writing
 from pymeshfair.files.three_mf import write_3mf
-from pymeshfair.looking.coloring import COLORINGS, in_unit
+from pymeshfair.looking.picture import COLORINGS, in_unit
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.scripts.guards import Guards
 from pymeshfair.scripts.read import parse_script

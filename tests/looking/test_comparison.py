@@ -13,8 +13,8 @@ import trimesh
 from pymeshfair.files.outputs import Writing
 from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.filters.denoising import estimate_noise
-from pymeshfair.looking.coloring import COLORINGS
 from pymeshfair.looking.comparison import Comparison, compare, part_for_noise, state_of
+from pymeshfair.looking.picture import COLORINGS
 from pymeshfair.looking.words import verdict_text
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.running.read import read_mesh
@@ -30,7 +30,7 @@ def compared(folder: Path, before: Any, after: Any, offset: Any = (0.0, 0.0, 0.0
         path = folder / name
         path.write_bytes(ply_bytes(xyz(np.asarray(vertices) + offset), np.asarray(faces).tolist()))
         states.append(state_of(read_mesh(path, self_intersections=True)))
-    return compare(*states, tolerance=tolerance)[0]
+    return compare(*states, tolerance=tolerance).comparison
 
 
 def other_diagonals(faces: Any) -> Any:

@@ -15,11 +15,10 @@ from PIL import Image
 
 from pymeshfair.errors import MeshError, ParameterError
 from pymeshfair.filters.inspection import Limits
-from pymeshfair.looking.coloring import COLORINGS
 from pymeshfair.looking.picture import (
+    COLORINGS,
     VIEWS,
     Appearance,
-    close_up,
     draw_meshes,
     fitting_camera,
     round_length,
@@ -108,7 +107,8 @@ def test_camera_holds_every_vertex_and_lengths_to_scale() -> None:
         assert screen[:, 1].max() < 200
     ends = camera.screen(np.array([camera.centre, camera.centre + 0.1 * camera.rows[0]]), 300, 200)
     assert ends[1, 0] - ends[0, 0] == pytest.approx(0.1 * 300 / camera.width)
-    near = close_up(vertices[7], 0.2, view_rows(0, 0), 2.0)
+    x, y, z = vertices[7].tolist()
+    near = Appearance(centre=(x, y, z), extent=0.2, width=200, height=100).camera([vertices])
     np.testing.assert_allclose(near.screen(vertices[7:8], 200, 100)[0, :2], [100, 50])
     assert (near.width, near.height) == (0.4, 0.2)
 

@@ -12,7 +12,7 @@ from pymeshfair.errors import ParameterError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.looking.comparison import deviations_file
 from pymeshfair.mesh_data import MeshData
-from pymeshfair.report.charts import Plane, outline
+from pymeshfair.report.page import Plane, outline
 from tests.meshes import cube, icosphere
 
 

@@ -18,9 +18,8 @@ from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.running.read import read_mesh
 from pymeshfair.scripts.read import parse_script
 from pymeshfair.scripts.write import format_script
-from pymeshfair.tuning.bench import prepared_scan
-from pymeshfair.tuning.controls import ChoiceError, StepChoices, choices_of, controls, in_mesh_units, saved_comment, script_with
-from pymeshfair.tuning.server import is_allowed
+from pymeshfair.tuning.bench import part_of, prepared_scan
+from pymeshfair.tuning.server import ChoiceError, controls, in_mesh_units, is_allowed, saved_comment, script_with
 from tests.meshes import icosphere
 
 
@@ -34,7 +33,7 @@ def sent(recipe: str) -> list[dict[str, Any]]:
 def test_a_page_that_changes_nothing_gives_the_recipe(name: str) -> None:
     """What the controls show comes back as the same script, number by number."""
     recipe = load_recipe(name)
-    back = script_with(recipe.script, choices_of(sent(name)))
+    back = script_with(recipe.script, sent(name))
     assert format_script(back) == format_script(recipe.script)
 
 
@@ -63,28 +62,29 @@ def test_what_is_automatic_is_auto_on_the_page() -> None:
     texts = {p["name"]: p["value"] for p in step["parameters"] if p["automatic"]}
     assert len(texts) == 7
     assert set(texts.values()) == {"auto"}
-    (changed,) = script_with(recipe.script, [{"relaxation": "3"}]).steps
-    assert script_with(recipe.script.with_steps([changed]), [{"relaxation": "auto"}]).steps == recipe.script.steps
+    (changed,) = script_with(recipe.script, [{"on": True, "values": {"relaxation": "3"}}]).steps
+    back = script_with(recipe.script.with_steps([changed]), [{"on": True, "values": {"relaxation": "auto"}}])
+    assert back.steps == recipe.script.steps
     assert 'name="relaxation" value="-1"' in format_script(recipe.script)
 
 
 def test_wrong_settings_say_where() -> None:
     """A value that is not allowed names step and parameter; steps can be left out, but not all of them."""
     script = load_recipe("clean_range_map").script
-    given: list[StepChoices] = [{} for _ in script.steps]
-    given[-1] = {"iterations": "-1"}
+    given: list[dict[str, Any]] = [{"on": True, "values": {}} for _ in script.steps]
+    given[-1]["values"] = {"iterations": "-1"}
     with pytest.raises(ChoiceError, match="whole number") as caught:
         script_with(script, given)
     assert (caught.value.step, caught.value.parameter) == (len(script.steps) - 1, "iterations")
-    given[-1] = None
+    given[-1] = {"on": False, "values": {}}
     assert script_with(script, given).steps == script.steps[:-1]
     with pytest.raises(ParameterError, match="every step is switched off"):
-        script_with(script, [None] * len(script.steps))
+        script_with(script, [{"on": False, "values": {}}] * len(script.steps))
     with pytest.raises(ParameterError, match="settings for 1 steps"):
         script_with(script, given[:1])
     for wrong in (3, {"on": True}, {"on": True, "values": {"a": 1}}):
         with pytest.raises(ParameterError, match="settings that are none"):
-            choices_of([wrong])
+            script_with(script, [*given[:-1], wrong])
 
 
 def test_lengths_on_a_part_are_those_of_the_whole() -> None:
@@ -111,7 +111,8 @@ def test_the_head_of_a_saved_recipe_can_be_read_back() -> None:
         ("/secret/", [("host", "127.0.0.1:80")], True),
         ("/secret/", [("host", "localhost:80"), ("origin", "http://localhost:80")], True),
         ("/secret/", [("host", "[::1]:80")], True),
-        ("/secret/", [("host", "scanner.local:80")], True),
+        ("/secret/", [("host", "localhost")], True),
+        ("/secret/", [("host", "scanner.local:80")], False),
         ("/secre/", [("host", "127.0.0.1:80")], False),
         ("/", [("host", "127.0.0.1:80")], False),
         ("/secretly", [("host", "127.0.0.1:80")], False),
@@ -129,18 +130,18 @@ def test_who_may_reach_the_page(path: str, headers: list[tuple[str, str]], allow
     """The token, a host of this machine, and no other origin; a socket needs an origin."""
     request = Request(path + place, Headers(headers))
     has_origin = any(name == "origin" for name, _ in headers)
-    assert is_allowed(request, "secret", ("scanner.local",)) == (allowed and (not place or has_origin))
+    assert is_allowed(request, "secret") == (allowed and (not place or has_origin))
 
 
 def test_a_large_scan_is_tuned_on_a_part(tmp_path: Path) -> None:
     """The part has about as many vertices as asked for and is the foremost; a small scan is taken whole."""
     vertices, faces = icosphere(4)
     trimesh.Trimesh(vertices + np.array([1e5, 0.0, -1e5]), faces, process=False).export(tmp_path / "scan.stl")
-    whole = prepared_scan(tmp_path / "scan.stl", tmp_path)
+    whole = prepared_scan(tmp_path / "scan.stl")
     assert whole.part is None
-    cut = prepared_scan(tmp_path / "scan.stl", tmp_path, most=1000, part=400)
-    assert cut.part is not None
-    part = read_mesh(cut.part).mesh
+    cut = prepared_scan(tmp_path / "scan.stl", most=1000, part=400)
+    assert cut.part == 400
+    part = part_of(read_mesh(tmp_path / "scan.stl").mesh, cut.part)
     assert 380 <= len(part.vertices) <= 420
     assert part.vertices[:, 2].mean() > -1e5 + 0.7
     assert len(part.faces) > 600

@@ -4,7 +4,6 @@ import json
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,6 @@ from ..processes.process import Pool
 from ..processes.worker import Order
 from ..report.comparison_page import Verdict
 from ..report.page import render
-from ..running.report import plain
 from .outcomes import (
     QUESTIONS,
     Outcome,
@@ -81,31 +79,15 @@ def _former(kept: Path) -> dict[str, Any]:
 
 def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
     """Write the page into the staging folder; the small picture."""
-    from ..looking.comparison import compare, state_of
     from ..looking.picture import Appearance, draw_meshes
-    from ..report.comparison_page import Compared, comparison_page, verdict_of
+    from ..report.comparison_page import run_page
     from ..report.page import figure_of
     from ..running.read import read_mesh
 
     meshes = [read_mesh(path, allow_outside=True, unchecked=True) for path in (input, output)]
-    before, after = map(state_of, meshes)
-    comparison, distances = compare(before, after)
-    comparison = replace(comparison, displacement=None)  # how far vertices moved is what the run said
     record = read_provenance(output)
     assert record is not None
-    change = record["measures"]["change"] or {}
-    page = comparison_page(
-        Compared(before, after, comparison, distances, {}),
-        title=f"{meshes[0].path.name}: {record['recipe']['name']}",
-        subtitle=f"The recipe {record['recipe']['name']} on {meshes[0].path.name}, written to {output.name}.",
-        numbers={"change": change, "comparison": plain(asdict(comparison))},
-        verdict=verdict_of(comparison, change, record["measures"]["unit"]),
-        unit=record["measures"]["unit"],
-        warnings=record["warnings"],
-        left_out=["No spectrum: `pymeshfair spectrum` tells it."],
-        run=record,
-        provenance=json.dumps(record, indent=2, ensure_ascii=False),
-    )
+    page = run_page(record, *meshes)
     (stage / "new" / "page.html").write_bytes(page)
     picture = draw_meshes([read.mesh for read in meshes], ["", ""], Appearance(width=_SMALL, height=_SMALL, titles=False))
     small = figure_of(picture, "", "")

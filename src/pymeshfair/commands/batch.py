@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -99,7 +98,7 @@ def batch(
 
 
 class BatchLines(ExitStack):
-    """A line for each scan that ends, as a `pymeshfair.batch.station.Listener`; a context manager, which ends a `BatchBar`."""
+    """A line for each scan that ends, as a `pymeshfair.batch.work.Listener`; a context manager, which ends a `BatchBar`."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -122,7 +121,7 @@ class BatchLines(ExitStack):
 
 
 class BatchBar(BatchLines):
-    """A bar over all scans with their rate, the time left and the worst so far; those that fail stay above it."""
+    """A bar over all scans with the time left; those that fail stay above it."""
 
     def __init__(self) -> None:
         from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -133,37 +132,19 @@ class BatchBar(BatchLines):
         columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
         self._bar = self.enter_context(progress_bar(*columns))
         self._task = self._bar.add_task("preparing", total=None)
-        self._started = time.monotonic()
         self._failed = 0
-        self._worst = (0.0, "")  # how far vertices moved, in mean edges, and of which scan
 
     def begin(self, total: int) -> None:
-        self._started = time.monotonic()
         self._bar.update(self._task, total=total, description="starting")
 
     def note(self, text: str) -> None:
         self._bar.console.print(printable(text), markup=False)
 
     def outcome(self, scan: Scan, outcome: Outcome) -> None:
-        from ..batch.outcomes import displacement_in_edges
-
-        self._ended += 1
         if outcome.status != "done":
             self._failed += 1
             self.note(_line(scan, outcome))
-        self._worst = max(self._worst, (displacement_in_edges(outcome) or 0.0, scan.label), key=lambda moved: moved[0])
-        rate = 60.0 * self._ended / max(1e-9, time.monotonic() - self._started)
-        moved = f", moved most: {self._worst[1]}, {self._worst[0]:.2g} edges" if self._worst[0] else ""
-        self._describe(f"{rate:.3g} a minute, {self._failed} failed{moved}", completed=self._ended)
-
-    def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
-        super().page(scan, made)
-        self._describe(f"page of {scan.label}")
-
-    def _describe(self, words: str, **changed: Any) -> None:
-        from rich.markup import escape
-
-        self._bar.update(self._task, description=escape(printable(words)), **changed)
+        self._bar.update(self._task, advance=1, description=f"{self._failed} failed")
 
 
 def _line(scan: Scan, outcome: Outcome) -> str:

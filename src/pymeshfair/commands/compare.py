@@ -10,7 +10,7 @@ from typer import Argument, Option
 
 from ..looking.words import area_table, comparison_lines, distance_table, verdict_text
 from . import options
-from .streams import STANDARD, check_text, print_document, print_lines, save_text, say, warn
+from .streams import STANDARD, check_text, plain, print_document, print_lines, save_text, say, warn
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
@@ -57,7 +57,7 @@ def compare(
 
     planes = []
     if section:
-        from ..report.charts import Plane  # which loads a library of pictures
+        from ..report.page import Plane  # which loads a library of pictures
 
         planes = [Plane.parse(text) for text in section]
     if planes and report is None:
@@ -79,33 +79,26 @@ def compare(
     warn(*warnings)
     first, second = (state_of(mesh) for mesh in meshes)
     allowed, ends = options.lengths_in_mesh_units(tolerance, limits, unit, first.diagonal, first.mean_edge)
-    comparison, distances = compare_states(first, second, tolerance=allowed)
-    numbers = {
-        "files": {"before": before, "after": after},
-        "unit": unit,
-        "alignment": alignment,
-        "comparison": comparison,
-        "warnings": warnings,
-    }
+    compared = compare_states(first, second, tolerance=allowed)
+    comparison = compared.comparison
+    files = {"before": before, "after": after}
+    numbers = {"files": files, "unit": unit, "alignment": alignment, "comparison": comparison, "warnings": warnings}
     if deviations is not None:
-        content = deviations_file(second.mesh, distances.after.at_vertices, extension(deviations) or "csv")
+        content = deviations_file(second.mesh, compared.after_distance.at_vertices, extension(deviations) or "csv")
         if deviations == STANDARD:
             save_text(content.decode("utf-8"), deviations, overwrite=overwrite)
         else:
             write_file(deviations, content, overwrite=overwrite)
     if report is not None:
         from ..report.comparison_page import comparison_page
-        from .reports import page_numbers, with_spectra
 
-        compared, left_out = with_spectra(first, second, comparison, distances)
         page = comparison_page(
             compared,
             title=f"{before.name} and {after.name}",
             subtitle="What lies between two meshes.",
-            numbers=page_numbers(numbers),
+            numbers=plain({**numbers, "files": {key: path.name for key, path in files.items()}}),
             up=up,
             warnings=warnings,
-            left_out=left_out,
             limits=ends,
             planes=planes,
             unit=unit,

@@ -99,47 +99,38 @@ class ProgressLines(contextlib.ExitStack):
         self.push(self._end)
         self._much = much
         self._step = ""
-        self._compiled: Compiling | None = None
         self._warnings: list[str] = []
         self._silent_since = time.monotonic()
 
     def _end(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if (compiled := self._compiled) is not None:
-            after = (
-                "the next run has them"
-                if compiled.lasts
-                else "they are kept nowhere, as your cache folder cannot be written: set NUMBA_CACHE_DIR to a folder where they "
-                "can be"
-            )
-            self._say(f"{self._margin}{compiled.seconds:.1f} s of that went into {_COMPILING}; {after}")
         for text in self._warnings if error is not None else ():  # else the command shows them below its results
             self._say(f"warning: {text}")
 
     def __call__(self, event: Event) -> None:
         """Show an event of the run."""
-        if isinstance(event, Message) and event.level == "info":
-            self._say(f"{self._margin}{f'step {event.step}: ' if event.step else ''}{event.text}")
-        elif isinstance(event, Message):
-            self._warnings.append(event.text)
-        else:
-            self._compiled = event if isinstance(event, Compiling) else self._compiled
+        if not isinstance(event, Message):
             self._show(event)
+        elif event.level == "info":
+            self._say(f"{self._margin}{f'step {event.step}: ' if event.step else ''}{event.text}")
+        else:
+            self._warnings.append(event.text)
 
     def _show(self, event: Event) -> None:
         waited = self._much and time.monotonic() - self._silent_since > _PATIENCE
-        if isinstance(event, StepStarted):
-            self._step = f"step {event.index} of {event.total}"
-            self._say(f"{self._step}: {event.filter}")
-        elif isinstance(event, Compiling) and event.kernels == 1 and event.is_going_on:
-            self._say(f"  {_COMPILING}")
-        elif isinstance(event, Compiling) and waited:
-            self._say(f"  {_COMPILING}: {event.seconds:.0f} s so far")
-        elif isinstance(event, PhaseStarted) and self._much:
-            self._say(event.phase)
-        elif isinstance(event, StepFinished) and self._much:
-            self._say(f"{self._step}: {event.seconds:.2f} s")
-        elif isinstance(event, StepProgress) and waited:
-            self._say(f"{self._step}: {event.fraction:.0%}")
+        match event:
+            case StepStarted():
+                self._step = f"step {event.index} of {event.total}"
+                self._say(f"{self._step}: {event.filter}")
+            case Compiling(kernels=1, is_going_on=True):
+                self._say(f"  {_COMPILING}")
+            case Compiling() if waited:
+                self._say(f"  {_COMPILING}: {event.seconds:.0f} s so far")
+            case PhaseStarted() if self._much:
+                self._say(event.phase)
+            case StepFinished() if self._much:
+                self._say(f"{self._step}: {event.seconds:.2f} s")
+            case StepProgress() if waited:
+                self._say(f"{self._step}: {event.fraction:.0%}")
 
     def _say(self, text: str) -> None:
         say(text, err=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import importlib.metadata
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from typer import Argument, Option
@@ -37,8 +37,11 @@ def doctor(
     json: Json = False,
 ) -> None:
     """Look for what keeps pymeshfair from working here."""
-    if warm:
-        _compile_all()
+    if warm:  # what no installation and no run has compiled yet
+        from ..filters.compilation import compile_ahead, listed_signatures
+
+        say("compiling filters for this machine", err=True)
+        warn(*(f"not compiled: {failure}" for failure in compile_ahead(listed_signatures())))
     if remove and folder is None:
         raise typer.BadParameter("it needs the FOLDER of the files", param_hint="--remove")
     findings = []
@@ -56,77 +59,34 @@ def doctor(
         raise typer.Exit(1)
 
 
-def _compile_all() -> None:
-    """Compile what no installation and no run has compiled yet."""
-    from rich.progress import BarColumn, TaskProgressColumn, TimeRemainingColumn
-
-    from ..filters.compilation import compile_ahead, listed_signatures
-    from .display import progress_bar
-
-    with progress_bar(BarColumn(), TaskProgressColumn(), TimeRemainingColumn()) as bar:
-        task = bar.add_task("compiling filters for this machine", total=1.0)
-        failures = compile_ahead(listed_signatures(), progress=lambda share: bar.update(task, completed=share))
-    warn(*(f"not compiled: {failure}" for failure in (*failures, *_compile_others())))
-
-
-def _compile_others() -> list[str]:
-    """Run the filters of other packages on a small mesh, which compiles what they use; what went wrong."""
-    from ..meshset import MeshSet
-    from ..registry import custom_filters
-
-    failures = []
-    for declared in (declared for declared in custom_filters() if declared.origin != "pymeshfair"):
-        meshes = MeshSet()
-        meshes.create_octahedron()
-        meshes.compute_scalar_by_function_per_vertex(q="z")
-        meshes.compute_color_by_function_per_vertex(x="x", y="y", z="z")
-        try:
-            meshes.apply_filter(declared.python_name)
-        except Exception as error:  # the filter may need another mesh
-            failures.append(f"{declared.python_name}, of {declared.origin}: {type(error).__name__}: {error}")
-    return failures
-
-
 def look_around() -> Iterator[Finding]:
-    """The findings of all looks."""
-    looks = (look_at_python, look_at_packages, look_at_pymeshlab, look_at_numba, look_at_plugins, look_at_disk)
-    return (finding for look in looks for finding in _safely(look))
-
-
-def _safely(look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
-    """The findings of `look`; an exception is a finding too, so that the other looks go on."""
-    try:
-        yield from look()
-    except Exception as error:
-        yield Finding(look.__name__.removeprefix("look_at_"), False, f"{type(error).__name__}: {error}")
+    """The findings of all looks; an exception is a finding too, so that the other looks go on."""
+    for look in (look_at_python, look_at_pymeshlab, look_at_numba, look_at_plugins, look_at_disk):
+        try:
+            yield from look()
+        except Exception as error:  # noqa: PERF203
+            yield Finding(look.__name__.removeprefix("look_at_"), False, f"{type(error).__name__}: {error}")
 
 
 def look_at_python() -> Iterator[Finding]:
-    """The interpreter and the system."""
+    """The interpreter, the system, and the installed versions of what pymeshfair's own metadata says that it needs."""
     import platform
+    import re
 
     yield Finding("python", True, f"{platform.python_version()} ({sys.executable})")
     yield Finding("system", True, platform.platform())
-
-
-def look_at_packages() -> Iterator[Finding]:
-    """The installed versions of what pymeshfair's own metadata says that it needs."""
-    import re
-
     yield Finding("pymeshfair", True, importlib.metadata.version("pymeshfair"))
-    versions: dict[str, str] = {}
+    versions, missing = [], []
     for requirement in importlib.metadata.requires("pymeshfair") or ():
-        name, marker = re.match(r"[\w.-]+", requirement), requirement.partition(";")[2]
-        if name is None or "extra ==" in marker:
+        name, marker = re.split(r"[^\w.-]", requirement)[0], requirement.partition(";")[2]
+        if "extra ==" in marker:
             continue
         try:
-            versions[name[0]] = importlib.metadata.version(name[0])
+            versions.append(f"{name} {importlib.metadata.version(name)}")
         except importlib.metadata.PackageNotFoundError:
-            if not marker:  # with one it is for some systems
-                versions[name[0]] = "is missing"
-    missing = [name for name, version in versions.items() if version == "is missing"]
-    advice = f"`python -m pip install {' '.join(missing)}`" if missing else ""
-    yield Finding("packages", not missing, ", ".join(f"{name} {version}" for name, version in versions.items()), advice)
+            missing += [] if marker else [name]  # with one it is for some systems
+    detail = ", ".join([*versions, *(f"{name} is missing" for name in missing)])
+    yield Finding("packages", not missing, detail, f"`python -m pip install {' '.join(missing)}`" if missing else "")
 
 
 def look_at_pymeshlab() -> Iterator[Finding]:
@@ -139,7 +99,7 @@ def look_at_pymeshlab() -> Iterator[Finding]:
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, env=worker_environment(None))
     if done.returncode == 0:
         yield Finding("pymeshlab", True, "can be imported")
-        yield from _safely(look_at_facts)
+        yield from look_at_facts()
     else:
         last_line = done.stderr.strip().rpartition("\n")[2] or f"the import ended with code {done.returncode}"
         yield Finding("pymeshlab", False, last_line)
@@ -150,13 +110,11 @@ def look_at_facts() -> Iterator[Finding]:
     from ..meshlab.facts import differences_from_installed, table_version
 
     installed, expected = importlib.metadata.version("pymeshlab"), table_version()
+    detail, advice = f"MeshLab's filters are as expected, those of pymeshlab {expected}; {installed} is installed", ""
     if differences := differences_from_installed():
         detail = f"{len(differences)} of MeshLab's filters differ: {'; '.join(differences[:3])}"
         advice = f"`python -m pip install pymeshlab=={expected}`, or a pymeshfair for the installed {installed}"
-        yield Finding("facts", False, detail, advice)
-    else:
-        detail = f"MeshLab's filters are as expected, those of pymeshlab {expected}; {installed} is installed"
-        yield Finding("facts", True, detail)
+    yield Finding("facts", not differences, detail, advice)
 
 
 def look_at_numba() -> Iterator[Finding]:
@@ -165,9 +123,7 @@ def look_at_numba() -> Iterator[Finding]:
 
     from ..filters.compilation import processor, stored
 
-    njit: Any = numba.njit
-    works = bool(njit(lambda number: number + 1)(1) == 2)
-    kernels = stored()
+    works, kernels = numba.njit(lambda number: number + 1)(1) == 2, stored()
     came, more = f"{kernels.installed} functions came compiled for {processor()}", f"{kernels.kept} more are in {kernels.folder}"
     advice = ""
     if not kernels.lasts:

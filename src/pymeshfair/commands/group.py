@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-import re
 import sys
 import traceback
 import warnings
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple, NoReturn, cast
 
@@ -86,8 +84,6 @@ class CommandGroup(TyperGroup):
         if os.environ.get("NO_COLOR"):
             extra["color"] = False
         try:
-            if not any(name.endswith("_COMPLETE") for name in os.environ):
-                extra["default_map"] = folder_options(self)
             code = super().main(arguments, prog_name or "pymeshfair", **{**extra, "standalone_mode": False})
             failure = INTERRUPTED if code == INTERRUPTED.exit_code else None
         except (KeyboardInterrupt, typer.Abort):
@@ -105,106 +101,5 @@ class CommandGroup(TyperGroup):
             if lost is None or code:
                 sys.exit(code or 0)
             failure = Failure("OSError", f"what was printed got lost: {(lost.strerror or str(lost)).lower()} on stdout", 1)
-        if failure.exit_code == 2 and (used := used_options(extra.get("default_map", {}), arguments)):
-            failure = failure._replace(message=f"{failure.message}\n{used}")
         failure.show(json="--json" in options)
         sys.exit(failure.exit_code)
-
-
-# ------------------------------------------------------------------------------------------------------- options of a folder
-
-OWN, PROJECT = Path("pymeshfair.toml"), Path("pyproject.toml")
-#: options that a folder from elsewhere must not set: replaced files, unchecked reading, and the machines that take part
-TYPED = ("overwrite", "allow-outside", "unchecked", "keep-broken", "scheduler", "host", "output", "help", "json", "debug")
-
-
-def folder_options(app: Any) -> dict[str, Any]:
-    """By command, its options from the file of the working folder, as click's ``default_map``.
-
-    The whole of pymeshfair.toml, or ``[tool.pymeshfair]`` of pyproject.toml, gives options to every command that has them; a
-    table in it with the name of a command, such as ``[tool.pymeshfair.run]``, to that one. What is typed goes first.
-
-    Raises:
-        ParameterError: the file cannot be read, or has what is no option; the message has the line.
-    """
-    for file, title in ((OWN, ""), (PROJECT, "tool.pymeshfair")):
-        table: Any = _parsed(file) if file.is_file() else None
-        for key in title.split(".") if title else ():
-            table = table.get(key) if isinstance(table, dict) else None
-        if isinstance(table, dict):
-            return _values(app, table, file, title, {})
-    return {}
-
-
-def _parsed(file: Path) -> dict[str, Any]:
-    if sys.version_info >= (3, 11):
-        import tomllib
-    else:
-        import tomli as tomllib
-    try:
-        return tomllib.loads(file.read_text("utf-8"))
-    except (OSError, ValueError) as error:  # of TOML and of UTF-8 too
-        raise _wrong(f"{file} cannot be read: {error}; correct it, or move it away") from None
-
-
-def _values(command: Any, table: Mapping[str, Any], file: Path, title: str, around: Mapping[str, Any]) -> dict[str, Any]:
-    """The values of a command, or by name of those of a group: of its table, over those of the tables around it."""
-    options, inner = _options(command), getattr(command, "commands", {})
-    tables = {name: value for name, value in table.items() if name in inner and isinstance(value, dict)}
-    own = {name: value for name, value in table.items() if name not in tables}
-    for key in own:
-        _check(key, {*options, *inner}, file, title)
-    values = {name: value for name, value in {**around, **own}.items() if name in options}
-    if inner:
-        titles = {name: f"{title}.{name}".lstrip(".") for name in inner}
-        return {name: _values(one, tables.get(name, {}), file, titles[name], values) for name, one in inner.items()}
-    found = {}
-    for key, value in values.items():
-        found[options[key].name] = [value] if options[key].multiple and not isinstance(value, list) else value
-        try:
-            options[key].type_cast_value(typer.Context(command), found[options[key].name])
-        except typer.BadParameter as error:
-            raise _wrong(f"{_place(file, key)}: {key}: {error.message}") from None
-    return found
-
-
-def _options(command: Any) -> dict[str, Any]:
-    """The options of a command, or of all commands of a group, by their long names."""
-    if inner := getattr(command, "commands", None):
-        return {name: option for one in inner.values() for name, option in _options(one).items()}
-    named = {str(max(p.opts, key=len)).lstrip("-"): p for p in command.params if p.param_type_name == "option"}
-    return {name: option for name, option in named.items() if name not in TYPED}
-
-
-def _check(key: str, allowed: set[str], file: Path, title: str) -> None:
-    if key in allowed:
-        return
-    from ..declaration import nearest
-
-    where = f"{_place(file, key)}: {f'[{title}] has ' if title else ''}{key!r}"
-    if key in TYPED:
-        raise _wrong(f"{where}, which has to be typed; take it out of the file")
-    near = nearest(key, allowed)
-    hint = f"did you mean {near!r}?" if near else "`pymeshfair COMMAND --help` lists the options"
-    raise _wrong(f"{where}, which is no option{f' of {title}' if title else ''}; {hint}")
-
-
-def _place(file: Path, key: str) -> str:
-    """The file and the line of the first such key."""
-    written = re.compile(rf"""\s*(\[.*)?["']?{re.escape(key)}["']?\s*[=\]]""")
-    lines = enumerate(file.read_text("utf-8").splitlines(), 1)
-    return next((f"{file}:{number}" for number, line in lines if written.match(line)), str(file))
-
-
-def _wrong(message: str) -> Exception:
-    from ..errors import ParameterError
-
-    return ParameterError(message)
-
-
-def used_options(options: Mapping[str, Any], arguments: Sequence[str]) -> str:
-    """Which options of the file a command line meets, as a sentence for its errors; empty if none."""
-    for word in arguments:
-        options = options.get(word, options) if isinstance(options.get(word, {}), dict) else options
-    values = [f"{name} = {value}" for name, value in options.items() if not isinstance(value, dict)]
-    return f"{OWN if OWN.is_file() else PROJECT} has: {', '.join(values)}" if values else ""

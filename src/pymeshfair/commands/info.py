@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer import Argument, Option
+from typer import Argument
 
 from ..looking.words import counted
 from .group import Command
@@ -33,21 +33,15 @@ listing = typer.Typer(help="List filters or recipes.", rich_markup_mode=None)
 
 @listing.command(cls=Command)
 def filters(
-    words: Annotated[list[str] | None, Argument(metavar="WORDS", help="Words of the names or the summary.")] = None,
-    origin: Annotated[str, Option(help="Only filters of pymeshfair, of meshlab or of another package.")] = "",
+    words: Annotated[list[str] | None, Argument(metavar="WORDS", help="Words of the names, the origin or the summary.")] = None,
     json: Json = False,
 ) -> None:
     """List the filters, MeshLab's and those of the plugins."""
     from ..registry import all_filters, broken_plugins
 
     warn(*broken_plugins())
-    text, declared = " ".join(words or ()), list(all_filters())
-    origins = {f.origin for f in declared}
-    if origin and origin.casefold() not in {name.casefold() for name in origins}:
-        there = ", ".join(sorted(origins))
-        raise typer.BadParameter(f"no filter comes from {origin!r}; there are {there}", param_hint="'--origin'")
-    declared = [f for f in declared if not origin or f.origin.casefold() == origin.casefold()]
-    listed = [f for f in declared if _contains(f"{f.python_name} {f.name} {f.summary}", text)]
+    text = " ".join(words or ())
+    listed = [f for f in all_filters() if _contains(f"{f.python_name} {f.name} {f.origin} {f.summary}", text)]
     if not listed and not json:
         typer.echo(f"no filter contains {text!r}", err=True)
     names = ("python_name", "name", "origin", "summary")

@@ -33,17 +33,13 @@ PAGES = ("html", "htm")
 
 
 def _recipes(incomplete: str) -> list[str]:
-    """The shipped recipes, scripts and folders that a word may become, for the shell."""
+    """The shipped recipes and the scripts that a word may become, for the shell."""
     import glob
     import importlib.resources
-    import os
 
-    shipped = (
-        f.name.removesuffix(".mlx") for f in importlib.resources.files("pymeshfair.mlx_scripts").iterdir() if ".mlx" in f.name
-    )
-    paths = glob.glob(f"{glob.escape(incomplete)}*")  # noqa: PTH207 - as it was typed
-    own = [path + "/" if os.path.isdir(path) else path for path in paths if path.endswith(".mlx") or os.path.isdir(path)]  # noqa: PTH112
-    return sorted(name for name in shipped if name.startswith(incomplete)) + sorted(own)
+    shipped = [f.name for f in importlib.resources.files("pymeshfair.mlx_scripts").iterdir() if f.name.endswith(".mlx")]
+    own = glob.glob(f"{glob.escape(incomplete)}*.mlx")  # noqa: PTH207 - as it was typed
+    return sorted(name.removesuffix(".mlx") for name in shipped if name.startswith(incomplete)) + sorted(own)
 
 
 Recipe = Annotated[

@@ -56,8 +56,7 @@ def picture(
     from ..errors import ParameterError
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
-    from ..looking.coloring import check_coloring
-    from ..looking.picture import Appearance, draw_meshes, view_angles
+    from ..looking.picture import Appearance, check_coloring, draw_meshes, view_angles
     from ..running.read import read_mesh
 
     check_target(output, PICTURES, overwrite=overwrite)

@@ -6,6 +6,7 @@ import contextlib
 import importlib.util
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,6 +20,7 @@ from .streams import Talk, complain, print_document, print_lines, printable, say
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from ..files.writing import StagedFile
     from ..running.job import Event, Job, RunResult
 
 
@@ -87,12 +89,25 @@ def run(
 
             carry_out(job, lambda show: run_by_tiles(job, show, scheduler=scheduler, resume=resume), json=json)
         elif report is not None:
-            from .reports import reporting
-
-            with reporting(job, report, up) as page:
-                carry_out(job, lambda show: run_job(job, show, workers=workers, also=page), json=json, report=report)
+            page = partial(_staged_report, job, report, up)
+            carry_out(job, lambda show: run_job(job, show, workers=workers, also=page), json=json, report=report)
         else:
             carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)
+
+
+def _staged_report(job: Job, path: Path, up: str, result: RunResult) -> list[StagedFile]:
+    """The report of a run whose result is staged, to appear with its output."""
+    from json import loads
+
+    from ..files.writing import check_target, stage_file
+    from ..report.comparison_page import run_page
+    from ..running.read import read_mesh
+
+    before = read_mesh(job.input, self_intersections=None, allow_outside=job.allow_outside, unchecked=job.unchecked)
+    after = read_mesh(result.output, self_intersections=None)
+    page = run_page(loads(result.provenance.read_text("utf-8", "surrogateescape")), before, after, up=up)
+    check_target(path, options.PAGES, overwrite=job.overwrite)
+    return [stage_file(result.output.with_name("report.html"), path.absolute(), page)]
 
 
 def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *, json: bool, report: Path | None = None) -> None:
@@ -175,13 +190,10 @@ def sample_scan() -> Path:
     from ..files.errors import InputError
 
     spec = importlib.util.find_spec("pymeshlab")
-    if spec is None or spec.origin is None:
-        raise InputError(_SCAN, "pymeshlab is not installed; `python -m pip install pymeshlab` installs it with this scan")
-    scan = Path(spec.origin).parent / _SCAN
+    scan = Path(spec.origin).parent / _SCAN if spec and spec.origin else _SCAN
     if not scan.is_file():
-        raise InputError(
-            scan, "this pymeshlab came without its samples; the wheels of pymeshlab 2025.7 and later on PyPI have them"
-        )
+        words = "this pymeshlab came without its samples; the wheels of pymeshlab 2025.7 and later on PyPI have them"
+        raise InputError(scan, words)
     return scan
 
 

@@ -15,17 +15,17 @@ def tune(
     recipe: Annotated[
         str, Option(metavar="RECIPE", help="The first recipe: a shipped name or an .mlx file.")
     ] = "smooth_implicit",
-    host: Annotated[str, Option(metavar="ADDRESS", help="Address to listen on; 127.0.0.1 is for this machine.")] = "127.0.0.1",
     port: Annotated[int, Option(help="Port to listen on; 0 takes a free one.", min=0, max=65535)] = 0,
     browser: Annotated[bool, Option("--browser/--no-browser", help="Whether to open the page in the browser.")] = True,
     json: Json = False,
 ) -> None:
     """Tune a recipe on a scan, on a page in the browser that shows the result of every change.
 
-    This machine serves the page; its address contains a random token, which gives access. Recipes and results are written to
-    the working folder. Ctrl-C ends it.
+    This machine serves the page, for itself alone; its address contains a random token, which gives access. Recipes and results
+    are written to the working folder. Ctrl-C ends it.
     """
     import secrets
+    import socket
     import tempfile
     import webbrowser
 
@@ -35,18 +35,17 @@ def tune(
     from ..files.writing import staging_folder
     from ..recipe import load_recipe
     from ..tuning.bench import prepared_scan
-    from ..tuning.server import Subject, listening_socket, redirecting_file, serve
+    from ..tuning.server import redirecting_file, serve
 
     load_recipe(recipe)
     with staging_folder(Path(tempfile.gettempdir()) / "tuning") as folder:
-        subject = Subject(prepared_scan(scan.absolute(), folder), recipe, Path.cwd())
+        prepared = prepared_scan(scan.absolute())
         token = secrets.token_urlsafe(32)  # of 256 bits
         try:
-            listening = listening_socket(host, port)
+            listening = socket.create_server(("127.0.0.1", port))
         except OSError as error:
-            raise PymeshfairError(f"cannot listen on {host}, port {port}: {error.strerror or error}") from error
-        name = f"[{host}]" if ":" in host else host
-        address = f"http://{name}:{listening.getsockname()[1]}/{token}/"
+            raise PymeshfairError(f"cannot listen on port {port}: {error.strerror or error}") from error
+        address = f"http://127.0.0.1:{listening.getsockname()[1]}/{token}/"
 
         def ready() -> None:
             if json:
@@ -56,4 +55,4 @@ def tune(
             if browser:
                 webbrowser.open(redirecting_file(address, folder).as_uri())
 
-        serve(subject, token, folder, listening, names=(host,), ready=ready)
+        serve(prepared, recipe, token, folder, listening, ready=ready)

@@ -7,12 +7,11 @@ import io
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..declaration import Bools, Floats, Ints
+from ..declaration import Floats, Ints
 from ..files.formats import ATTRIBUTES, attributes_of
 from ..files.ply_write import write_ply
 from ..filters.denoising import estimate_noise
@@ -33,7 +32,6 @@ from ..filters.mesh import bounding_box, scaled_to_unit
 from ..filters.topology import boundary_loops, connected_components
 from ..mesh_data import MeshData
 from ..running.read import ReadMesh
-from .coloring import same_elements
 
 #: vertices of a mesh beyond which a quarter of it gives the same noise, in a quarter of the time and memory
 MOST_OF_NOISE = 100_000
@@ -50,9 +48,7 @@ _ROUNDING = 256 * float(np.finfo(np.float64).eps)
 class MeshState:
     """One mesh and its measures."""
 
-    path: Path  # its file
     mesh: MeshData
-    self_intersecting: Bools | None  # (m,) the faces that cut others; None if not looked for
     #: `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name, and ``border_loops``; ``holes``, the border loops
     #: that do not go round the outside of a sheet; ``self_intersecting_faces``, None if not looked for; ``noise``, the standard
     #: deviation along the normals in mesh units, None of a cloud, above `MOST_OF_NOISE` vertices that of about a quarter of them;
@@ -87,7 +83,7 @@ def state_of(read: ReadMesh) -> MeshState:
         "noise": estimate_noise(*part_for_noise(mesh.vertices, mesh.faces)).length if len(mesh.faces) else None,
         "sharp_edge_length": math.fsum(sharp.lengths),
     }
-    return MeshState(read.path, mesh, cuts, {**read.measures, **more}, sharp)
+    return MeshState(mesh, {**read.measures, **more}, sharp)
 
 
 def part_for_noise(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
@@ -194,21 +190,38 @@ class Comparison:
 _LENGTHS = ("mean", "mean_size", "rms", "standard_deviation", "mean_error", "mean_size_error", "rms_error")
 
 
-class Distances(NamedTuple):
-    """The distances between two surfaces, place by place."""
-
-    after: SurfaceDistance  # of the second from the first
-    before: SurfaceDistance  # of the first from the second
+def same_elements(first: MeshData, second: MeshData) -> bool:
+    """Whether both have as many vertices and the same faces, so that vertices of the same number are the same."""
+    return len(first.vertices) == len(second.vertices) and np.array_equal(first.faces, second.faces)
 
 
-def compare(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> tuple[Comparison, Distances]:
-    """Compare two meshes or clouds, also place by place; the tolerance is in mesh units."""
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """Two meshes and their comparison, place by place, too."""
+
+    before: MeshState  # the first
+    after: MeshState  # the second
+    comparison: Comparison
+    after_distance: SurfaceDistance  # of the second from the first
+    before_distance: SurfaceDistance  # of the first from the second
+
+    @property
+    def meshes(self) -> dict[str, MeshData]:
+        """Both by their names."""
+        return {"before": self.before.mesh, "after": self.after.mesh}
+
+    @property
+    def tolerance(self) -> float:
+        """In mesh units; 0 without one."""
+        return self.comparison.tolerance.mesh_units if self.comparison.tolerance else 0.0
+
+
+def compare(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> Compared:
+    """Compare two meshes or clouds; the tolerance is in mesh units."""
     first, second = before.mesh, after.mesh
     # One after the other: what searches need takes as much memory as all the rest.
-    distances = Distances(
-        surface_distance(second.vertices, second.faces, Surface.of(first.vertices, first.faces)),
-        surface_distance(first.vertices, first.faces, Surface.of(second.vertices, second.faces)),
-    )
+    there = surface_distance(second.vertices, second.faces, Surface.of(first.vertices, first.faces))
+    here = surface_distance(first.vertices, first.faces, Surface.of(second.vertices, second.faces))
     same_vertices = bool(len(first.faces)) and same_elements(first, second)
 
     def length(value: float) -> LengthIn:
@@ -217,20 +230,19 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
 
     judged: dict[str, Any] = {}
     if tolerance is not None:
-        areas = [*_out_of_tolerance("after", after, distances.after, tolerance)]
-        areas += _out_of_tolerance("before", before, distances.before, tolerance)
+        areas = [*_out_of_tolerance("after", after, there, tolerance), *_out_of_tolerance("before", before, here, tolerance)]
         ordered = tuple(sorted(areas, key=lambda area: -abs(area.amount)))
-        passed = max(d.largest for d in distances) <= tolerance
+        passed = max(there.largest, here.largest) <= tolerance
         judged = {"tolerance": length(tolerance), "passed": passed, "out_of_tolerance": ordered}
-    at_most = max(d.at_most for d in distances)
+    at_most = max(there.at_most, here.at_most)
     rounding = _ROUNDING * max(float(np.abs(mesh.vertices).max()) for mesh in (first, second))
     had, has = (attributes_of(mesh) for mesh in (first, second))
-    return Comparison(
+    comparison = Comparison(
         before=before.measures,
         after=after.measures,
-        after_from_before=_deviation(distances.after, tolerance, length),
-        before_from_after=_deviation(distances.before, tolerance, length),
-        hausdorff=length(max(d.largest for d in distances)),
+        after_from_before=_deviation(there, tolerance, length),
+        before_from_after=_deviation(here, tolerance, length),
+        hausdorff=length(max(there.largest, here.largest)),
         hausdorff_at_most=length(at_most),
         rounding=rounding,
         same_surface=at_most <= rounding,
@@ -242,8 +254,9 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         attributes_lost=tuple(a for a in ATTRIBUTES if a in had and a not in has),
         attributes_gained=tuple(a for a in ATTRIBUTES if a in has and a not in had),
         **judged,
-        **_faces(before, after, distances, same_faces=same_vertices),
-    ), distances
+        **_faces(before, after, there, here, same_faces=same_vertices),
+    )
+    return Compared(before, after, comparison, there, here)
 
 
 def _out_of_tolerance(name: str, state: MeshState, distance: SurfaceDistance, tolerance: float) -> Iterator[Area]:
@@ -288,12 +301,13 @@ def _change(before: float | None, after: float | None) -> float | None:
     return 100.0 * (after - before) / abs(before) if before and after is not None else None
 
 
-def _faces(before: MeshState, after: MeshState, distances: Distances, *, same_faces: bool) -> dict[str, Any]:
+def _faces(
+    before: MeshState, after: MeshState, there: SurfaceDistance, here: SurfaceDistance, *, same_faces: bool
+) -> dict[str, Any]:
     """Measures of faces from the samples of two meshes; all None if one of them has no faces."""
     names = ("normal_deviation", "largest_normal_deviation", "flipped_faces", "added_area", "removed_area")
     if not (len(before.mesh.faces) and len(after.mesh.faces)):
         return dict.fromkeys(names)
-    there, here = distances
     old, new = (face_normals(scaled_to_unit(m.vertices)[0], m.faces) for m in (before.mesh, after.mesh))
     angles, counted = np.empty(len(there.faces)), np.empty(len(there.faces), dtype=np.bool_)
     for part in blocks(len(angles)):

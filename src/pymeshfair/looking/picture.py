@@ -1,10 +1,11 @@
-"""A picture of several meshes from one camera, side by side, with titles, a scale bar and a colour bar.
+"""A picture of several meshes from one camera, side by side, with titles, a scale bar, and a colour bar for their measures.
 
 The camera is one parallel projection for all of them, so that lengths can be read off the picture.
 """
 
 import math
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -14,11 +15,142 @@ from PIL import Image, ImageDraw, ImageFont
 
 from ..declaration import Floats, nearest
 from ..errors import MeshError, ParameterError
-from ..filters.inspection import Limits, reflection_stripes
+from ..filters.geometry import vector_lengths
+from ..filters.inspection import (
+    Limits,
+    Surface,
+    diverging_colors,
+    gaussian_curvature,
+    mean_curvature,
+    reflection_stripes,
+    robust_limits,
+    sequential_colors,
+    symmetric_limits,
+    triangle_shapes,
+)
 from ..filters.mesh import bounding_box
 from ..mesh_data import MeshData
-from .coloring import COLORINGS, OTHERS, Numbers, check_coloring, in_unit, numbers_of
+from .comparison import same_elements
 from .shading import Camera, Scene, render, texture_of, turned
+
+# ------------------------------------------------------------------------------------- measures that become colours
+
+#: the colour of distances within a tolerance, and where on the map, from the middle to an end, colours begin beyond it
+_WITHIN, _BAND = (0.86, 0.90, 0.84), 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """Numbers on the vertices or faces of one mesh."""
+
+    values: Floats  # (n,) or (m,)
+    by_face: bool = False  # whether they belong to faces
+
+
+@dataclass(frozen=True)
+class Coloring:
+    """A measure that becomes a colour."""
+
+    label: str  # the text at the colour bar
+    #: the numbers of a mesh, from the mesh and a reference; None where the mesh has none
+    of: Callable[[MeshData, MeshData], Numbers | None]
+    diverging: bool  # whether 0 is the middle, and has the middle colour
+    limits: Limits | None = None  # the ends of the colour bar, where they do not follow from the numbers
+    alone: str = "the meshes have none"  # why a mesh has no such numbers, in words
+
+    def limits_for(self, numbers: Sequence[Numbers]) -> Limits:
+        """The ends of one colour bar for several meshes."""
+        if self.limits is not None:
+            return self.limits
+        values = np.concatenate([n.values for n in numbers])
+        return symmetric_limits(values) if self.diverging else robust_limits(values)
+
+    def colors(self, values: Floats, limits: Limits, tolerance: float = 0.0) -> Floats:
+        """(k, 3) red, green, blue from 0 to 1 of (k,) numbers; diverging ones up to a tolerance have one colour."""
+        if not self.diverging:
+            return sequential_colors(values, limits)[:, :3]
+        if not tolerance > 0.0:
+            return diverging_colors(values, limits)[:, :3]
+        high = max(limits.high, -limits.low)
+        share = np.clip((np.abs(values) - tolerance) / max(high - tolerance, 1e-12 * tolerance), 0.0, 1.0)
+        colors = diverging_colors(np.sign(values) * (_BAND + (1.0 - _BAND) * share), Limits(-1.0, 1.0))[:, :3]
+        return np.where((np.abs(values) <= tolerance)[:, None], _WITHIN, colors)
+
+
+def in_unit(label: str, unit: str | None) -> str:
+    """The label of a coloring with the unit of the scan in place of mesh units; unchanged without a unit."""
+    return re.sub("mesh units?", unit, label) if unit else label
+
+
+def _distance(mesh: MeshData, reference: MeshData) -> Numbers | None:
+    if mesh is reference:
+        return None
+    return Numbers(Surface.of(reference.vertices, reference.faces).nearest(mesh.vertices).signed)
+
+
+def _displacement(mesh: MeshData, reference: MeshData) -> Numbers | None:
+    if mesh is reference or not same_elements(mesh, reference):
+        return None
+    return Numbers(vector_lengths(mesh.vertices - reference.vertices))
+
+
+def _scalar(mesh: MeshData, reference: MeshData) -> Numbers | None:
+    if mesh.has_vertex_scalars:
+        return Numbers(mesh.vertex_scalars)
+    return Numbers(mesh.face_scalars, by_face=True) if mesh.has_face_scalars else None
+
+
+COLORINGS: Mapping[str, Coloring] = {
+    "curvature": Coloring(
+        "mean curvature (1 / mesh unit)", lambda mesh, _: Numbers(mean_curvature(mesh.vertices, mesh.faces)), diverging=True
+    ),
+    "gaussian": Coloring(
+        "Gaussian curvature (1 / squared mesh unit)",
+        lambda mesh, _: Numbers(gaussian_curvature(mesh.vertices, mesh.faces)),
+        diverging=True,
+    ),
+    "distance": Coloring(
+        "distance from the first surface (mesh units, outwards above 0)",
+        _distance,
+        diverging=True,
+        alone="it takes a second mesh, whose distance from the surface of the first is shown",
+    ),
+    "displacement": Coloring(
+        "displacement of the vertices (mesh units)",
+        _displacement,
+        diverging=False,
+        alone="it takes a second mesh of the same vertices and faces as the first; 'distance' compares any two surfaces",
+    ),
+    "shape": Coloring(
+        "triangle shape (1: equilateral)",
+        lambda mesh, _: Numbers(triangle_shapes(mesh.vertices, mesh.faces), by_face=True),
+        diverging=False,
+        limits=Limits(0.0, 1.0),
+    ),
+    "scalar": Coloring("scalar", _scalar, diverging=False),
+}
+
+
+#: those that are no numbers: the colours of the mesh itself, and lines that follow from the direction of view
+OTHERS = ("plain", "own", "reflection")
+
+
+def check_coloring(name: str) -> None:
+    """Raise `ParameterError` with the nearest name if there is no such coloring."""
+    names = [*OTHERS, *COLORINGS]
+    if name not in names:
+        near = nearest(name, names)
+        hint = f"did you mean {near!r}?" if near else f"it takes {', '.join(names)}"
+        raise ParameterError(f"{name!r} is no coloring; {hint}")
+
+
+def numbers_of(coloring: str, meshes: Sequence[MeshData]) -> list[Numbers | None]:
+    """The numbers of each mesh; the first one is the reference."""
+    numbers = [COLORINGS[coloring].of(mesh, meshes[0]) for mesh in meshes]
+    if not any(numbers):
+        raise MeshError(f"nothing to colour by {coloring}: {COLORINGS[coloring].alone}")
+    return numbers
+
 
 # ----------------------------------------------------------------------------------------------------- from where
 
@@ -69,7 +201,7 @@ def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
 
 
 def fitting_camera(clouds: Sequence[Floats], rows: Floats, aspect: float) -> Camera:
-    """The camera in whose window, `aspect` times as wide as high, all finite points of (n, 3) clouds are."""
+    """The camera in whose window, `aspect` times as wide as high, all points of (n, 3) clouds are."""
     # About one of the points, as coordinates far from the origin lose digits when they are turned.
     origin = next(points[0] for points in clouds if len(points))
     ends = [bounding_box(turned(points - origin, rows)) for points in clouds if len(points)]
@@ -77,12 +209,6 @@ def fitting_camera(clouds: Sequence[Floats], rows: Floats, aspect: float) -> Cam
     width, height = (high - low)[:2] / (1.0 - 2.0 * _MARGIN)
     height = max(float(height), float(width) / aspect) or 1.0
     return Camera(rows, origin + (low + high) / 2 @ rows, height * aspect, height)
-
-
-def close_up(point: Floats, size: float, rows: Floats, aspect: float) -> Camera:
-    """The camera around a (3,) point; `size` is the shorter side of its window, in mesh units."""
-    height = size if aspect >= 1.0 else size / aspect
-    return Camera(rows, point, height * aspect, height)
 
 
 # ----------------------------------------------------------------------------------------------------- the panels
@@ -116,15 +242,12 @@ class Appearance:
         rows, aspect = view_rows(self.azimuth, self.elevation, self.up), self.width / self.height
         if self.centre is None:
             return fitting_camera(clouds, rows, aspect)
-        return close_up(np.asarray(self.centre, dtype=np.float64), self.extent, rows, aspect)
+        height = self.extent / min(aspect, 1.0)
+        return Camera(rows, np.asarray(self.centre, dtype=np.float64), height * aspect, height)
 
 
 def draw_meshes(
-    meshes: Sequence[MeshData],
-    titles: Sequence[str],
-    appearance: Appearance,
-    *,
-    numbers: Sequence[Numbers | None] | None = None,
+    meshes: Sequence[MeshData], titles: Sequence[str], appearance: Appearance, *, numbers: Sequence[Numbers | None] | None = None
 ) -> Image.Image:
     """Draw meshes side by side, all from one camera, with one scale bar and one colour bar.
 

@@ -2,9 +2,10 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timezone
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,22 +14,21 @@ from PIL import Image
 from ..declaration import Floats
 from ..filters.geometry import edge_lengths, vector_lengths
 from ..filters.inspection import Limits, mean_curvature, robust_limits, symmetric_limits, triangle_shapes
-from ..looking.coloring import COLORINGS, Numbers, in_unit, same_elements
-from ..looking.comparison import Comparison, Distances, MeshState
-from ..looking.picture import BAR_STRIP, VIEWS, Appearance, draw_color_bar, draw_meshes
+from ..looking.comparison import Compared, Comparison, compare, same_elements, state_of
+from ..looking.picture import BAR_STRIP, COLORINGS, VIEWS, Appearance, Numbers, draw_color_bar, draw_meshes, in_unit
 from ..looking.words import (
     area_table,
     became_text,
     change_lines,
     comparison_lines,
+    counted,
     distance_table,
     measure_rows,
     verdict_text,
 )
-from ..mesh_data import MeshData
-from ..running.report import steps_of
-from .charts import Chart, Plane, histogram, section_chart, spectrum_chart
-from .page import Figure, figure_of, render
+from ..running.read import ReadMesh
+from ..running.report import plain, steps_of
+from .page import Chart, Figure, Plane, figure_of, histogram, render, section_chart
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 
 #: pixels of a picture of a whole mesh, and of one of the views of the distances
@@ -48,28 +48,6 @@ class Verdict:
     lines: tuple[str, ...] = ()  # further sentences
 
 
-@dataclass(frozen=True, eq=False)
-class Compared:
-    """Two meshes and their comparison."""
-
-    before: MeshState  # the first
-    after: MeshState  # the second
-    comparison: Comparison  # by `pymeshfair.looking.comparison.compare`
-    distances: Distances  # between the surfaces, place by place
-    #: by "before" and "after", the values of the filter ``get_surface_spectrum``; empty without it
-    spectra: Mapping[str, Mapping[str, Any]]
-
-    @property
-    def meshes(self) -> dict[str, MeshData]:
-        """Both by their names."""
-        return {"before": self.before.mesh, "after": self.after.mesh}
-
-    @property
-    def tolerance(self) -> float:
-        """In mesh units; 0 without one."""
-        return self.comparison.tolerance.mesh_units if self.comparison.tolerance else 0.0
-
-
 def comparison_page(
     compared: Compared,
     *,
@@ -79,7 +57,6 @@ def comparison_page(
     verdict: Verdict | None = None,
     markers: Sequence[Marker] = (),
     warnings: Sequence[str] = (),
-    left_out: Sequence[str] = (),
     run: Mapping[str, Any] | None = None,
     provenance: str = "",
     up: str = "y",
@@ -89,14 +66,13 @@ def comparison_page(
 ) -> bytes:
     """The report as the bytes of an HTML file.
 
-    `numbers` is the document that the command prints with ``--json``, in terms of JSON; `left_out` are the parts that the page
-    does not show, and why. After a run `run` is its record, and `provenance` the text of that. By default the verdict is that of
-    the comparison, the markers are at the areas out of tolerance or at the largest distance, and the colours end at those of the
-    distances.
+    `numbers` is the document that the command prints with ``--json``, in terms of JSON. After a run `run` is its record, and
+    `provenance` the text of that. By default the verdict is that of the comparison, the markers are at the areas out of tolerance
+    or at the largest distance, and the colours end at those of the distances.
     """
     comparison = compared.comparison
     least = 1.5 * compared.tolerance  # so that the tolerance lies well within the colour bar
-    low, high = symmetric_limits(compared.distances.after.distances)
+    low, high = symmetric_limits(compared.after_distance.distances)
     ends = limits or Limits(min(low, -least), max(high, least))
     curvatures = {name: mean_curvature(m.vertices, m.faces) for name, m in compared.meshes.items() if len(m.faces)}
     scene, shown = _scene(compared, up, markers or _markers(comparison, unit), ends, curvatures, unit)
@@ -115,7 +91,7 @@ def comparison_page(
         measure_rows=measure_rows({"before": comparison.before, "after": comparison.after}, unit),
         sections=[c for plane in planes if (c := section_chart(compared.meshes.values(), plane, unit)) is not None],
         charts=_charts(compared, ends, curvatures, unit or "mesh units"),
-        left_out=left_out,
+        unsought=not any(measures["self_intersecting_faces"] is not None for measures in (comparison.before, comparison.after)),
         warnings=warnings,
         run=run,
         steps=steps_of(run) if run else (),
@@ -139,6 +115,50 @@ def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, 
     return Verdict("good" if comparison.same_surface else "warn" if flipped else "info", text, lines)
 
 
+def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up: str = "y") -> bytes:
+    """The report of a run as the bytes of an HTML file, from its provenance document, and from the meshes of its files."""
+    compared = compare(state_of(input), state_of(output))
+    comparison = replace(compared.comparison, displacement=None)  # the run said that, before the file rounded coordinates
+    change, unit = record["measures"]["change"] or {}, record["measures"]["unit"]
+    paths = {"before": Path(record["input"]["path"]), "after": Path(record["output"]["path"])}
+    names = {key: path.name for key, path in paths.items()}
+    provenance = json.dumps(record, indent=2, ensure_ascii=False)
+    for folder in (*(path.parent for path in paths.values()), Path.cwd()):
+        # The folders of this machine say nothing to those who get the page.
+        provenance = provenance.replace(f"{json.dumps(str(folder), ensure_ascii=False)[1:-1]}/", "")
+    return comparison_page(
+        replace(compared, comparison=comparison),
+        title=f"{names['before']}: {record['recipe']['name']}",
+        subtitle=f"The recipe {record['recipe']['name']} on {names['before']}, written to {names['after']}.",
+        numbers={"files": names, "change": change, "comparison": plain(asdict(comparison))},
+        up=up,
+        unit=unit,
+        warnings=record["warnings"],
+        verdict=_verdict_of_run(record, verdict_of(comparison, change, unit)),
+        markers=[
+            Marker(b["place"], f"{b['guard']}, vertex {b['vertex']}")
+            for b in record.get("guards", {}).get("breaches", ())
+            if b["place"]
+        ],
+        run=record,
+        provenance=provenance,
+    )
+
+
+def _verdict_of_run(record: Mapping[str, Any], moved: Verdict) -> Verdict:
+    guards = record.get("guards", {})
+    steps = f"{counted(len(record['steps']), 'step')} in {record['run']['seconds']:.1f} s."
+    lines = (moved.text, *moved.lines, steps)
+    if breaches := guards.get("breaches"):
+        count = "a limit" if len(breaches) == 1 else f"{len(breaches)} limits"
+        text = f"The run went beyond {count}; the output was written all the same."
+        return Verdict("bad", text, (*(f"{breach['guard']}: {breach['message']}." for breach in breaches), *lines))
+    if limits := guards.get("limits"):
+        kept = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in limits.items())
+        return Verdict("good", f"Done, and every limit was kept: {kept}.", lines)
+    return Verdict(moved.kind, moved.text, (*moved.lines, f"{steps} No limits were set."))
+
+
 def _markers(comparison: Comparison, unit: str | None) -> list[Marker]:
     spoken = f" {unit}" if unit else ""
     if comparison.out_of_tolerance:
@@ -154,17 +174,12 @@ def _markers(comparison: Comparison, unit: str | None) -> list[Marker]:
 
 
 def _scene(
-    compared: Compared,
-    up: str,
-    markers: Sequence[Marker],
-    ends: Limits,
-    curvatures: Mapping[str, Floats],
-    unit: str | None,
+    compared: Compared, up: str, markers: Sequence[Marker], ends: Limits, curvatures: Mapping[str, Floats], unit: str | None
 ) -> tuple[Scene, list[Shown]]:
     before, after = compared.meshes.values()
     limits = {"distance": ends}
     scalars = {name: {"curvature": curvatures[name]} if name in curvatures else {} for name in compared.meshes}
-    scalars["after"]["distance"] = compared.distances.after.at_vertices
+    scalars["after"]["distance"] = compared.after_distance.at_vertices
     if compared.comparison.displacement is not None:
         scalars["after"]["displacement"] = vector_lengths(after.vertices - before.vertices)
         limits["displacement"] = robust_limits(scalars["after"]["displacement"])
@@ -195,7 +210,7 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
         figure_of(panels[0], "The mesh before, from the front.", f"Before, with a scale bar in {spoken}"),
         figure_of(panels[1], "The mesh after, from the same place.", "After"),
     ]
-    numbers = [Numbers(compared.distances.after.at_vertices)]
+    numbers = [Numbers(compared.after_distance.at_vertices)]
     look = replace(plain, color="distance", width=_VIEW, height=_VIEW, limits=ends, tolerance=tolerance)
     for side in _SIDES:
         azimuth, elevation = VIEWS[side]
@@ -216,7 +231,7 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
 
 
 def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], unit: str) -> list[Chart]:
-    meshes, distances = compared.meshes, compared.distances.after.at_vertices
+    meshes, distances = compared.meshes, compared.after_distance.at_vertices
     charts = [histogram("Distance from the mesh before", f"{unit}, outwards above 0", {"after": distances}, *ends)]
     if len(curvatures) == 2:
         every = np.concatenate(list(curvatures.values()))
@@ -229,5 +244,4 @@ def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], 
         del edges  # six lengths for every vertex of either mesh
         shapes = {name: triangle_shapes(mesh.vertices, mesh.faces) for name, mesh in meshes.items()}
         charts.append(histogram("Shape of triangles", "1: equilateral, 0: degenerate", shapes, *Limits(0.0, 1.0)))
-    charts.append(spectrum_chart(compared.spectra, unit))
     return [chart for chart in charts if chart is not None]

@@ -1,22 +1,33 @@
-"""Renders HTML pages that need no network: pictures and meshes are embedded, and only the page's own scripts may run.
+"""HTML pages that need no network: pictures, charts, sections and meshes are embedded, and only their own scripts may run.
 
 Parts of a page are macros in ``templates/parts.html``; `render` fills a template that imports them. The template engine escapes
-every text, so that the name of a scan cannot contain active HTML.
+every text, so that the name of a scan cannot contain active HTML. Charts are SVG, with their numbers as a table beside them, for
+screen readers and searches.
 """
 
+from __future__ import annotations
+
 import base64
+import contextlib
 import hashlib
 import importlib.resources
 import io
 import json
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from PIL import Image
+
+from ..declaration import Floats
+from ..errors import ParameterError
+from ..looking.picture import number, round_length
+from ..mesh_data import MeshData
 
 #: the scripts of a page with the viewer
 VIEWER = ("viewer.js", "page.js")
@@ -43,26 +54,16 @@ def figure_of(picture: Image.Image, alternative: str, caption: str) -> Figure:
     return Figure(source, alternative, caption, picture.width, picture.height)
 
 
-def render(
-    template: str, /, *, scripts: Sequence[str] = VIEWER, sockets: bool = False, package: str = __package__, **values: Any
-) -> str:
+def render(template: str, /, *, scripts: Sequence[str] = VIEWER, sockets: bool = False, **values: Any) -> str:
     """Fill a template, which extends ``page.html``; a variable that is missing is an error.
 
-    The page holds these files of ``static/``, and may connect to nothing, or with `sockets` to its own server. `package` has
-    further templates and scripts.
+    The page holds these files of ``static/``, and may connect to nothing, or with `sockets` to its own server.
     """
-    texts = tuple(Markup(_resource(name, package)) for name in scripts)
-    style = Markup(_resource("page.css", package))
-    allowed = " ".join(_digest(text) for text in texts)
-    policy = f"default-src 'none'; img-src data:; style-src {_digest(style)}; script-src {allowed}"
+    static = importlib.resources.files(__package__) / "static"
+    style, *texts = (Markup((static / name).read_text("utf-8")) for name in ("page.css", *scripts))
+    policy = f"default-src 'none'; img-src data:; style-src {_digest(style)}; script-src {' '.join(map(_digest, texts))}"
     policy += "; base-uri 'none'; form-action 'none'" + ("; connect-src 'self'" if sockets else "")
-    return _environment(package).get_template(template).render(scripts=texts, style=style, policy=policy, **values)
-
-
-def _resource(name: str, package: str) -> str:
-    """A script or style sheet of a package, else of this one."""
-    places = (importlib.resources.files(place).joinpath("static", name) for place in (package, __package__))
-    return next(place for place in places if place.is_file()).read_text("utf-8")
+    return _environment().get_template(template).render(scripts=texts, style=style, policy=policy, **values)
 
 
 def _digest(text: str) -> str:
@@ -70,10 +71,12 @@ def _digest(text: str) -> str:
 
 
 @cache
-def _environment(package: str) -> Environment:
-    loader = ChoiceLoader([PackageLoader(place) for place in dict.fromkeys((package, __package__))])
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"json_block": json_block, "short": short}
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader(__package__), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.policies["json.dumps_kwargs"] = {"allow_nan": False}
+    environment.filters["short"] = short
     return environment
 
 
@@ -83,7 +86,152 @@ def short(value: Any) -> str:
     return text if len(text) <= _SHORT else f"{text[:_SHORT]} ..."
 
 
-def json_block(document: Mapping[str, Any]) -> Markup:
-    """A document as JSON for a ``<script type="application/json">``, escaped so that it cannot end the element."""
-    text = json.dumps(document, ensure_ascii=True, allow_nan=False)
-    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))
+# ---------------------------------------------------------------------------------------------------- sections and charts
+
+
+@dataclass(frozen=True)
+class Plane:
+    """All places whose coordinate along an axis, 0, 1 or 2 for x, y or z, has one value, in mesh units."""
+
+    axis: int
+    value: float
+
+    @classmethod
+    def parse(cls, text: str) -> Plane:
+        """Read ``"z=12.5"``."""
+        name, _, number = text.partition("=")
+        with contextlib.suppress(ValueError):
+            if math.isfinite(value := float(number)):
+                return cls(("x", "y", "z").index(name.strip()), value)
+        raise ParameterError(f"{text!r} is no section: write an axis and a coordinate in mesh units, such as z=12.5")
+
+    def __str__(self) -> str:
+        return f"{'xyz'[self.axis]} = {self.value:.6g}"
+
+
+def outline(mesh: MeshData, plane: Plane) -> Floats:
+    """(s, 2, 2) the segments in which a plane cuts the faces of a mesh; the other two coordinates, in the order of the axes.
+
+    A vertex in the plane counts as above it, so that every face has no segment or one.
+    """
+    heights = mesh.vertices[:, plane.axis] - plane.value
+    above = heights[mesh.faces] >= 0.0
+    cut = mesh.faces[above.any(axis=1) & ~above.all(axis=1)]
+    up = heights[cut] >= 0.0
+    # The corner that is alone on its side comes first: the plane cuts the two edges there.
+    alone = np.where(up.sum(axis=1) == 1, up.argmax(axis=1), (~up).argmax(axis=1))
+    first, *others = (cut[np.arange(len(cut)), (alone + k) % 3] for k in range(3))
+    flat = np.delete(mesh.vertices, plane.axis, axis=1)
+    ends = []
+    for other in others:
+        share = heights[first] / (heights[first] - heights[other])
+        ends.append(flat[first] + share[:, None] * (flat[other] - flat[first]))
+    return np.stack(ends, axis=1)
+
+
+#: of a chart and of a section in their own units; a page scales them
+_WIDTH, _HEIGHT, _SECTION_HEIGHT, _MARGIN = 460, 220, 320, 16
+_LEFT, _RIGHT, _TOP, _BOTTOM = 52, 450, 22, 184
+#: bars of a histogram
+_BARS = 48
+
+
+@dataclass(frozen=True)
+class Chart:
+    """The data for the template of a chart."""
+
+    title: str  # the subject
+    summary: str  # the same in a sentence, for screen readers
+    across: str  # the quantity of the horizontal axis; that of the vertical one is percent
+    lines: dict[str, str]  # the paths of the curves, under "before" and "after", which the style sheet distinguishes
+    ticks_across: list[tuple[float, str]]  # the marks at the horizontal axis: where each is, and its words
+    ticks_upwards: list[tuple[float, str]]  # the marks at the vertical axis
+    headers: tuple[str, ...]  # of the table
+    rows: tuple[tuple[str, ...], ...]  # of the table
+
+    width, height, left, right, top, bottom = _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM
+
+
+def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
+    """The percent of each sample in bars from low to high, the numbers beyond in the outermost; None if all are empty."""
+    finite = {name: some for name, values in samples.items() if len(some := values[np.isfinite(values)])}
+    if not (finite and math.isfinite(high - low) and high > low):
+        return None
+    edges = np.linspace(low, high, _BARS + 1)
+    shares = {name: 100.0 * np.histogram(np.clip(values, low, high), edges)[0] / len(values) for name, values in finite.items()}
+    most = max(float(share.max()) for share in shares.values())
+    medians = ", ".join(f"{name} {np.median(values):.4g}" for name, values in finite.items())
+    return Chart(
+        title=title,
+        summary=f"Half of the numbers lie below: {medians} ({across}).",
+        across=across,
+        lines={name: _steps(edges, share, most) for name, share in shares.items()},
+        ticks_across=[(_across(x, low, high), f"{x:.4g}") for x in round_numbers(low, high, 6)],
+        ticks_upwards=[(_upwards(y, most), f"{y:.4g}") for y in round_numbers(0.0, most, 4)],
+        headers=(across, *(f"{name}, %" for name in shares)),
+        rows=tuple(
+            (f"{a:.4g} to {b:.4g}", *(f"{share:.2f}" for share in bar))
+            for a, b, *bar in zip(edges[:-1], edges[1:], *shares.values(), strict=True)
+        ),
+    )
+
+
+def round_numbers(low: float, high: float, count: int) -> list[float]:
+    """Multiples of 1, 2 or 5 times a power of ten from `low` to `high`, about so many."""
+    rough = (high - low) / count
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(s * power for s in (1.0, 2.0, 5.0, 10.0) if s * power >= rough * (1.0 - 1e-12))
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [k * step for k in range(first, last + 1)]
+
+
+def _across(x: float, low: float, high: float) -> float:
+    return round(_LEFT + (_RIGHT - _LEFT) * (x - low) / (high - low), 1)
+
+
+def _upwards(y: float, most: float) -> float:
+    return round(_BOTTOM - (_BOTTOM - _TOP) * y / most, 1)
+
+
+def _steps(edges: Floats, values: Floats, most: float) -> str:
+    """The path along the tops of bars, which begins and ends at the bottom."""
+    low, *_, high = every = edges.tolist()
+    places = [_across(x, low, high) for x in every]
+    tops = zip(places[:-1], places[1:], values.tolist(), strict=True)
+    path = "".join(f"L{left:g} {_upwards(y, most):g}H{right:g}" for left, right, y in tops)
+    return f"M{places[0]:g} {_BOTTOM:g}{path}L{places[-1]:g} {_BOTTOM:g}"
+
+
+@dataclass(frozen=True)
+class SectionChart:
+    """The data for the template of a section."""
+
+    title: str  # which plane, and what goes to the right and upwards
+    before: str  # the path of the outline of the first mesh
+    after: str  # that of the second
+    bar: float  # the length of the scale bar in the picture
+    bar_words: str  # its length in mesh units, with the unit if there is one
+
+    width, height = _WIDTH, _SECTION_HEIGHT
+
+
+def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None = None) -> SectionChart | None:
+    """The section of two meshes; None if the plane cuts neither. `unit` is that of the scan, or None."""
+    outlines = [outline(mesh, plane) for mesh in meshes]
+    every = np.concatenate(outlines).reshape(-1, 2)
+    if not len(every):
+        return None
+    low, high = every.min(axis=0), every.max(axis=0)
+    room = np.array([_WIDTH - 2 * _MARGIN, _SECTION_HEIGHT - 3 * _MARGIN])
+    scale = float((room / np.maximum(high - low, 1e-300)).min())
+    right, up = [axis for k, axis in enumerate("xyz") if k != plane.axis]
+    bar = round_length(0.25 * _WIDTH / scale)
+    before_path, after_path = (_path(segments, low, scale) for segments in outlines)
+    title = f"Section {plane}; {right} to the right, {up} upwards"
+    return SectionChart(title, before_path, after_path, bar * scale, f"{number(bar)} {unit or ''}".strip())
+
+
+def _path(segments: Floats, low: Floats, scale: float) -> str:
+    places = (segments - low) * scale
+    x, y = places[..., 0] + _MARGIN, _SECTION_HEIGHT - 2 * _MARGIN - places[..., 1]
+    return "".join(f"M{a:.2f} {b:.2f}L{c:.2f} {d:.2f}" for (a, c), (b, d) in zip(x.tolist(), y.tolist(), strict=True))

@@ -21,7 +21,7 @@ from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import Limits, mesh_normals
 from ..filters.libraries import spatial
 from ..filters.topology import proper_faces
-from ..looking.coloring import COLORINGS, Coloring, in_unit
+from ..looking.picture import COLORINGS, Coloring, in_unit
 from ..mesh_data import MeshData
 
 #: the most faces of a mesh in a browser; more are decimated

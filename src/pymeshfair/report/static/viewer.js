@@ -158,7 +158,7 @@ class Viewer {
   approach(place, zoom) { this.camera.focus = [...place]; this.camera.zoom = zoom; this.draw(); }
 
   /* the vertex in front at a place of the screen, in the units of the scene, with its number and its mesh; null where nothing is */
-  pick(clientX, clientY, reach = 8) {
+  pick(clientX, clientY) {
     const box = this.canvas.getBoundingClientRect(), { stacked, width, height } = this.layout;
     const k = stacked ? Math.floor((clientY - box.top) / height) : Math.floor((clientX - box.left) / width);
     const mesh = this.scene.meshes[this.views[k]];
@@ -170,16 +170,13 @@ class Viewer {
       const p = [0, 1, 2].map((c) => places[i + c] / 32767.5 - 1 - focus[c]);
       const dx = (p[0] * right[0] + p[1] * right[1] + p[2] * right[2]) * pixels - x, dy = (p[0] * up[0] + p[1] * up[1] + p[2] * up[2]) * pixels - y;
       const near = p[0] * eye[0] + p[1] * eye[1] + p[2] * eye[2];
-      if (dx * dx + dy * dy <= reach * reach && near > front) {
+      if (dx * dx + dy * dy <= 64 && near > front) {
         front = near;
-        found = { mesh, vertex: i / 3, place: p.map((value, c) => value + focus[c]) };
+        found = { mesh, vertex: i / 3 };
       }
     }
     return found;
   }
-
-  /* a place of the scene in coordinates of its meshes */
-  inMeshUnits(place) { return place.map((value, c) => value * this.scene.half + this.scene.centre[c]); }
 
   _prepare() {
     const gl = this.gl;

@@ -7,7 +7,7 @@ socket.binaryType = "arraybuffer";
 
 const state = {
   recipe: null, asked: 0, pending: 0, awaited: null, scan: null, result: null, told: null, kept: [], left: null, running: false,
-  choosing: false, cut: false, switching: false, scale: { diagonal: 1, edge: 1 },
+  switching: false, scale: { diagonal: 1, edge: 1 },
 };
 let viewer = null;
 
@@ -149,8 +149,7 @@ function ask(patience) {
   remember();
   state.pending = setTimeout(() => {
     complain("");
-    const whole = document.querySelector("input[name=whole]:checked").value === "whole";
-    send("run", { asked: ++state.asked, whole });
+    send("run", { asked: ++state.asked });
   }, patience);
 }
 
@@ -204,9 +203,7 @@ async function receive(told, scene) {
     stale(false);
     showLeft("0 1");
     showNumbers(told);
-    if (state.choosing) running(false, "drag a box over the scan, or click on it");
-    else if (!state.switching && (!state.asked || state.cut)) ask(0);
-    state.cut = false;
+    if (!state.switching && !state.asked) ask(0);
   } else if (told.asked === state.asked) {
     state.result = scene;
     showScene();
@@ -259,62 +256,13 @@ function keep() {
   showLeft("2 1");
 }
 
-/* ----------------------------------------------------------------------------------------------------------- choosing a part */
-
-function choosePart() {
-  state.choosing = true;
-  send("overview");
-}
-
-function partChosen(from, to) {
-  const middle = viewer.pick((from.clientX + to.clientX) / 2, (from.clientY + to.clientY) / 2, 30);
-  if (!middle) { running(false, "nothing is there: drag a box over the scan, or click on it"); return; }
-  const size = Math.hypot(to.clientX - from.clientX, to.clientY - from.clientY);
-  const radius = size < 6 ? null : 0.5 * size / viewer.pixels * viewer.scene.half;
-  Object.assign(state, { choosing: false, cut: true });
-  running(false, "cutting the part out");
-  document.querySelector("input[name=whole][value=part]").checked = true;
-  send("part", { place: viewer.inMeshUnits(middle.place), radius });
-}
-
-function listenForPart(canvas) {
-  let from = null;
-  const box = element("span", { class: "box" });
-  canvas.parentElement.append(box);
-  box.hidden = true;
-  canvas.addEventListener("pointerdown", (event) => {
-    if (!state.choosing) return;
-    event.stopImmediatePropagation();
-    canvas.setPointerCapture(event.pointerId);
-    from = event;
-  }, true);
-  canvas.addEventListener("pointermove", (event) => {
-    if (!from) return;
-    event.stopImmediatePropagation();
-    const edge = canvas.getBoundingClientRect();
-    Object.assign(box.style, {
-      left: `${Math.min(from.clientX, event.clientX) - edge.left}px`, width: `${Math.abs(event.clientX - from.clientX)}px`,
-      top: `${Math.min(from.clientY, event.clientY) - edge.top}px`, height: `${Math.abs(event.clientY - from.clientY)}px`,
-    });
-    box.hidden = false;
-  }, true);
-  canvas.addEventListener("pointerup", (event) => {
-    if (!from) return;
-    const first = from;
-    from = null;
-    box.hidden = true;
-    partChosen(first, event);
-  }, true);
-}
-
 const answers = {
   welcome(told) {
     by("recipe").replaceChildren(...told.recipes.map(({ name, title }) => element("option", { value: name, title }, name)));
     by("folder").textContent = `Files are written to ${told.folder}.`;
     state.scale = { diagonal: told.diagonal, edge: told.mean_edge };
-    by("extent").hidden = !told.has_part;
     by("about").textContent = `${told.vertices.toLocaleString("en")} vertices. ` +
-      (told.has_part ? "Parameters are tried on a part of the scan first; lengths are those of the whole. " : "") + told.warnings.join(" ");
+      (told.has_part ? "Parameters are tried on a part of the scan; lengths are those of the whole. " : "") + told.warnings.join(" ");
     by("output-name").value = told.scan.replace(/(\.[^.]*)?$/, "_clean$1");
   },
   recipe(told) {
@@ -325,7 +273,6 @@ const answers = {
     if (state.scan) ask(0);
     else if (state.switching) send("recipe", { recipe: kept.recipe });
   },
-  opening(told) { by("state").textContent = `reading ${told.whole ? "the whole scan" : "the scan"}`; },
   begun(told) { state.current = told.run; running(true, told.run ? "running" : "running on the whole scan"); document.body.dataset.begun = String(told.asked ?? 0); },
   event(told) {
     if (told.run !== state.current || !state.running) return;
@@ -364,15 +311,12 @@ socket.addEventListener("close", () => { running(false, "the server is gone; sta
 by("recipe").addEventListener("change", () => send("recipe", { recipe: by("recipe").value }));
 by("again").addEventListener("click", () => ask(0));
 by("stop").addEventListener("click", () => { clearTimeout(state.pending); send("stop"); });
-by("extent").addEventListener("change", () => ask(0));
 by("settings").addEventListener("submit", (event) => event.preventDefault());
 by("save").addEventListener("click", () => { complain(""); send("save", { name: by("recipe-name").value, note: by("note").value, replace: by("replace").checked }); });
 by("finish").addEventListener("click", () => { complain(""); send("finish", { name: by("output-name").value, replace: by("replace").checked }); });
 by("keep").addEventListener("click", keep);
-by("choose-part").addEventListener("click", choosePart);
 
 try {
   viewer = new Viewer(by("viewer"));
   connect(viewer, by("switches"));
-  listenForPart(viewer.canvas);
 } catch (error) { complain(error.message); }
