@@ -99,7 +99,7 @@ class Edit:
     A layer to which elements are added stays the same one, with its id. MeshLab leaves some things not as they were: a mesh
     with texture coordinates at the corners of its faces alone gets some at its vertices, a mesh of polygons alone becomes one of
     triangles, and scalars of faces that are written, or differ when faces are added, make the faces of a mesh without colours
-    white. If an addition fails the layer becomes what it was, but for these.
+    white.
     """
 
     vertices: Floats | None = None  # (n, 3) new coordinates
