@@ -11,7 +11,7 @@ import pytest
 
 from pymeshfair.declaration import Edit, NewLayer
 from pymeshfair.meshset import MeshSet
-from pymeshfair.write_back import attributes
+from pymeshfair.write_back.workbench import PREFIX
 from tests.host.snapshots import (
     NORMALS,
     PER_FACE,
@@ -199,7 +199,7 @@ def test_a_file_is_byte_by_byte_what_meshlabs_own_filters_give(make: Any, extens
     assert files["ours"] == files["theirs"]
     assert len(files["ours"]) == (3 if extension == "obj" else 1)  # with its material and texture
     assert extension == "obj" or all(name in files["ours"]["mesh.ply"] for name in (b"va_s", b"va_p", b"fa_s", b"fa_p"))
-    assert not any(attributes.PREFIX.encode() in content for content in files["ours"].values())
+    assert not any(PREFIX.encode() in content for content in files["ours"].values())
 
 
 @pytest.mark.parametrize(
@@ -245,8 +245,8 @@ def test_helper_attributes_are_no_parameters_of_saving() -> None:
     """What the values travelled in stays with the layer, and whoever saves a file is not offered it."""
     meshes = cloud()
     meshes.apply_step(give_back(Edit(vertex_scalars=np.arange(300.0))))
-    assert any(attributes.PREFIX in key for key in pymeshlab.MeshSet.filter_parameter_values(meshes, "ply"))
-    assert not any(attributes.PREFIX in key for key in meshes.filter_parameter_values("ply"))
+    assert any(PREFIX in key for key in pymeshlab.MeshSet.filter_parameter_values(meshes, "ply"))
+    assert not any(PREFIX in key for key in meshes.filter_parameter_values("ply"))
 
 
 def test_moving_vertices_of_a_mesh_leaves_no_attribute() -> None:

@@ -17,7 +17,7 @@ from ..processes.process import Pool
 from ..processes.worker import Order
 from ..report.comparison_page import Verdict
 from ..report.page import render
-from ..running.report import plain
+from ..running.job import plain
 from .outcomes import (
     QUESTIONS,
     Outcome,

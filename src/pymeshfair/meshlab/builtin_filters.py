@@ -17,14 +17,9 @@ _Current: TypeAlias = Callable[[], Layer]
 
 
 class BuiltinFilters:
-    """MeshLab's filters on one mesh set.
-
-    Attributes:
-        verbose: whether the mesh set reports on stderr.
-    """
+    """MeshLab's filters on one mesh set, of which `current` gives the current layer; `verbose` if it reports on stderr."""
 
     def __init__(self, meshset: Any, current: _Current, *, verbose: bool = False) -> None:
-        """See the class; `current` gives the current layer."""
         self._meshset, self._current, self.verbose = meshset, current, verbose
 
     def apply(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -33,21 +28,11 @@ class BuiltinFilters:
         try:
             return self.call(declared.python_name, converted)
         except pymeshlab.PyMeshLabException:
-            _check_names(declared, values)
+            checked(declared, dict.fromkeys(values.keys() - declared.defaults.keys()))  # a wrong name gets a suggestion
             raise
         except RuntimeError:
-            self._check_types(declared, values, converted)
+            checked(declared, values)  # pymeshlab's own error does not name the parameter whose value it cannot read
             raise
-
-    def _check_types(self, declared: Filter, values: Mapping[str, Any], converted: Mapping[str, Any]) -> None:
-        """Raise the error that names the parameter whose value pymeshlab cannot read; pymeshlab's own names a C++ type '?'."""
-        for name, value in converted.items():
-            try:
-                self.ask(declared.python_name, **{name: value})
-            except RuntimeError:  # noqa: PERF203
-                allowed = declared.parameter(name).describe_allowed()
-                text = f"{declared.python_name}: parameter {name!r} takes {allowed}, got {values[name]!r}"
-                raise FilterParameterError(text) from None
 
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Call pymeshlab's filter of that name; its report."""
@@ -156,6 +141,22 @@ class BuiltinFilters:
         return Length(_shortest(used))
 
 
+def checked(declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values, checked as declared; of a plugin's filter this is the only check before its function.
+
+    Raises:
+        UnknownFilterError: no such parameter.
+        FilterParameterError: a value that the parameter does not take.
+    """
+    lengths = {p.name for p in declared.parameters if isinstance(p, Percentage)}
+    try:
+        return declared.check({name: as_length(value) if name in lengths else value for name, value in values.items()})
+    except UnknownNameError as error:
+        raise UnknownFilterError(str(error), suggestion=error.suggestion) from None
+    except ParameterError as error:
+        raise FilterParameterError(f"{declared.python_name}: {error}") from None
+
+
 def as_length(value: Any) -> Any:
     """A length in pymeshlab's classes or as text as a `Length`; anything else, and "auto", as it is.
 
@@ -180,11 +181,3 @@ def constant_defaults(declared: Filter) -> dict[str, Any]:
     depend on what ran before it.
     """
     return {p.name: p.default for p in declared.parameters if p.default is not None and not isinstance(p, Percentage)}
-
-
-def _check_names(declared: Filter, values: Mapping[str, Any]) -> None:
-    try:
-        for name in values:
-            declared.parameter(name)
-    except UnknownNameError as error:
-        raise UnknownFilterError(str(error), suggestion=error.suggestion) from None

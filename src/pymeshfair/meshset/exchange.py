@@ -2,6 +2,7 @@
 
 import importlib
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -145,12 +146,12 @@ def to_open3d(arrays: Arrays) -> Any:
     o3d = importlib.import_module("open3d")
     cloud = not len(arrays.faces)
     made = o3d.geometry.PointCloud() if cloud else o3d.geometry.TriangleMesh()
-    rows = {"points" if cloud else "vertices": arrays.vertices, "normals": arrays.normals}
-    if arrays.colors is not None:
-        rows["colors"] = arrays.colors[:, :3]
+    colors = None if arrays.colors is None else arrays.colors[:, :3]
+    rows = {"points" if cloud else "vertices": arrays.vertices}
+    rows |= {name if cloud else f"vertex_{name}": rows for name, rows in (("normals", arrays.normals), ("colors", colors))}
     for name, values in rows.items():
-        of_mesh = not cloud and name != "vertices"
-        setattr(made, f"vertex_{name}" if of_mesh else name, o3d.utility.Vector3dVector(values))
+        if values is not None:
+            setattr(made, name, o3d.utility.Vector3dVector(values))
     if not cloud:
         made.triangles = o3d.utility.Vector3iVector(arrays.faces)
     arrays.lose(
@@ -210,11 +211,9 @@ def taken(mesh: Any) -> Arrays:
 def _of_scene(scene: Any) -> Arrays:
     """All parts of a trimesh scene, transformed to their places, as one mesh."""
     parts = scene.dump()
-    kinds = sorted({type(part).__name__ for part in parts})
-    if not parts:
-        raise ForeignMeshError("the scene has no geometry")
-    if len(kinds) > 1:
-        raise ForeignMeshError(f"the scene has parts of several kinds ({', '.join(kinds)}): add each of scene.dump() by itself")
+    if len({type(part) for part in parts}) != 1:
+        why = "parts of several kinds: add each of scene.dump() by itself" if parts else "no geometry"
+        raise ForeignMeshError(f"the scene has {why}")
     arrays = _of_trimesh(parts[0] if len(parts) == 1 else scene.to_geometry())
     if len(parts) > 1:
         arrays.lost.append(f"the {len(parts)} parts of the scene are one mesh without their names")
@@ -222,7 +221,8 @@ def _of_scene(scene: Any) -> Arrays:
 
 
 def _of_trimesh(mesh: Any) -> Arrays:
-    arrays = Arrays(_in_space(mesh.vertices))
+    points = _numbers(mesh.vertices)
+    arrays = Arrays(np.pad(points, ((0, 0), (0, 3 - points.shape[1]))))  # those of a Path may lie in a plane
     if hasattr(mesh, "vertex_nodes"):  # a Path
         arrays.edges = _indices(mesh.vertex_nodes)
         return arrays
@@ -276,15 +276,18 @@ def _of_pyvista(mesh: Any) -> Arrays:
     if uv is not None:
         arrays.uv = _numbers(uv)
         arrays.of_vertices = {n: a for n, a in arrays.of_vertices.items() if a.shape != uv.shape or (a != uv).any()}
-    for name, values in list(arrays.of_vertices.items()):
-        if name.lower() in _NORMALS and values.shape == arrays.vertices.shape:
-            arrays.normals = _numbers(arrays.of_vertices.pop(name))
-        elif name.lower() in _COLORS and values.shape[1:] in ((3,), (4,)):
-            arrays.colors = _rgba(arrays.of_vertices.pop(name), len(arrays.vertices))
-    for name, values in list(arrays.of_faces.items()):
-        if name.lower() in _COLORS and values.shape[1:] in ((3,), (4,)):
-            arrays.face_colors = _rgba(arrays.of_faces.pop(name), len(arrays.faces))
+    normals = _picked(arrays.of_vertices, _NORMALS, (3,))
+    arrays.normals = None if normals is None else _numbers(normals)
+    arrays.colors = _rgba(_picked(arrays.of_vertices, _COLORS, (3, 4)), len(arrays.vertices))
+    arrays.face_colors = _rgba(_picked(arrays.of_faces, _COLORS, (3, 4)), len(arrays.faces))
     return arrays
+
+
+def _picked(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
+    """The first of the values with one of the names and so many columns, which is taken out."""
+    found = (name for name, array in values.items() if name.lower() in names and array.ndim == 2 and array.shape[1] in columns)
+    name = next(found, None)
+    return None if name is None else values.pop(name)
 
 
 def _numbers(values: Any) -> Floats:
@@ -293,11 +296,6 @@ def _numbers(values: Any) -> Floats:
 
 def _indices(values: Any) -> Ints:
     return np.ascontiguousarray(values, dtype=np.int32)
-
-
-def _in_space(points: Any) -> Floats:
-    """(n, 3) the points; z is 0 if they are (n, 2)."""
-    return np.pad(_numbers(points), ((0, 0), (0, 1))) if np.shape(points)[1:] == (2,) else _numbers(points)
 
 
 def _rgba(colors: Any, count: int) -> Floats | None:

@@ -26,7 +26,7 @@ from ..looking.words import (
     verdict_text,
 )
 from ..mesh_data import MeshData
-from ..running.report import steps_of
+from ..running.job import steps_of
 from .charts import Chart, Plane, histogram, section_chart, spectrum_chart
 from .page import Figure, figure_of, render
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh

@@ -18,9 +18,8 @@ from ..filters.libraries import sparse
 from ..filters.topology import IRREGULAR, proper_faces, stars
 from ..mesh_data import MeshData
 from ..scripts.guards import Guards
-from .measuring import MeasuredMesh, self_intersecting, self_intersecting_apart
-from .origins import Origins
-from .shape_change import Moved, ShapeChange
+from .measuring import MeasuredMesh, self_intersecting
+from .shape_change import Moved, Origins, ShapeChange
 
 
 @dataclass(frozen=True)
@@ -108,11 +107,10 @@ PRINTABLE = "printable"  # the word of `require` that asks for this
 _PLACES = 3  # so many places of one kind are named
 
 
-def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = False) -> Iterator[Breach]:
+def print_faults(mesh: MeshData, folder: Path, *, wrapped: bool = False) -> Iterator[Breach]:
     """Faults by which a slicer cannot tell inside from outside: borders, edges of many faces, faces turned over or cut.
 
-    `folder` takes files for MeshLab, which looks for the cuts; None for MeshLab in a process of its own, which it may end (a
-    `RunError`). A `wrapped` mesh is not mended by another wrap.
+    `folder` takes files for MeshLab, which looks for the cuts. A `wrapped` mesh is not mended by another wrap.
     """
     firsts, numbers = numbered(mesh.vertices)
     vertices, faces = mesh.vertices[firsts], numbers[mesh.faces].astype(np.int32)
@@ -135,8 +133,7 @@ def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = 
         yield _fault("vertices where it touches itself", len(touching), vertices, touching[:, None])
     if measures.oriented and measures.volume is not None and measures.volume <= 0.0:
         yield Breach("require", "the written file has no volume, or its faces look inwards", amount=measures.volume)
-    merged = MeshData(vertices=vertices, faces=faces)
-    cuts = self_intersecting_apart(merged) if folder is None else self_intersecting(merged, folder)
+    cuts = self_intersecting(MeshData(vertices=vertices, faces=faces), folder)
     if cuts.any():
         fault = _fault("faces that cut others", int(cuts.sum()), vertices, faces[cuts])
         way = "wrap with another alpha or offset" if wrapped else "take wrap_for_print, which wraps all in one surface"

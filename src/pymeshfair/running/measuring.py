@@ -13,7 +13,6 @@ import numpy as np
 
 from ..declaration import Bools
 from ..errors import RunError
-from ..filters.geometry import vector_lengths
 from ..filters.inspection.surface_measures import Connectivity, SurfaceMeasures, box_diagonal, measures_and_connectivity
 from ..filters.mesh import check_points
 from ..filters.topology import proper_faces
@@ -24,9 +23,7 @@ from ..processes.worker import Order
 from ..registry import find_filter
 from ..scripts.script import Step
 from .document import Document
-from .report import plain
-
-_SOME = 10_000  # faces that a usual length is found from
+from .job import plain
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,20 +46,12 @@ class MeasuredMesh:
 def measure(mesh: MeshData, *, wanted: bool = True, former: MeasuredMesh | None = None) -> MeasuredMesh:
     """Measure a mesh, without `wanted` its diagonal alone; the connectivity of a former one is taken over if it is the same."""
     if not wanted:
-        return MeasuredMesh(mesh, None, None, box_diagonal(check_points(mesh.vertices)), lambda: usual_edge(mesh))
+        return MeasuredMesh(mesh, None, None, box_diagonal(check_points(mesh.vertices)), lambda: mesh.mean_edge)
     measures, connectivity = measures_and_connectivity(
         mesh.vertices, mesh.faces, edges=mesh.edges, former=None if former is None else former.connectivity
     )
     resolution = measures.mean_edge or measures.mean_spacing or 0.0
     return MeasuredMesh(mesh, measures, connectivity, measures.diagonal, lambda: resolution)
-
-
-def usual_edge(mesh: MeshData) -> float:
-    """About the mean edge, from some thousands of faces, or the mean distance of points: what coordinates must tell apart."""
-    if not len(mesh.faces):
-        return mesh.mean_edge
-    faces = mesh.faces[:: max(1, len(mesh.faces) // _SOME)]
-    return float(vector_lengths(mesh.vertices[faces[:, 0]] - mesh.vertices[faces[:, 1]]).mean())
 
 
 def self_intersecting(mesh: MeshData, folder: Path) -> Bools:

@@ -16,9 +16,8 @@ from ..recipe import Recipe
 from ..registry import find_filter
 from ..scripts.guards import NO_GUARDS
 from ..scripts.script import Script, Step
-from .job import Event, Job, StepReport
+from .job import Event, Job, StepReport, plain
 from .measuring import MeasuredMesh, measure, self_intersecting_apart
-from .report import plain
 from .suitability import traits_of
 from .supervise import run_job
 

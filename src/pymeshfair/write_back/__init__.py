@@ -1,7 +1,6 @@
 """Reads a pymeshlab mesh as a `Layer` and writes an `Edit` back into it; everything else leaves meshes in MeshLab alone."""
 
-from .attributes import custom_attributes, without_helpers
-from .workbench import Workbench
+from .workbench import Workbench, custom_attributes, without_helpers
 from .writing import write_edit
 
 __all__ = ["Workbench", "custom_attributes", "without_helpers", "write_edit"]

@@ -6,9 +6,7 @@ vertex that it is to be, and those at the same place become one, of which the fi
 the order of its elements, attributes of every kind. What is left over is sent to vertex 0, and its faces vanish there.
 """
 
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,10 +15,9 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Edit, Floats, Ints
 from ..errors import MeshError
-from ..mesh_data import MeshData, Texture
+from ..mesh_data import MeshData
 from ..mesh_data.apply_edit import faces_that_give, with_additions
-from .attributes import ELEMENTS, bring_in, check_names, clear_beyond
-from .workbench import Workbench, attributes_of, check_taken, read_array, wedges_of
+from .workbench import ELEMENTS, Workbench, attributes_of, bring_in, check_names, check_taken, clear_beyond, read_array, wedges_of
 
 
 def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[str, ...]]:
@@ -56,16 +53,14 @@ def _as_data(mesh: Any) -> MeshData:
     """The attributes that are continued into added elements."""
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
     of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
-    textures: tuple[Texture, ...] = ()
     if (wedges := wedges_of(mesh)) is not None:
         of["face"]["wedge_texture_coordinates"] = wedges
         # MeshLab gives its vertices texture coordinates on the way.
         uv = of["vertex"]["texture_coordinates"] = np.zeros((len(vertices), 2))
         uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
-        textures = _image(mesh)
     if mesh.has_vertex_tex_coord():
         of["vertex"]["texture_coordinates"] = mesh.vertex_tex_coord_matrix()
-    return MeshData(vertices=vertices, faces=faces, vertex_attributes=of["vertex"], face_attributes=of["face"], textures=textures)
+    return MeshData(vertices=vertices, faces=faces, vertex_attributes=of["vertex"], face_attributes=of["face"])
 
 
 def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints | None) -> Bools:
@@ -79,17 +74,6 @@ def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints |
     wedges = before.face_attributes["wedge_texture_coordinates"]
     wedges = np.where(numbers[:, None, None] < 0, np.nan, wedges)  # faces without an image give none
     return faces_that_give(before.with_attributes(face={"wedge_texture_coordinates": wedges, "texture": numbers}), added_faces)
-
-
-def _image(mesh: Any) -> tuple[Texture, ...]:
-    """The image of a mesh with one texture; pymeshlab does not give the indices of several."""
-    image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
-    if image is None or not (image.width() and image.height()):
-        return ()
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "texture.ppm"
-        image.save(str(file))
-        return (Texture("", file.read_bytes()),) if file.exists() else ()
 
 
 def _write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:

@@ -16,8 +16,7 @@ from ..mesh_data import adds
 from ..mesh_data.apply_edit import check_deletable, removes
 from ..meshlab.base import BASE
 from .additions import add_elements
-from .attributes import ELEMENTS, Element, bring_in, check_names
-from .workbench import Workbench, check_taken, read_array
+from .workbench import ELEMENTS, Element, Workbench, bring_in, check_names, check_taken, read_array
 
 
 def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
