@@ -1,7 +1,7 @@
 """The mesh that a checked edit makes of another one: attributes are kept, or continued into added elements.
 
-To n vertices and (m, 3) `faces` are added a vertices and (b, 3) `added_faces`, whose indices are from 0 to n + a - 1. For each
-added element there is an old one, its donor, whose value it takes; colours of vertices are continued smoothly.
+To n vertices and (m, 3) `faces` are added a vertices and (b, 3) `added_faces`, whose indices go up to n + a - 1. Each added
+element takes the values of an old one, its donor; colours of vertices are continued smoothly.
 """
 
 from dataclasses import replace
@@ -21,12 +21,7 @@ _NUMBERS = (*_WIDTHS, "vertex_scalars", "face_scalars")
 
 
 def checked_edit(edit: Any, layer: Layer) -> Edit:
-    """The edit with arrays of the types that `Edit` promises.
-
-    Raises:
-        MeshError: it is no `Edit`, an array's length is not that of the mesh, or a number is NaN or infinite; the message begins
-            with a verb, for the filter's name to go before it.
-    """
+    """The edit with arrays as `Edit` promises them; else a `MeshError`, which begins with a verb, for the filter's name."""
     if not isinstance(edit, Edit):
         raise MeshError(f"gave back {type(edit).__name__} instead of an Edit")
     changes: dict[str, Any] = {}
@@ -152,14 +147,8 @@ def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
         )
 
 
-# ---------------------------------------------------------------------------------------------------------- added elements
-
-
 def faces_that_give(mesh: MeshData, added_faces: Ints | None) -> Bools:
-    """(m,) the faces that may give added ones their texture: those of the one that most vertices of the rim have.
-
-    Their texture coordinates are finite. All faces where there are none.
-    """
+    """(m,) the faces that may give added ones their texture: those of the one that most vertices of the rim have, else all."""
     everywhere = np.ones(len(mesh.faces), np.bool_)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None:
@@ -216,11 +205,10 @@ def _extended(values: NDArray[Any], count: int, by: int = 0) -> NDArray[Any]:
 def _find_donors(
     points: Floats, faces: Ints, added_faces: Ints, old: int, may_give: Bools
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """(a,) for an added vertex the nearest old vertex that added faces use, (b,) for an added face an old one next to its centre.
+    """(a,) for an added vertex the nearest old one that added faces use, else any; (b,) for an added face an old one.
 
-    It is one at the nearest of these vertices. If added faces use no old vertex, all old vertices of faces may give. `points`
-    are the (n + a, 3) vertices, `old` is n, and `may_give`, (m,), marks the faces that may be donors, with their vertices; at
-    least one.
+    That is one at the nearest of these vertices to its centre. `points` are (n + a, 3), `old` is n, and of the (m,) faces those
+    may be donors, with their vertices, that `may_give`; at least one.
     """
     givers = np.flatnonzero(may_give)
     at, first = np.unique(faces[givers], return_index=True)  # the first corner at each vertex

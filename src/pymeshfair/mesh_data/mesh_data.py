@@ -141,8 +141,6 @@ class MeshData:
         turned = self.with_attributes({"normals": None if normals is None else normals @ np.linalg.inv(turn)}, {"normals": None})
         return replace(turned, vertices=self.vertices @ turn.T + self.matrix[:3, 3], matrix=None)
 
-    # ------------------------------------------------------------------------------------------------------ as a `Layer`
-
     @cached_property
     def vertex_normals(self) -> Floats:
         """(n, 3) of a mesh with faces those of its own, or the means of those of the faces by angle; 0 where there are none."""

@@ -44,10 +44,9 @@ class BuiltinFilters:
             return dict(BASE.filter_parameter_values(self._meshset, name, **values))
 
     def effective(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values that the filter would run with, as declared; relative lengths stay relative.
+        """The values that the filter would run with, as declared; relative lengths stay so, the caller's numbers keep digits.
 
-        Numbers of the caller keep their digits. A default that is a part of the diagonal is relative, too, unless MeshLab
-        remembers another one. Values that no script can have (a camera, a number that is not finite) are absent.
+        Values that no script can have (a camera, a number that is not finite) are absent.
         """
         try:
             used = self.values(declared, values)
@@ -74,11 +73,7 @@ class BuiltinFilters:
         return {name: resolved[name] if name in lengths else value for name, value in effective.items()}
 
     def _for_meshlab(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values as pymeshlab takes them: lengths, and colours, points and matrices as tuples, in its classes.
-
-        Raises:
-            FilterParameterError: a length is a bare number or no length.
-        """
+        """The values as pymeshlab takes them: lengths, and colours, points and matrices as tuples, in its classes."""
         layer, converted = cache(self._current), dict(values)
         try:
             for p in declared.parameters:
@@ -142,12 +137,7 @@ class BuiltinFilters:
 
 
 def checked(declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The values, checked as declared; of a plugin's filter this is the only check before its function.
-
-    Raises:
-        UnknownFilterError: no such parameter.
-        FilterParameterError: a value that the parameter does not take.
-    """
+    """The values, checked as declared: of a plugin's filter the only check before its function."""
     lengths = {p.name for p in declared.parameters if isinstance(p, Percentage)}
     try:
         return declared.check({name: as_length(value) if name in lengths else value for name, value in values.items()})
@@ -158,10 +148,7 @@ def checked(declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def as_length(value: Any) -> Any:
-    """A length in pymeshlab's classes or as text as a `Length`; anything else, and "auto", as it is.
-
-    pymeshlab keeps numbers in single precision; ``PercentageValue(0.1)`` becomes 0.1 %, not 0.10000000149011612 %.
-    """
+    """A length in pymeshlab's classes, which have single precision, or as text as a `Length`; all else, and "auto", as it is."""
     if isinstance(value, pymeshlab.PercentageValue):
         return Length(_shortest(value.value()), "percent")
     if isinstance(value, pymeshlab.PureValue):
@@ -175,9 +162,5 @@ def _shortest(single: float) -> float:
 
 
 def constant_defaults(declared: Filter) -> dict[str, Any]:
-    """The defaults of a filter of MeshLab's that are the same on every mesh.
-
-    Some filters, such as isotropic remeshing, take the values of their last use in the process as defaults; a script must not
-    depend on what ran before it.
-    """
+    """The defaults of MeshLab's filter that are the same on every mesh; some filters would take the values of their last use."""
     return {p.name: p.default for p in declared.parameters if p.default is not None and not isinstance(p, Percentage)}

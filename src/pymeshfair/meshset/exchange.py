@@ -48,9 +48,6 @@ class Arrays:
             self.lost.append(f"a mesh of {package} does not take its {', '.join(gone)}")
 
 
-# ------------------------------------------------------------------------------------------------------------------ MeshLab
-
-
 def as_meshlab(arrays: Arrays) -> Any:
     """The arrays as a `pymeshlab.Mesh`, which lacks the values but for the scalars; see `add_values`."""
     scalars = [values.get(_SCALAR) for values in (arrays.of_vertices, arrays.of_faces)]
@@ -67,10 +64,7 @@ def as_meshlab(arrays: Arrays) -> Any:
 
 
 def add_values(mesh: Any, arrays: Arrays) -> None:
-    """Give a mesh of a mesh set the values as custom attributes: one that is added with them has them in freed memory.
-
-    What MeshLab does not take is added to `lost`.
-    """
+    """Give a mesh of a mesh set the values as custom attributes: one that is added with them has them in freed memory."""
     for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
         add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
         for name, array in values.items():
@@ -110,9 +104,6 @@ def _word(name: str) -> str:
     """A name that MeshLab's expressions can hold: its filters by function fail on a mesh with any other."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return f"{plain}_" if plain in _VARIABLES else plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
-
-
-# ------------------------------------------------------------------------------------------------------------ given to others
 
 
 def to_trimesh(arrays: Arrays) -> Any:
@@ -185,15 +176,8 @@ def to_pyvista(arrays: Arrays) -> Any:
     return made
 
 
-# ------------------------------------------------------------------------------------------------------------ taken from others
-
-
 def taken(mesh: Any) -> Arrays:
-    """The arrays of a mesh of another package.
-
-    Raises:
-        ForeignMeshError: it is no mesh of these packages.
-    """
+    """The arrays of a mesh of another package; a `ForeignMeshError` if it is no mesh of these."""
     if hasattr(mesh, "to_legacy"):  # Open3D's tensors
         mesh = mesh.to_legacy()
     if hasattr(mesh, "GetPointData"):

@@ -147,11 +147,7 @@ class ScriptLog:
                 raise ScriptStepFailedError(place, reason(error)) from error
 
     def save(self, file: str, layer: Layer) -> None:
-        """Write the steps to an .mlx file, with absolute lengths beside the relative ones for this layer.
-
-        Raises:
-            PymeshfairError: the file cannot be written.
-        """
+        """Write the steps to an .mlx file, with absolute lengths beside the relative ones for this layer."""
         units = {value.unit for step in self.steps for value in step.values.values() if isinstance(value, Length)}
         sized = bool(units - {"absolute"}) and layer.diagonal > 0.0
         diagonal = layer.diagonal if sized else NOMINAL_DIAGONAL

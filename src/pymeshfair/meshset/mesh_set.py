@@ -60,8 +60,6 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         self._filters = filter_runner.FilterRunner(self._bench)
         self._script = filter_runner.ScriptLog()
 
-    # ---------------------------------------------------------------------------------------------------------- filters
-
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
         """Apply a filter, MeshLab's or a plugin's, to the current mesh and add it to the filter script.
 
@@ -102,8 +100,6 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         For an extension, those of saving such a file.
         """
         return self._filters.values(filter_name, kwargs)
-
-    # ---------------------------------------------------------------------------------------------------------- scripts
 
     def load_filter_script(self, filter_script_name: str) -> None:
         """Read a filter script from an .mlx file in place of the current one.
@@ -170,8 +166,6 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
         filter_runner.ScriptLog(script).apply(apply)
         return results
-
-    # ----------------------------------------------------------------------------------------------------------- meshes
 
     def set_current_mesh(self, new_curr_id: int) -> None:
         """Make the layer of that id the current one.
@@ -244,8 +238,6 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """Whether the parameters of filters are printed."""
         BASE.set_parameter_verbosity(self, verbosity)
         self._bench.prints_parameters = verbosity
-
-    # ------------------------------------------------------------------------------------------------------------ shown
 
     def __repr__(self) -> str:
         """The layers, one a line with its number, name and size; the number of the current one ends with ``*``."""

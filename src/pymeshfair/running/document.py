@@ -1,7 +1,6 @@
 """The layers of a run: meshes by the ids that MeshLab would give them, and the steps that change them.
 
-A filter of a plugin reads the current mesh and makes the next one of it. A filter of MeshLab's works behind the door, where the
-meshes stay until something else needs them, so that consecutive steps of MeshLab's pass it once.
+A plugin's filter makes the next mesh of the current one. MeshLab's work behind the door, which keeps meshes from step to step.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The guards of a run that a result breaks: where, and by how much.
-
-Whether it can be printed is seen on the written file, read back as a slicer reads it: equal points merged, triangles alone.
-"""
+"""The guards of a run that a result breaks: where, and by how much; and the written file as a slicer reads it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

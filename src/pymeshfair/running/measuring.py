@@ -1,7 +1,4 @@
-"""Measures of a mesh: before and after the steps of a run, or its size alone; and the faces that cut others.
-
-MeshLab finds these. It ends the process on some meshes, so that a process of its own looks for them, but at the end of a run.
-"""
+"""Measures of a mesh before and after the steps of a run, or its size alone; and the faces that cut others."""
 
 import tempfile
 from collections.abc import Callable

@@ -108,10 +108,7 @@ class Session:
         return self._write(outcome, source)
 
     def carry_out(self, read: MeshData, others: Sequence[MeshData] = (), earlier: Earlier | None = None) -> Outcome:
-        """Apply the steps to a mesh, with others as further layers; nothing is read or written.
-
-        `earlier` has states that runs on the same meshes have kept; this run adds to them.
-        """
+        """Apply the steps to a mesh, with others as further layers; `earlier` has what other runs on the same meshes kept."""
         input_id = self._document.add(read)
         for mesh in others:
             self._document.add(mesh)

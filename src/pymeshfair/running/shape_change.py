@@ -59,10 +59,7 @@ class Origins:
 
     @cached_property
     def displaced(self) -> tuple[NDArray[np.int64], Floats]:
-        """The vertices whose displacement counts, and how far each lies from where it was.
-
-        Those that are the same in both meshes; where nothing could be followed all, with their distances from the input.
-        """
+        """The vertices that are the same in both meshes, or all, and how far each lies from where it was, or from the input."""
         if self.followed:
             return np.flatnonzero(self.vertices >= 0), self._moves
         return np.arange(len(self.vertices)), self.distances
@@ -104,10 +101,7 @@ def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, 
 
 @dataclass(frozen=True)
 class Moved:
-    """Displacement of the vertices that are the same before and after, in mesh units.
-
-    Where a step made a new mesh there are none such; then all of the result count, with their distances from the input.
-    """
+    """Displacement of the vertices that are the same before and after; of a new mesh distances of all vertices from the input."""
 
     same: bool  # whether the vertices are the same
     count: int  # of the vertices that count
@@ -232,10 +226,7 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
 def warnings_of(
     change: ShapeChange, steps: Sequence[Step], other_recipe: Callable[[], str], *, keeps_relief: bool = False
 ) -> Iterator[str]:
-    """Warnings about a change of shape, with advice; with `keeps_relief` also about relief that is gone.
-
-    Of dimensions and moves nothing where elements were added or removed: there the box changes on purpose.
-    """
+    """Warnings about a change of shape, with advice; those of dimensions and moves only where no elements came or went."""
     more = (change.added.share or 0.0) - (change.removed.share or 0.0)
     if change.moved is not None and more > LARGEST_ADDED:
         yield (
@@ -381,8 +372,7 @@ COLORS: NDArray[np.uint8] = np.array(
 def stage_map(folder: Path, targets: Sequence[Path], origins: Origins, tolerance: float) -> tuple[StagedFile, ...]:
     """Write both files of a map into a staging folder, the second, of what was removed, only if something was.
 
-    A vertex is kept if it moved by no more than the tolerance, in mesh units. A face is kept if it has the corners that it had
-    and all are kept, moved if one has moved, else added.
+    A vertex is kept that moved by no more than the tolerance, in mesh units; a face whose corners are its own, and all kept.
     """
     staged = []
     for number, (mesh, target) in enumerate(zip((_map(origins, tolerance), _removed(origins)), targets, strict=True)):
@@ -408,10 +398,7 @@ def _map(origins: Origins, tolerance: float) -> MeshData:
 
 
 def _removed(origins: Origins) -> MeshData | None:
-    """The faces and lone vertices of the input that the result does not have; None if there are none.
-
-    Their vertex scalar is the number of the vertex in the input.
-    """
+    """What the result does not have of the input, with numbers of vertices there as scalars; None if it has all."""
     before, (gone, faces_gone) = origins.before, origins.removed
     needed = gone.copy()
     needed[before.faces[faces_gone]] = True

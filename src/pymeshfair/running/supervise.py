@@ -1,7 +1,4 @@
-"""A run from the checks to the files in their places; the work between them is done in one piece by a worker, or by tiles.
-
-Every failure of the worker becomes an exception that says at which step it happened.
-"""
+"""A run from the checks to the files in their places; the work between them is done in one piece by a worker, or by tiles."""
 
 from __future__ import annotations
 

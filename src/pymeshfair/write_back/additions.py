@@ -23,8 +23,7 @@ from .workbench import ELEMENTS, Workbench, attributes_of, bring_in, check_names
 def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[str, ...]]:
     """Add the edit's vertices and faces to the current layer, which has faces and no matrix.
 
-    Gives an edit of the larger mesh with everything that remains to be written, such as coordinates and selection, and sentences
-    about losses.
+    Gives an edit of the larger mesh with what remains to be written, such as coordinates and selection, and notes.
     """
     _check_growable(mesh)
     check_names(bench, mesh)
@@ -118,11 +117,10 @@ def _check_growable(mesh: Any) -> None:
 
 
 def _grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed: Bools) -> tuple[int, bool]:
-    """Add vertices and faces to the current layer, which has no matrix and has passed `_check_growable`.
+    """Add vertices and faces to the current layer; the seed, and whether a mesh of polygons alone has become one of triangles.
 
-    Vertex i is at (i, 0, 0) afterwards, and the selection of faces is lost: both are for the caller to set. Texture
-    coordinates of the seed change; new faces have its texture. `vertices` is how many to add, `may_seed` are the faces that may
-    serve as the seed, at least one. Gives the seed, and whether the mesh, one of polygons alone, has become one of triangles.
+    Vertex i is at (i, 0, 0) afterwards, and the selection of faces is lost. Texture coordinates of the seed change; new faces
+    have its texture. `vertices` is how many to add, `may_seed` are the faces that may serve as the seed, at least one.
     """
     old_faces, count = read_array(mesh, "faces"), mesh.vertex_number()
     bench.apply("compute_coord_by_function", x="vi", y="0", z="0")  # so that no edge is too short to be divided

@@ -50,10 +50,7 @@ _MOST_SPELLINGS = 2**12
 
 
 def read_array(mesh: Any, name: str) -> NDArray[Any]:
-    """One of the arrays of `Layer`, copied from the mesh, C-contiguous (pymeshlab's own are column by column).
-
-    Face normals are right only while the mesh has no matrix; see `Workbench.matrix_aside`.
-    """
+    """One of the arrays of `Layer`, copied, C-contiguous; normals of faces are right only without a matrix (`matrix_aside`)."""
     try:
         return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
     except pymeshlab.MissingCompactnessException:
@@ -190,11 +187,7 @@ class Workbench:
 
     @contextmanager
     def matrix_aside(self, mesh: Any) -> Iterator[None]:
-        """A layer without its matrix for as long as the context lasts.
-
-        pymeshlab's face_normal_matrix() applies the matrix, scaled by the cube root of its determinant; of a mirrored layer it
-        gives NaN. Everything else it gives is free of the matrix.
-        """
+        """A layer without its matrix in the context: pymeshlab applies it to normals of faces, and to these alone."""
         matrix = mesh.transform_matrix()
         self.set_matrix(mesh, np.eye(4))
         try:
@@ -256,10 +249,7 @@ def check_names(bench: Workbench, mesh: Any) -> None:
 
 
 def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
-    """Set the custom attributes of the current layer to 0 from element `kept` on, where MeshLab leaves undefined values.
-
-    The layer has passed `check_names`.
-    """
+    """Set custom attributes, whose names were checked, to 0 from element `kept` on, where MeshLab leaves undefined values."""
     for of, name, values in list(custom_attributes(bench, mesh)):
         if of != element or not values[kept:].any():
             continue
