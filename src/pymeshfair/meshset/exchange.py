@@ -138,8 +138,8 @@ def to_open3d(arrays: Arrays) -> Any:
     cloud = not len(arrays.faces)
     made = o3d.geometry.PointCloud() if cloud else o3d.geometry.TriangleMesh()
     colors = None if arrays.colors is None else arrays.colors[:, :3]
-    rows = {"points" if cloud else "vertices": arrays.vertices}
-    rows |= {name if cloud else f"vertex_{name}": rows for name, rows in (("normals", arrays.normals), ("colors", colors))}
+    rows: dict[str, Any] = {"points" if cloud else "vertices": arrays.vertices}
+    rows |= {name if cloud else f"vertex_{name}": values for name, values in (("normals", arrays.normals), ("colors", colors))}
     for name, values in rows.items():
         if values is not None:
             setattr(made, name, o3d.utility.Vector3dVector(values))

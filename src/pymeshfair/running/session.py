@@ -283,7 +283,7 @@ class Session:
     def _saved(self, after: MeasuredMesh) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
         """Write the files to the staging folder; the output with its side files as in the record, and the files."""
         output = self._job.output
-        names = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
+        names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
         saved = save_mesh(after.mesh, output, self._stage / "new", resolution=after.resolution, **names)
         self._lose(saved.warnings)
         staged = (saved.output, *saved.side_files)
