@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -423,7 +424,9 @@ def named(attribute: str, element: str, kind: str) -> MeshSet:
 
 
 @pytest.mark.parametrize("make", MESHES, ids=lambda f: f.__name__)
-def test_an_interruption_waits_until_the_mesh_is_whole(make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interruption_waits_until_the_mesh_is_whole(
+    make: Any, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
     """Ctrl-C in the midst of MeshLab's filters has its effect after the last one, and the addition is all there."""
     apply, filters = Workbench.apply, iter(range(1000))
 
@@ -435,7 +438,9 @@ def test_an_interruption_waits_until_the_mesh_is_whole(make: Any, monkeypatch: p
     interrupted, usual = make(), make()
     edit = Edit(**additions(usual, 3, 8), vertices=everything(usual)["vertices"] + 1.0)
     usual.apply_step(give_back(edit))
-    handler = signal.getsignal(signal.SIGINT)
+    handler = signal.default_int_handler
+    former = signal.signal(signal.SIGINT, handler)  # which is another one in the background
+    request.addfinalizer(partial(signal.signal, signal.SIGINT, former))
     monkeypatch.setattr(Workbench, "apply", interrupting)
     with pytest.raises(KeyboardInterrupt):
         interrupted.apply_step(give_back(edit))
