@@ -62,11 +62,6 @@ class Job:
         return () if self.map is None else (self.map, self.map.with_name(f"{self.map.stem}.removed{self.map.suffix}"))
 
     @property
-    def is_watched(self) -> bool:
-        """Whether there are limits, or an intervention map is wanted."""
-        return bool(self.all_guards) or self.map is not None
-
-    @property
     def all_guards(self) -> Guards:
         """The limits of the recipe and of the job, as they were given."""
         return self.recipe.script.guards.overridden(self.guards)
@@ -241,7 +236,7 @@ class Report:
         options |= {} if job.unit is None else {"unit": job.unit}
         options |= {"own_texture_names": True} if job.own_texture_names and self.output["side_files"] else {}
         guards: dict[str, Any] = {}
-        if job.is_watched:
+        if job.all_guards or job.map is not None:
             limits, tolerance = job.lengths_in(unit)
             maps = [described_file(file.staged, named=file.target) for file in self.maps]
             guards = {"limits": limits.texts(), "breaches": list(self.breaches), "maps": maps}
