@@ -1,5 +1,7 @@
 """Applies filters of both kinds to the layers of a pymeshlab mesh set, from calls and from scripts, and keeps the steps."""
 
+from __future__ import annotations
+
 import contextlib
 import logging
 from collections.abc import Callable, Iterable, Mapping
@@ -117,27 +119,16 @@ def _with_ids(declared: Filter, values: Mapping[str, Any], change: Callable[[int
 class ScriptLog:
     """A filter script: steps that are read from a file, or added as filters are applied; it is applied, printed and saved."""
 
-    def __init__(self, script: Script | None = None) -> None:
-        self._take(Script(()) if script is None else script)
+    def __init__(self, script: Script) -> None:
+        self.steps, self._file, self._settings = list(script.steps), script.path, script.settings
 
-    def load(self, file: str) -> None:
-        """Take the steps of an .mlx file in place of these; after a `ScriptError` these stay."""
-        self._take(read_script(file))
-
-    def _take(self, script: Script) -> None:
-        self.steps: list[Step] = list(script.steps)
-        self._file, self._settings = script.path, script.settings
-
-    def clear(self) -> None:
-        """Forget all steps."""
-        self._take(Script(()))
+    @classmethod
+    def of(cls, file: str | None) -> ScriptLog:
+        """That of an .mlx file, or without one an empty script."""
+        return cls(Script(()) if file is None else read_script(file))
 
     def apply(self, apply_step: Callable[[Step], object]) -> None:
-        """Apply each step in turn.
-
-        Raises:
-            ScriptStepFailedError: a step failed.
-        """
+        """Apply each step in turn; raises `ScriptStepFailedError` if one failed."""
         for number, step in enumerate(list(self.steps), 1):
             try:
                 apply_step(step)

@@ -58,7 +58,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         BASE.__init__(self, verbose)
         self._bench = write_back.Workbench(self, verbose=verbose)
         self._filters = filter_runner.FilterRunner(self._bench)
-        self._script = filter_runner.ScriptLog()
+        self._script = filter_runner.ScriptLog.of(None)
 
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
         """Apply a filter, MeshLab's or a plugin's, to the current mesh and add it to the filter script.
@@ -107,7 +107,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         Raises:
             ScriptError: something in the script is wrong; lists every problem. The current script stays.
         """
-        self._script.load(filter_script_name)
+        self._script = filter_runner.ScriptLog.of(filter_script_name)
 
     def apply_filter_script(self) -> None:
         """Apply the current filter script: the filters that were loaded, and those applied since.
@@ -128,7 +128,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     def clear_filter_script(self) -> None:
         """Forget the current filter script."""
-        self._script.clear()
+        self._script = filter_runner.ScriptLog.of(None)
 
     def print_filter_script(self) -> None:
         """Print the current filter script: each filter with the values of its parameters."""
