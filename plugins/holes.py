@@ -45,8 +45,8 @@ def meshing_close_holes_by_fairing(
     """Closes holes with triangles as dense as those around, which continue the surface smoothly across the rim.
 
     What is there stays as it is, textures too. New vertices and faces come last and are the ones that are selected afterwards, so
-    that a next step can delete, smooth or measure them. Colours of vertices go on smoothly from the rim, and a
-    new face shows a place of the texture in a face at the rim. Scalars are those of the rim. A mark is written if
+    that a next step can delete, smooth or measure them. Colours go on smoothly from the rim, and a new face
+    shows a place of the texture near by whose colour does. Scalars are those of the rim. A mark is written if
     a hole was closed: "scalar" overwrites the scalars of all faces, "color" the colours of the new ones. Returns how many holes
     were closed and the edges of each rim, how many vertices and faces are new, how many holes were filled by a lower energy, and
     how many rims were left open, why and with how many edges; the largest are named one by one.

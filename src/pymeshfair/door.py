@@ -29,7 +29,8 @@ from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from .meshlab.facts import table
 from .processes.worker import use_up
 from .scripts.script import Step
-from .write_back.workbench import SAVED_AS, attributes_of, read_array, saved_attributes, wedges_of
+from .write_back.attributes import SAVED_AS, saved_attributes
+from .write_back.workbench import attributes_of, read_array, wedges_of
 
 #: the custom attribute by which elements are known again, from 1; 0 is a new one
 _ID = "pymeshfair_id"

@@ -11,7 +11,7 @@ import pytest
 
 from pymeshfair.declaration import Edit, NewLayer
 from pymeshfair.meshset import MeshSet
-from pymeshfair.write_back.workbench import PREFIX
+from pymeshfair.write_back import attributes
 from tests.host.snapshots import (
     NORMALS,
     PER_FACE,
@@ -131,7 +131,7 @@ def as_read(name: str, value: Any) -> Any:
 
 @pytest.mark.parametrize("make", KINDS, ids=lambda f: f.__name__)
 def test_every_property_is_written_exactly_and_no_other_changes(make: Any) -> None:
-    """Twelve random edits give their values to the bit and nothing else."""
+    """Twelve random edits, most after the helper attributes are used up, give their values to the bit and nothing else."""
     meshes, random = make(), np.random.default_rng(7)
     others = [meshes[m.id()].vertex_matrix() for m in meshes if m.id() != meshes.current_mesh_id()]
     handle, before = meshes.current_mesh(), everything(meshes)
@@ -199,7 +199,7 @@ def test_a_file_is_byte_by_byte_what_meshlabs_own_filters_give(make: Any, extens
     assert files["ours"] == files["theirs"]
     assert len(files["ours"]) == (3 if extension == "obj" else 1)  # with its material and texture
     assert extension == "obj" or all(name in files["ours"]["mesh.ply"] for name in (b"va_s", b"va_p", b"fa_s", b"fa_p"))
-    assert not any(PREFIX.encode() in content for content in files["ours"].values())
+    assert not any(attributes.PREFIX.encode() in content for content in files["ours"].values())
 
 
 @pytest.mark.parametrize(
@@ -241,12 +241,19 @@ def test_edges_are_not_left_without_ends() -> None:
     assert same(meshes.current_mesh().edge_matrix(), chain.astype(np.int32))
 
 
-def test_helper_attributes_are_no_parameters_of_saving() -> None:
-    """What the values travelled in stays with the layer, and whoever saves a file is not offered it."""
-    meshes = cloud()
-    meshes.apply_step(give_back(Edit(vertex_scalars=np.arange(300.0))))
-    assert any(PREFIX in key for key in pymeshlab.MeshSet.filter_parameter_values(meshes, "ply"))
-    assert not any(PREFIX in key for key in meshes.filter_parameter_values("ply"))
+@pytest.mark.parametrize("make", [textured_obj, cloud, polyline], ids=lambda f: f.__name__)
+def test_fifty_steps_leave_few_helper_attributes(make: Any) -> None:
+    """However many steps there are, a layer ends with at most 12 helper attributes for its vertices and 12 for its faces."""
+    meshes, random = make(), np.random.default_rng(9)
+    for number in range(50):
+        n, m = meshes.current_mesh().vertex_number(), meshes.current_mesh().face_number()
+        face_scalars = wild(random, m) if m and number % 3 == 0 else None
+        meshes.apply_step(give_back(Edit(vertex_scalars=wild(random, n), face_scalars=face_scalars)))
+    offered = pymeshlab.MeshSet.filter_parameter_values(meshes, "ply")
+    helpers = [key for key in offered if attributes.PREFIX in key]
+    assert len([key for key in helpers if "__ca_vs__" in key]) == attributes.MOST == 12
+    assert len([key for key in helpers if "__ca_fs__" in key]) <= attributes.MOST
+    assert not [key for key in meshes.filter_parameter_values("ply") if attributes.PREFIX in key]
 
 
 def test_moving_vertices_of_a_mesh_leaves_no_attribute() -> None:

@@ -90,15 +90,16 @@ class Edit:
     n and m count the vertices and faces of the layer; N = n + a and M = m + b count those that are added, too, which come last.
 
     Attributes of added elements that the edit does not set come from near by: a vertex takes scalar and texture
-    coordinates of the nearest old vertex that added faces use, a face scalar and colour of an old face at such a vertex, nearest
-    to its own centre. Colours of vertices are blended from their neighbours in added faces. A face shows one place of the texture
-    at its three corners, the middle of that old face; of several textures, the most frequent one among its old vertices. Added
-    elements are not selected, their custom attributes are 0, normals follow from the coordinates.
+    coordinates of the nearest old vertex that added faces use, a face the scalar of an old face at such a vertex, nearest to its
+    own centre. Colours are blended: those of a vertex from its neighbours in added faces, those of a face from the faces around.
+    A face shows one place of the texture at its three corners: the middle of an old face near by whose colour there is such a
+    blend, or of the one next to it where the image is not readable; of several textures, the most frequent one among its old
+    vertices. Added elements are not selected, their custom attributes are 0, normals follow from the coordinates.
 
     A layer to which elements are added stays the same one, with its id. MeshLab leaves some things not as they were: a mesh
     with texture coordinates at the corners of its faces alone gets some at its vertices, a mesh of polygons alone becomes one of
     triangles, and scalars of faces that are written, or differ when faces are added, make the faces of a mesh without colours
-    white.
+    white. If an addition fails the layer becomes what it was, but for these.
     """
 
     vertices: Floats | None = None  # (n, 3) new coordinates

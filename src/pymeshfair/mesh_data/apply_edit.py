@@ -1,7 +1,7 @@
 """The mesh that a checked edit makes of another one: attributes are kept, or continued into added elements.
 
 To n vertices and (m, 3) `faces` are added a vertices and (b, 3) `added_faces`, whose indices go up to n + a - 1. Each added
-element takes the values of an old one, its donor; colours of vertices are continued smoothly.
+element takes the values of an old one, its donor, where none can be continued. Colours and textures are continued.
 """
 
 from dataclasses import replace
@@ -13,11 +13,15 @@ from numpy.typing import NDArray
 from ..declaration import Bools, Edit, Floats, Ints, Layer, NewLayer
 from ..errors import MeshError
 from ..filters.libraries import spatial
-from .mesh_data import MeshData, numbered
+from .mesh_data import MeshData, numbered, read_pixels, sampled
 
 _WIDTHS = {"vertices": 3, "added_vertices": 3, "vertex_normals": 3, "face_normals": 3, "vertex_colors": 4, "face_colors": 4}
 _FLAGS = ("vertex_selection", "face_selection", "delete_vertices", "delete_faces")
 _NUMBERS = (*_WIDTHS, "vertex_scalars", "face_scalars")
+#: Added faces show the texture of old ones that are at most so many rings away from them.
+_RINGS = 4
+#: Where a face's texture is looked at, as shares of its corners: its middle, and half way from there to each corner.
+_WITHIN = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0
 
 
 def checked_edit(edit: Any, layer: Layer) -> Edit:
@@ -180,11 +184,20 @@ def with_additions(mesh: MeshData, edit: Edit, may_give: Bools) -> MeshData:
             vertex[name] = _extended(values, len(added_vertices))
     face: dict[str, NDArray[Any]] = {}
     for name, values in mesh.face_attributes.items():
-        if name in ("colors", "scalars", "texture"):
+        if name == "colors":
+            used = np.zeros(len(mesh.vertices), dtype=np.bool_)
+            used[mesh.faces] = True
+            shades = values / 255.0
+            blend = _blend(shades, mesh.faces, added_faces, used, shades[of_faces])
+            face[name] = as_levels(np.concatenate([shades, blend]))
+        elif name in ("scalars", "texture"):
             face[name] = np.concatenate([values, values[of_faces]])
-        elif name == "wedge_texture_coordinates":  # the middle of the donor: at its corners is what lies beside its chart
-            shown = values[of_faces].mean(axis=1, keepdims=True).astype(np.float32)  # as MeshLab keeps them
-            face[name] = np.concatenate([values, np.repeat(shown, 3, axis=1)])
+        elif name == "wedge_texture_coordinates":
+            numbers = mesh.face_attributes.get("texture")
+            number = 0 if numbers is None or not len(of_faces) else int(numbers[of_faces[0]])
+            image = read_pixels(mesh.textures[number]) if 0 <= number < len(mesh.textures) else None
+            shown = _continued_texture(image, values, mesh.faces, added_faces, may_give, of_faces)
+            face[name] = np.concatenate([values, np.repeat(shown[:, None], 3, axis=1)])
         elif name != "normals":
             face[name] = _extended(values, len(added_faces), -1 if name == "polygon" else 0)
     return replace(
@@ -221,6 +234,57 @@ def _find_donors(
     _, near_vertex = tree.query(points[old:])
     _, near_face = tree.query(points[added_faces].mean(axis=1))
     return at[near_vertex], givers[first[near_face] // 3]
+
+
+def _continued_texture(
+    pixels: NDArray[np.uint8] | None, wedges: Floats, faces: Ints, added_faces: Ints, may_give: Bools, of: NDArray[np.intp]
+) -> Floats:
+    """(b, 2) for each added face a place of the texture, well inside an old face, whose colour continues those around.
+
+    The image has no pixels for added faces. So an added face shows one colour: of the old faces near the added ones, that
+    of the middle of the one whose colour is nearest to a blend of the colours around. Without an image, (height, width, 3)
+    `pixels`, it is the middle of a neighbour, never its corner, where the image may show what lies beside its charts.
+
+    `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_give` marks the faces that may give theirs.
+    """
+    middles = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # as MeshLab keeps them
+    old = int(faces.max()) + 1
+    near = np.zeros(old, dtype=np.bool_)
+    near[added_faces[added_faces < old]] = True
+    for _ in range(_RINGS - 1):
+        near[faces[near[faces].any(axis=1)]] = True
+    givers = np.flatnonzero(near[faces].any(axis=1) & may_give)
+    if pixels is None or len(givers) == 0:
+        return np.asarray(middles[of])
+    shown = np.stack([sampled(pixels, np.einsum("c,fcd->fd", w, wedges[givers])) for w in _WITHIN], axis=1)
+    mean = shown.mean(axis=1)
+    used = np.zeros(old, dtype=np.bool_)
+    used[faces[givers]] = True
+    nearest = np.searchsorted(givers, of)
+    wanted = _blend(mean, faces[givers], added_faces, used, mean[np.minimum(nearest, len(givers) - 1)])
+    # Of faces with much the same middle, one whose colour is the same all over is not mistaken for an edge of the picture.
+    unlike = np.abs(shown - shown[:, :1]).max(axis=1)
+    _, chosen = spatial.cKDTree(np.concatenate([shown[:, 0], 0.5 * unlike], axis=1)).query(np.pad(wanted, ((0, 0), (0, 3))))
+    return np.asarray(middles[givers[chosen]])
+
+
+def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, otherwise: Floats) -> Floats:
+    """(b, k) for each added face the mean of its corners, where values at `fixed` vertices are means of the faces there."""
+    count = max(len(fixed), int(added_faces.max(initial=-1)) + 1)
+    sums, number = np.zeros((count, of_faces.shape[1])), np.zeros(count)
+    for _ in range(2):  # the second time over two rings, so that a fine pattern of the texture counts as its mean
+        at_vertices = sums / np.maximum(number, 1.0)[:, None]
+        spread = of_faces if not number.any() else at_vertices[faces].mean(axis=1)
+        sums, number = np.zeros_like(sums), np.zeros_like(number)
+        for corner in faces.T:
+            np.add.at(sums, corner, spread)
+            np.add.at(number, corner, 1.0)
+    values = sums / np.maximum(number, 1.0)[:, None]
+    held = np.zeros(count, dtype=np.bool_)
+    held[: len(fixed)] = fixed
+    values[~held] = np.nan
+    corners = _harmonic(values, added_faces, held)[added_faces].mean(axis=1)
+    return np.where(np.isfinite(corners), corners, otherwise)
 
 
 def _harmonic(values: Floats, added_faces: Ints, fixed: Bools) -> Floats:

@@ -1,4 +1,7 @@
-"""The guards of a run that a result breaks: where, and by how much; and the written file as a slicer reads it."""
+"""The guards of a run that a result breaks: where, and by how much.
+
+Whether it can be printed is seen on the written file, read back as a slicer reads it: equal points merged, triangles alone.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -15,7 +18,7 @@ from ..filters.libraries import sparse
 from ..filters.topology import IRREGULAR, proper_faces, stars
 from ..mesh_data import MeshData
 from ..scripts.guards import Guards
-from .measuring import MeasuredMesh, self_intersecting
+from .measuring import MeasuredMesh, self_intersecting, self_intersecting_apart
 from .shape_change import Moved, Origins, ShapeChange
 
 
@@ -104,10 +107,11 @@ PRINTABLE = "printable"  # the word of `require` that asks for this
 _PLACES = 3  # so many places of one kind are named
 
 
-def print_faults(mesh: MeshData, folder: Path, *, wrapped: bool = False) -> Iterator[Breach]:
+def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = False) -> Iterator[Breach]:
     """Faults by which a slicer cannot tell inside from outside: borders, edges of many faces, faces turned over or cut.
 
-    `folder` takes files for MeshLab, which looks for the cuts. A `wrapped` mesh is not mended by another wrap.
+    `folder` takes files for MeshLab, which looks for the cuts; None for MeshLab in a process of its own, which it may end (a
+    `RunError`). A `wrapped` mesh is not mended by another wrap.
     """
     firsts, numbers = numbered(mesh.vertices)
     vertices, faces = mesh.vertices[firsts], numbers[mesh.faces].astype(np.int32)
@@ -130,7 +134,8 @@ def print_faults(mesh: MeshData, folder: Path, *, wrapped: bool = False) -> Iter
         yield _fault("vertices where it touches itself", len(touching), vertices, touching[:, None])
     if measures.oriented and measures.volume is not None and measures.volume <= 0.0:
         yield Breach("require", "the written file has no volume, or its faces look inwards", amount=measures.volume)
-    cuts = self_intersecting(MeshData(vertices=vertices, faces=faces), folder)
+    merged = MeshData(vertices=vertices, faces=faces)
+    cuts = self_intersecting_apart(merged) if folder is None else self_intersecting(merged, folder)
     if cuts.any():
         fault = _fault("faces that cut others", int(cuts.sum()), vertices, faces[cuts])
         way = "wrap with another alpha or offset" if wrapped else "take wrap_for_print, which wraps all in one surface"

@@ -1,4 +1,7 @@
-"""Measures of a mesh before and after the steps of a run, or its size alone; and the faces that cut others."""
+"""Measures of a mesh: before and after the steps of a run, or its size alone; and the faces that cut others.
+
+MeshLab finds these. It ends the process on some meshes, so that a process of its own looks for them, but at the end of a run.
+"""
 
 import tempfile
 from collections.abc import Callable
@@ -10,6 +13,7 @@ import numpy as np
 
 from ..declaration import Bools
 from ..errors import RunError
+from ..filters.geometry import vector_lengths
 from ..filters.inspection.surface_measures import Connectivity, SurfaceMeasures, box_diagonal, measures_and_connectivity
 from ..filters.mesh import check_points
 from ..filters.topology import proper_faces
@@ -21,6 +25,8 @@ from ..registry import find_filter
 from ..scripts.script import Step
 from .document import Document
 from .job import plain
+
+_SOME = 10_000  # faces that a usual length is found from
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +49,20 @@ class MeasuredMesh:
 def measure(mesh: MeshData, *, wanted: bool = True, former: MeasuredMesh | None = None) -> MeasuredMesh:
     """Measure a mesh, without `wanted` its diagonal alone; the connectivity of a former one is taken over if it is the same."""
     if not wanted:
-        return MeasuredMesh(mesh, None, None, box_diagonal(check_points(mesh.vertices)), lambda: mesh.mean_edge)
+        return MeasuredMesh(mesh, None, None, box_diagonal(check_points(mesh.vertices)), lambda: usual_edge(mesh))
     measures, connectivity = measures_and_connectivity(
         mesh.vertices, mesh.faces, edges=mesh.edges, former=None if former is None else former.connectivity
     )
     resolution = measures.mean_edge or measures.mean_spacing or 0.0
     return MeasuredMesh(mesh, measures, connectivity, measures.diagonal, lambda: resolution)
+
+
+def usual_edge(mesh: MeshData) -> float:
+    """About the mean edge, from some thousands of faces, or the mean distance of points: what coordinates must tell apart."""
+    if not len(mesh.faces):
+        return mesh.mean_edge
+    faces = mesh.faces[:: max(1, len(mesh.faces) // _SOME)]
+    return float(vector_lengths(mesh.vertices[faces[:, 0]] - mesh.vertices[faces[:, 1]]).mean())
 
 
 def self_intersecting(mesh: MeshData, folder: Path) -> Bools:

@@ -4,13 +4,14 @@ import errno
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from ..calling import StoppedError
-from ..errors import FilterInputError, Place, StepFailedError
+from ..errors import FilterInputError, Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError
 from ..files.formats import ATTRIBUTES, attributes_of
 from ..files.inputs import Reading, read_file
@@ -247,6 +248,11 @@ class Session:
                 output, staged = (None, ()) if faults and not job.keep_broken else (output, staged)
                 broken += faults
                 if not broken:
+                    with suppress(RunError):  # where MeshLab ends on the scan, the run goes on
+                        if wrapped and not any(print_faults(before.mesh)):
+                            self._warn(
+                                "the scan is watertight, none of its faces cuts another: prepare_for_print keeps its surface"
+                            )
                     hidden = wrapped and wrap_words(before.mesh, after.mesh)
                     words = [text for text in (wall_words(after.mesh, self._unit), hidden) if text]
                     for text in words:

@@ -1,6 +1,7 @@
 """Reads a pymeshlab mesh as a `Layer` and writes an `Edit` back into it; everything else leaves meshes in MeshLab alone."""
 
-from .workbench import Workbench, custom_attributes, without_helpers
+from .attributes import custom_attributes, without_helpers
+from .workbench import Workbench
 from .writing import write_edit
 
 __all__ = ["Workbench", "custom_attributes", "without_helpers", "write_edit"]

@@ -1,72 +1,138 @@
-"""Writes an `Edit` to the current layer of a pymeshlab mesh set, in place and exactly, and changes nothing else."""
+"""Writes an `Edit` to the current layer of a pymeshlab mesh set, in place and exactly, and changes nothing else.
 
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+A layer is put back as it was when adding elements to it fails or is interrupted.
+"""
+
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
-from ..declaration import Bools, Edit, Floats, NewLayer
+from ..declaration import Bools, Edit, Floats, Ints, NewLayer
 from ..errors import MeshError
-from ..mesh_data import adds
-from ..mesh_data.apply_edit import check_deletable, removes
+from ..mesh_data import MeshData, Texture, adds
+from ..mesh_data.apply_edit import check_deletable, faces_that_give, removes, with_additions
 from ..meshlab.base import BASE
-from .additions import add_elements
-from .workbench import ELEMENTS, Element, Workbench, bring_in, check_names, check_taken, read_array
+from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, has_room, move_points
+from .growth import check_growable, grow, shrink
+from .workbench import EDITABLE, Workbench, attributes_of, check_taken, read_array, wedges_of
+
+_FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
+
+
+@contextmanager
+def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
+    """The current layer without its matrix; if the context ends with any exception, the layer becomes what it was.
+
+    What is deleted within the context does not come back. Three things MeshLab cannot take away again: scalars and colours of
+    faces, and texture coordinates of vertices, that the mesh did not have; nor does it make polygons of triangles.
+
+    Raises:
+        MeshError: something failed, and something else could not be put back.
+    """
+    layers = {layer.id() for layer in BASE.__iter__(bench.meshset)}
+    matrix, before = mesh.transform_matrix(), None
+    try:
+        with bench.matrix_aside(mesh):
+            before = _Before(mesh)
+            yield
+    except BaseException as error:
+        for layer in [layer.id() for layer in BASE.__iter__(bench.meshset)]:
+            if layer not in layers:  # a helper layer that an interruption has left
+                BASE.set_current_mesh(bench.meshset, layer)
+                bench.apply("delete_current_mesh")
+                bench.helper_ids[:] = sorted({*bench.helper_ids, layer})
+        BASE.set_current_mesh(bench.meshset, mesh.id())
+        lost: list[str] = []
+        if before is not None:
+            bench.set_matrix(mesh, np.eye(4))
+            lost = before.put_back(bench, mesh)
+        bench.set_matrix(mesh, matrix)
+        if lost and isinstance(error, Exception):
+            raise MeshError(f"{error}; and {', '.join(lost)} of {mesh.label()!r} could not be put back") from error
+        raise
+
+
+class _Before:
+    """The arrays of a layer without a matrix that an addition changes."""
+
+    def __init__(self, mesh: Any) -> None:
+        self._faces = read_array(mesh, "faces")
+        lacking = [name for name in ("face_scalars", "face_colors") if not getattr(mesh, f"has_{name[:-1]}")()]
+        self._values = {name: read_array(mesh, name) for name in EDITABLE if name not in lacking}
+        self._uv = mesh.vertex_tex_coord_matrix() if mesh.has_vertex_tex_coord() else None
+        self._wedges = wedges_of(mesh)
+
+    def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
+        """Restore the current layer; the losses, in words."""
+        lost = []
+
+        def restore(what: str, write: Callable[..., None], *values: Any) -> None:
+            try:
+                write(bench, mesh, *values)
+            except _FAILURES:
+                lost.append(what)
+
+        restore("faces", shrink, len(self._values["vertices"]), self._faces)
+        if not lost and self._wedges is not None:
+            restore("texture coordinates", self._put_back_wedges)
+        if not lost and self._uv is not None:
+            restore("texture coordinates of vertices", write_vertex_uv, self._uv)
+        # Normals come last: they change with the coordinates. Helper attributes may use up the selection on their way in.
+        for name in (*(name for name in EDITABLE if not name.endswith("selection")), "vertex_selection", "face_selection"):
+            if name in self._values:
+                changes: dict[str, Any] = {name: self._values[name]}
+                restore(name.replace("_", " "), write_values, Edit(**changes))
+        return lost
+
+    def _put_back_wedges(self, bench: Workbench, mesh: Any) -> None:
+        assert self._wedges is not None
+        differ = (wedges_of(mesh) != self._wedges) & ~np.isnan(self._wedges)
+        for face in np.flatnonzero(differ.any(axis=(1, 2))):
+            with suppress(*_FAILURES):
+                write_wedge_uv(bench, mesh, self._wedges, np.empty((0, 2)), int(face))
+        check_taken(mesh, wedges_of(mesh), self._wedges, "texture coordinates")
 
 
 def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
     """Apply an edit, which has been checked (`checked_edit`), to the current layer; sentences about losses, for the user.
 
     Coordinates keep every bit except the sign of a zero. The normals of a mesh with faces follow from new coordinates, as after
-    any filter of MeshLab. New layers come last and the first becomes the current one. Ctrl-C waits until all is written.
+    any filter of MeshLab. New layers come last and the first becomes the current one.
+
+    If adding elements fails or is interrupted, the mesh is put back (`undone_on_failure`); an interrupted deletion is not.
     """
-    with _uninterrupted():
-        notes = _write(bench, BASE.current_mesh(bench.meshset), edit) if bench.has_current() else ()
-        for index, layer in enumerate(edit.new_layers):
-            _add_layer(bench, layer, current=index == 0)
-    return notes
-
-
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Ctrl-C has its effect at the end of the context: within it a mesh is not whole between two filters of MeshLab's."""
-    usual = signal.getsignal(signal.SIGINT)
-    if usual is None or threading.current_thread() is not threading.main_thread():  # where no signal comes, or none of Python's
-        yield
-        return
-    came: list[int] = []
-    signal.signal(signal.SIGINT, lambda number, frame: came.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, usual)
-        if came:
-            signal.raise_signal(signal.SIGINT)
-
-
-def _write(bench: Workbench, mesh: Any, edit: Edit) -> tuple[str, ...]:
+    mesh = BASE.current_mesh(bench.meshset) if BASE.mesh_number(bench.meshset) else None
     notes: tuple[str, ...] = ()
-    try:
-        if edit.delete_vertices is not None:
-            check_deletable(edit, read_array(mesh, "edges"), mesh.label())
-        with bench.matrix_aside(mesh):
+    if mesh is not None:
+        try:
+            if edit.delete_vertices is not None:
+                check_deletable(edit, read_array(mesh, "edges"), mesh.label())
             if adds(edit):
-                edit, notes = add_elements(bench, mesh, edit)
-            _write_values(bench, mesh, edit)
-        if removes(edit):
+                with undone_on_failure(bench, mesh):
+                    edit, notes = add_elements(bench, mesh, edit)
+                    write_values(bench, mesh, edit)
+            else:
+                with bench.matrix_aside(mesh):
+                    write_values(bench, mesh, edit)
             _delete(bench, mesh, edit)
-    except (pymeshlab.PyMeshLabException, RuntimeError) as error:  # pymeshlab's two ways to say that a filter failed
-        check_names(bench, mesh)
-        raise MeshError(f"MeshLab could not take the result: {error}") from error
+        except (pymeshlab.PyMeshLabException, RuntimeError) as error:  # pymeshlab's two ways to say that a filter failed
+            check_names(bench, mesh)
+            raise MeshError(f"MeshLab could not take the result: {error}") from error
+    for index, layer in enumerate(edit.new_layers):
+        _add_layer(bench, layer, current=index == 0)
     return notes
 
 
 def _delete(bench: Workbench, mesh: Any, edit: Edit) -> None:
+    if not removes(edit):
+        return
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
     selected = [read_array(mesh, f"{element}_selection") for element in ELEMENTS]
     gone = np.zeros(len(vertices), dtype=np.bool_) if edit.delete_vertices is None else edit.delete_vertices
@@ -75,12 +141,12 @@ def _delete(bench: Workbench, mesh: Any, edit: Edit) -> None:
         gone_faces |= edit.delete_faces
     for element, doomed in (("face", gone_faces), ("vertex", gone)):
         if doomed.any():
-            _write_selection(bench, mesh, element, doomed)  # type: ignore[arg-type]
+            write_selection(bench, mesh, element, doomed)  # type: ignore[arg-type]
             bench.apply("meshing_remove_selected_faces" if element == "face" else "meshing_remove_selected_vertices")
     for element, before, doomed in zip(ELEMENTS, selected, (gone, gone_faces), strict=True):
-        _write_selection(bench, mesh, element, before[~doomed])
-    _verify(mesh, "vertices", vertices[~gone])
-    _verify(mesh, "faces", (np.cumsum(~gone) - 1)[faces[~gone_faces]])
+        write_selection(bench, mesh, element, before[~doomed])
+    verify(mesh, "vertices", vertices[~gone])
+    verify(mesh, "faces", (np.cumsum(~gone) - 1)[faces[~gone_faces]])
 
 
 def _add_layer(bench: Workbench, layer: NewLayer, *, current: bool) -> None:
@@ -99,10 +165,105 @@ def _add_layer(bench: Workbench, layer: NewLayer, *, current: bool) -> None:
     BASE.add_mesh(bench.meshset, mesh, layer.label, current)
 
 
+def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[str, ...]]:
+    """Add the edit's vertices and faces to the current layer, which has faces and no matrix.
+
+    Gives an edit of the larger mesh with everything that remains to be written, such as coordinates and selection, and sentences
+    about losses.
+    """
+    check_growable(mesh)
+    check_names(bench, mesh)
+    before = _as_data(mesh)
+    n, faces, wedges = len(before.vertices), before.faces, before.face_attributes.get("wedge_texture_coordinates")
+    may_give = _textured(bench, mesh, before, edit.added_faces)
+    made = with_additions(before, edit, may_give)
+    remaining: dict[str, Any] = {"vertices": made.vertices, "added_vertices": None, "added_faces": None}
+    for element, attributes in zip(ELEMENTS, (made.vertex_attributes, made.face_attributes), strict=True):
+        for name in ("selection", "scalars", "colors"):
+            if name in attributes and getattr(edit, f"{element}_{name}") is None:
+                remaining[f"{element}_{name}"] = attributes[name] / 255.0 if name == "colors" else attributes[name]
+
+    seed, triangulated = grow(bench, mesh, len(made.vertices) - n, made.faces[len(faces) :], may_give)
+    clear_beyond(bench, mesh, "vertex", n)
+    clear_beyond(bench, mesh, "face", len(faces))
+    if wedges is not None:
+        write_wedge_uv(bench, mesh, wedges, made.face_attributes["wedge_texture_coordinates"][len(faces) :, 0], seed)
+    if (uv := made.vertex_attributes.get("texture_coordinates")) is not None:
+        write_vertex_uv(bench, mesh, uv)
+    notes = ("the mesh had polygons and no triangle; it has triangles alone now",) if triangulated else ()
+    return replace(edit, **remaining), notes
+
+
+def _as_data(mesh: Any) -> MeshData:
+    """The attributes that are continued into added elements."""
+    vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
+    of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
+    textures: tuple[Texture, ...] = ()
+    if (wedges := wedges_of(mesh)) is not None:
+        of["face"]["wedge_texture_coordinates"] = wedges
+        # MeshLab gives its vertices texture coordinates on the way.
+        uv = of["vertex"]["texture_coordinates"] = np.zeros((len(vertices), 2))
+        uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
+        textures = _image(mesh)
+    if mesh.has_vertex_tex_coord():
+        of["vertex"]["texture_coordinates"] = mesh.vertex_tex_coord_matrix()
+    return MeshData(vertices=vertices, faces=faces, vertex_attributes=of["vertex"], face_attributes=of["face"], textures=textures)
+
+
+def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints | None) -> Bools:
+    """(m,) the faces with the texture that most vertices of the rim have (`faces_that_give`)."""
+    if mesh.texture_number() < 2 or "wedge_texture_coordinates" not in before.face_attributes:
+        return faces_that_give(before, added_faces)
+    numbers = np.full(len(before.faces), -1, np.int32)
+    for index in range(mesh.texture_number()):
+        bench.apply("compute_selection_by_condition_per_face", condselect=f"ti=={index}")
+        numbers[read_array(mesh, "face_selection")] = index
+    wedges = before.face_attributes["wedge_texture_coordinates"]
+    wedges = np.where(numbers[:, None, None] < 0, np.nan, wedges)  # faces without an image give none
+    return faces_that_give(before.with_attributes(face={"wedge_texture_coordinates": wedges, "texture": numbers}), added_faces)
+
+
+def _image(mesh: Any) -> tuple[Texture, ...]:
+    """The image of a mesh with one texture; pymeshlab does not give the indices of several."""
+    image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
+    if image is None or not (image.width() and image.height()):
+        return ()
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "texture.ppm"
+        image.save(str(file))
+        return (Texture("", file.read_bytes()),) if file.exists() else ()
+
+
+def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
+    """Make the texture coordinates of the vertices these, (n, 2)."""
+    if np.array_equal(mesh.vertex_tex_coord_matrix(), uv, equal_nan=True):
+        return
+    u, v = bring_in(bench, mesh, "vertex", list(uv.T))
+    bench.apply("compute_texcoord_by_function_per_vertex", u=u, v=v, onselected=False)
+    check_taken(mesh, mesh.vertex_tex_coord_matrix(), uv, "texture coordinates")
+
+
+def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed: int) -> None:
+    """Give added faces one place of the texture each, and the seed its own again."""
+    old = len(wedges)
+    columns = np.concatenate([np.zeros((old, 2)), uv])
+    bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={old}||fi=={seed}")
+    u, v = bring_in(bench, mesh, "face", list(columns.T))
+    own = np.where(np.isfinite(wedges[seed]), wedges[seed], 0.0)
+    expressions = {
+        f"{axis}{corner}": f"fi=={seed}?{float(own[corner, column])!r}:{name}"
+        for corner in range(3)
+        for column, (axis, name) in enumerate((("u", u), ("v", v)))
+    }
+    bench.apply("compute_texcoord_by_function_per_wedge", **expressions, onselected=True)
+    wanted = np.concatenate([wedges, np.repeat(uv[:, None], 3, axis=1)])
+    check_taken(mesh, wedges_of(mesh), wanted, "texture coordinates")
+
+
 _COLOR_CHANNELS = {"vertex": "xyza", "face": "rgba"}
 
 
-def _write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:
+def write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:
     """Write the edit's scalars, colours, selection, coordinates and normals to the current layer, in this order."""
     for element in ELEMENTS:
         if (scalars := getattr(edit, f"{element}_scalars")) is not None:
@@ -110,7 +271,7 @@ def _write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:
         if (colors := getattr(edit, f"{element}_colors")) is not None:
             _write_colors(bench, mesh, element, colors)
         if (selection := getattr(edit, f"{element}_selection")) is not None:
-            _write_selection(bench, mesh, element, selection)
+            write_selection(bench, mesh, element, selection)
     if edit.vertices is not None:
         _write_vertices(bench, mesh, edit.vertices)
     for element in ELEMENTS:
@@ -124,11 +285,14 @@ def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
     if mesh.face_number():
         bench.move_to(mesh, vertices)
         return
-    normals = read_array(mesh, "vertex_normals")
-    x, y, z = bring_in(bench, mesh, "vertex", list(vertices.T))
-    bench.apply("compute_coord_by_function", x=x, y=y, z=z)
-    _write_numbers(bench, mesh, "vertex", "normal", normals)  # MeshLab normalises them when it moves points
-    _verify(mesh, "vertices", vertices)
+    if not has_room(bench, "vertex", 6):
+        move_points(bench, mesh, vertices)
+    else:
+        normals = read_array(mesh, "vertex_normals")
+        x, y, z = bring_in(bench, mesh, "vertex", list(vertices.T))
+        bench.apply("compute_coord_by_function", x=x, y=y, z=z)
+        _write_numbers(bench, mesh, "vertex", "normal", normals)  # MeshLab normalises them when it moves points
+    verify(mesh, "vertices", vertices)
 
 
 def _write_numbers(bench: Workbench, mesh: Any, element: Element, kind: str, values: Floats) -> None:
@@ -141,7 +305,7 @@ def _write_numbers(bench: Workbench, mesh: Any, element: Element, kind: str, val
     bench.apply(
         f"compute_{kind}_by_function_per_{element}", **dict(zip("xyz" if kind == "normal" else "q", brought, strict=True))
     )
-    _verify(mesh, name, values)
+    verify(mesh, name, values)
 
 
 def _write_colors(bench: Workbench, mesh: Any, element: Element, colors: Floats) -> None:
@@ -161,7 +325,7 @@ def _channels(mesh: Any, element: Element) -> Floats:
     return np.rint(read_array(mesh, f"{element}_colors") * 255.0)
 
 
-def _write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bools) -> None:
+def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bools) -> None:
     """Make the selection of vertices (or faces) of the current layer this one."""
     name = f"{element}_selection"
     if np.array_equal(read_array(mesh, name), selection):
@@ -172,9 +336,9 @@ def _write_selection(bench: Workbench, mesh: Any, element: Element, selection: B
     else:
         (attribute,) = bring_in(bench, mesh, element, [selection.astype(np.float64)])
         bench.apply(f"compute_selection_by_condition_per_{element}", condselect=f"{attribute}>0.5")
-    _verify(mesh, name, selection)
+    verify(mesh, name, selection)
 
 
-def _verify(mesh: Any, name: str, wanted: NDArray[Any]) -> None:
+def verify(mesh: Any, name: str, wanted: NDArray[Any]) -> None:
     """Raise `MeshError` if the mesh does not have this array of `Layer`."""
     check_taken(mesh, read_array(mesh, name), wanted, f"new {name.replace('_', ' ')}")

@@ -1,0 +1,279 @@
+"""Brings arrays into a mesh as custom attributes, where MeshLab's "by function" filters can read them.
+
+pymeshlab can add a custom attribute, but neither change nor remove one, and it does not free the memory of one with its mesh
+(8 bytes a number). So a layer gets at most `MOST` of them; after that they are overwritten by way of the vertex normals, which is
+slower. The vertices are laid out on a line, vertex i at (i, 0, 0). A helper cloud with its points in the same places then hands
+its normals over point by point ("transfer attributes" takes the nearest point and copies its normal as it is), and MeshLab's
+expressions copy normals to attributes. In the end coordinates and normals are put back. All of it is exact to the bit.
+
+Point attributes are never used: MeshLab reads freed memory for them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import chain, combinations, islice, product
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import pymeshlab
+from numpy.typing import NDArray
+
+from ..declaration import Floats, Ints
+from ..errors import MeshError
+from ..meshlab.base import BASE
+from .workbench import Workbench, read_array
+
+Element: TypeAlias = Literal["vertex", "face"]
+ELEMENTS: tuple[Element, Element] = ("vertex", "face")
+#: every helper attribute's name begins with this
+PREFIX = "pymeshfair_helper_"
+#: Most helper attributes for the vertices of a layer, and for its faces. A full edit needs nine, overwriting needs three more.
+MOST = 12
+#: the helper attributes that hold normals while others are overwritten
+_SPARE = tuple(f"{PREFIX}{i}" for i in range(3))
+_AXES = ("nx", "ny", "nz")
+#: MeshLab's names of custom attributes as parameters of saving begin with these
+SAVED_AS: dict[str, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
+_POINTS_SAVED_AS: dict[str, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
+#: Names that can stand in an expression, apart from constants of muParser and the variables of MeshLab that a write-back uses.
+_WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
+_TAKEN: dict[Element, set[str]] = {
+    "vertex": {"_pi", "_e", "vi", "x", "y", "z", "nx", "ny", "nz"},
+    "face": {"_pi", "_e", "fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
+}
+#: How many spellings of each kind are tried, ten microseconds each; enough for every one of a name of twelve letters.
+_MOST_SPELLINGS = 2**12
+
+
+def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Floats]) -> list[str]:
+    """The names of helper attributes of the current layer with these arrays of one number each; kept until the next call."""
+    if has_room(bench, element, len(arrays)):
+        fresh = _names(_count_helpers(bench, element), len(arrays))
+        for name, values in zip(fresh, arrays, strict=True):
+            getattr(mesh, f"add_{element}_custom_scalar_attribute")(np.ascontiguousarray(values, dtype=np.float64), name)
+        return fresh
+    filled = _names(len(_SPARE), len(arrays))
+    if element == "face":
+        _refill_faces(bench, mesh, filled, arrays)
+        return filled
+    normals = read_array(mesh, "face_normals")
+    _refill_vertices(bench, mesh, filled, arrays)
+    if not np.array_equal(read_array(mesh, "face_normals"), normals):
+        x, y, z = bring_in(bench, mesh, "face", list(normals.T))
+        bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
+    return filled
+
+
+def has_room(bench: Workbench, element: Element, count: int) -> bool:
+    """Whether the current layer may get that many more helper attributes."""
+    return _count_helpers(bench, element) + count <= MOST
+
+
+def _count_helpers(bench: Workbench, element: Element) -> int:
+    return sum(name.startswith(PREFIX) for name in saved_attributes(bench.meshset, SAVED_AS[element]))
+
+
+def _names(start: int, count: int) -> list[str]:
+    return [f"{PREFIX}{i}" for i in range(start, start + count)]
+
+
+def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
+    """The parameters of saving a file without those that stand for helper attributes."""
+    ours = tuple(prefix + PREFIX for prefix in SAVED_AS.values())
+    return {name: value for name, value in parameters.items() if not name.startswith(ours)}
+
+
+# ---------------------------------------------------------------------------------------------------- overwriting attributes
+
+
+def _refill_vertices(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Sequence[Floats]) -> None:
+    """Set the vertex attributes `names` of the current layer to the arrays. Face normals become those of the geometry."""
+    with _on_a_line(bench, mesh) as line:
+        for first in range(0, len(arrays), 3):
+            line.send(arrays[first : first + 3])
+            _compute(bench, "vertex", dict(zip(names[first : first + 3], _AXES, strict=False)))
+
+
+def _refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Sequence[Floats]) -> None:
+    """Set the face attributes `names` of the current layer to the arrays.
+
+    A face finds its number at one of its corners: in every round each vertex carries the index and two numbers of one of its
+    faces, until all have been served.
+    """
+    faces = read_array(mesh, "faces")
+    targets = [*zip(names, arrays, strict=False)]
+    with _on_a_line(bench, mesh) as line:
+        if line.face_normals is not None:
+            targets += zip(_SPARE, line.face_normals.T, strict=True)
+        for first in range(0, len(targets), 2):
+            pair = targets[first : first + 2]
+            _compute(bench, "face", {name: "0" for name, _ in pair})
+            for carried in _rounds(faces, line.length):
+                line.send([carried, *(values[carried] for _, values in pair)])
+                found = {
+                    n: f"nx0==fi?{a}0:(nx1==fi?{a}1:(nx2==fi?{a}2:{n}))" for (n, _), a in zip(pair, ("ny", "nz"), strict=False)
+                }
+                _compute(bench, "face", found)
+    if line.face_normals is not None:
+        x, y, z = _SPARE
+        bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
+
+
+def _rounds(faces: Ints, vertices: int) -> Iterator[NDArray[np.intp]]:
+    """For each round which face each vertex carries, -1 for none; in all of them every face is carried by one of its corners."""
+    waiting: NDArray[np.intp] = np.arange(len(faces))
+    while len(waiting):
+        carried = np.full(vertices, -1, dtype=np.intp)
+        for corner in range(3):
+            at = faces[waiting, corner]
+            free = carried[at] < 0
+            carried[at[free]] = waiting[free]  # of several faces at one vertex the last stays
+            waiting = waiting[carried[at] != waiting]
+        yield carried
+
+
+def _compute(bench: Workbench, element: Element, expressions: dict[str, str]) -> None:
+    """Set attributes of the current layer to expressions."""
+    for name, expression in expressions.items():
+        bench.apply(f"compute_new_custom_scalar_attribute_per_{element}", name=name, expr=expression)
+
+
+def move_points(bench: Workbench, mesh: Any, points: Floats) -> None:
+    """Give the vertices of the current layer, which has no faces, new places and leave their normals alone."""
+    with _on_a_line(bench, mesh) as line:
+        line.points = points
+
+
+@contextmanager
+def _on_a_line(bench: Workbench, mesh: Any) -> Iterator[_Line]:
+    """The vertices of the current layer on a line for as long as the context lasts, however it ends; uses up `_SPARE`."""
+    line = _Line(bench, mesh)
+    try:
+        bench.apply("compute_coord_by_function", x="vi", y="0", z="0")
+        yield line
+    finally:
+        if np.array_equal(read_array(mesh, "vertices"), line.places[:-1]):
+            line.put_back()
+
+
+class _Line:
+    """The vertices of a layer, to be laid out on a line and put back."""
+
+    def __init__(self, bench: Workbench, mesh: Any) -> None:
+        self._bench, self._id = bench, int(mesh.id())
+        #: where the vertices were, and where they will be put
+        self.points, self._normals = read_array(mesh, "vertices"), read_array(mesh, "vertex_normals")
+        self.length = len(self.points)
+        #: those of the faces if putting back loses them, because they do not follow from the geometry
+        self.face_normals: Floats | None = None
+        if mesh.face_number():
+            before = read_array(mesh, "face_normals")
+            bench.apply("compute_coord_by_function", x="x", y="y", z="z")
+            self.face_normals = None if np.array_equal(read_array(mesh, "face_normals"), before) else before
+        # One place more than vertices: MeshLab's search would not end in the empty box around a single point.
+        self.places = np.eye(1, 3) * np.arange(self.length + 1.0)[:, None]
+
+    def send(self, columns: Sequence[NDArray[Any]]) -> None:
+        """Set the normals of the vertices to these numbers, at most three each."""
+        normals = np.zeros((self.length + 1, 3))
+        for axis, values in enumerate(columns):
+            normals[:-1, axis] = values
+        cloud = pymeshlab.Mesh(vertex_matrix=self.places, v_normals_matrix=normals)
+        which: dict[str, Any] = {
+            f"{kind}transfer": kind == "normal" for kind in ("geom", "normal", "color", "quality", "selection")
+        }
+        with self._bench.helper_layer(cloud) as helper:
+            which |= {"sourcemesh": helper, "targetmesh": self._id, "upperbound": pymeshlab.PureValue(0.5)}
+            self._bench.apply("transfer_attributes_per_vertex", **which)
+
+    def put_back(self) -> None:
+        """Give the vertices their places and normals again."""
+        self.send(list(self._normals.T))
+        _compute(self._bench, "vertex", dict(zip(_SPARE, _AXES, strict=True)))
+        self.send(list(self.points.T))
+        for filter_name, columns in (("compute_coord_by_function", _AXES), ("compute_normal_by_function_per_vertex", _SPARE)):
+            self._bench.apply(filter_name, **dict(zip("xyz", columns, strict=True)))
+
+
+# --------------------------------------------------------------------------------------------------- the attributes of others
+
+
+def saved_attributes(meshset: Any, prefix: str) -> list[str]:
+    """The custom attributes of the current layer of one kind; MeshLab lists them as parameters of saving a PLY file."""
+    offered = BASE.filter_parameter_values(meshset, "ply")
+    return [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
+
+
+def check_names(bench: Workbench, mesh: Any) -> None:
+    """Raise `MeshError` if the name of a custom attribute keeps MeshLab from computing on the current layer."""
+    for element, listed, points, name in _own(bench, mesh):
+        if name is None or not _WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
+            raise MeshError(
+                f"{mesh.label()!r} cannot be changed because of the name of its custom {element} attribute {name or listed!r}: "
+                "MeshLab computes with names of the letters a to z, digits and _, no digit first, that are no words of its "
+                "expressions; save the mesh without it, or give it another name"
+            )
+
+
+def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
+    """Set the custom attributes of the current layer to 0 from element `kept` on, where MeshLab leaves undefined values.
+
+    The layer has passed `check_names`.
+    """
+    for of, name, values in list(custom_attributes(bench, mesh)):
+        if of != element or not values[kept:].any():
+            continue
+        if values.ndim == 1:
+            _compute(bench, element, {name: f"{'vi' if element == 'vertex' else 'fi'}<{kept}?{name}:0"})
+        else:
+            values[kept:] = 0.0
+            x, y, z = bring_in(bench, mesh, element, list(values.T))
+            bench.apply(f"compute_new_custom_point_attribute_per_{element}", name=name, x_expr=x, y_expr=y, z_expr=z)
+
+
+def custom_attributes(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, Floats]]:
+    """The custom attributes of the current layer, `mesh`, with their names and values: (n,) or, of points, (n, 3)."""
+    for element, _, points, name in _own(bench, mesh):
+        if name is not None:
+            yield element, name, _reader(mesh, element, points=points)(name)
+
+
+def _own(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, bool, str | None]]:
+    """Custom attributes except helpers: element, name as MeshLab lists it, whether its values are points, exact name or None."""
+    for element in ELEMENTS:
+        for points, prefixes in ((False, SAVED_AS), (True, _POINTS_SAVED_AS)):
+            for listed in saved_attributes(bench.meshset, prefixes[element]):
+                if points or not listed.startswith(PREFIX):
+                    yield element, listed, points, _spelled(_reader(mesh, element, points=points), listed)
+
+
+def _reader(mesh: Any, element: Element, *, points: bool) -> Callable[[str], Floats]:
+    kind = "point_attribute_matrix" if points else "scalar_attribute_array"
+    read: Callable[[str], Floats] = getattr(mesh, f"{element}_custom_{kind}")
+    return read
+
+
+def _spelled(read: Callable[[str], Floats], listed: str) -> str | None:
+    """The exact name of an attribute that MeshLab lists in lower case with _ for blanks and hyphens; None if no spelling fits."""
+    for name in _spellings(listed):
+        try:
+            read(name)
+        except pymeshlab.PyMeshLabException:
+            continue
+        return name
+    return None
+
+
+def _spellings(listed: str) -> Iterator[str]:
+    """Names that MeshLab would list so: words with capitals first, then few capitals anywhere, then other separators."""
+    words = [(word, word.capitalize(), word.upper()) for word in listed.split("_")]
+    letters = [place for place, letter in enumerate(listed) if letter != letter.upper()]
+    capitals = chain.from_iterable(combinations(letters, count) for count in range(1, len(letters) + 1))
+    yield from islice(map("_".join, product(*words)), _MOST_SPELLINGS)
+    for chosen in islice(capitals, _MOST_SPELLINGS):
+        yield "".join(letter.upper() if place in chosen else letter for place, letter in enumerate(listed))
+    for other in " -":
+        yield from islice(map(other.join, product(*words)), _MOST_SPELLINGS)
