@@ -13,7 +13,7 @@ from pymeshfair.files.inputs import read_file
 from pymeshfair.looking.words import change_lines
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.registry import find_filter
-from pymeshfair.running.origins import ADDED, MOVED
+from pymeshfair.running.shape_change import ADDED, MOVED
 from pymeshfair.scripts.script import Script, Step
 from pymeshfair.scripts.write import format_script
 from tests.commands.command_line import document, run_process

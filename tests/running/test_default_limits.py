@@ -15,8 +15,7 @@ from pymeshfair.errors import RunTimeout
 from pymeshfair.operating_system import this_system
 from pymeshfair.processes.process import Items, Process
 from pymeshfair.processes.worker import Answer, Order
-from pymeshfair.running.job import Compiling, Event, Job, PhaseStarted
-from pymeshfair.running.report import Report
+from pymeshfair.running.job import Compiling, Event, Job, PhaseStarted, Report
 from pymeshfair.running.supervise import Watch, run_job
 
 from .runs import BONE, SMOOTH, names_in, recipe_of

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -172,11 +171,12 @@ def test_a_hidden_layer_stays_hidden(tmp_path: Path) -> None:
     document.add(read_file(BONE).mesh)
     document.add(read_file(BONE).mesh)
     assert document.state is not None
-    document.restore(replace(document.state, visible={0: False, 1: True}))
+    meshes, _, *rest = document.state
+    document.restore((meshes, {0: False, 1: True}, *rest))
     document.apply(step("apply_coord_taubin_smoothing"))
     document.mesh(0), document.mesh(1)
     assert document.state is not None
-    assert document.state.visible == {0: False, 1: True}
+    assert document.state[1] == {0: False, 1: True}
 
 
 def test_layers_have_the_ids_of_meshlab(tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ supervise.run_job(Job(recipe_of(SMOOTH), BONE, Path({output!r}), overwrite=True)
 @pytest.mark.parametrize(
     ("where", "left"),
     [
-        ("supervise.record_of", set()),
+        ("supervise.Report.record", set()),
         ("supervise.place", set()),
         ("writing.os.link", {"clean.ply"}),
         ("writing.shutil.rmtree", {"clean.ply", "clean.ply.provenance.json"}),

@@ -15,9 +15,8 @@ from pymeshfair.filters.inspection import surface_measures
 from pymeshfair.looking.words import change_lines
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import RecipeHead, load_recipe, shipped_heads
-from pymeshfair.running.origins import Origins
-from pymeshfair.running.report import plain
-from pymeshfair.running.shape_change import ShapeChange, milder, shape_change, warnings_of
+from pymeshfair.running.job import plain
+from pymeshfair.running.shape_change import Origins, ShapeChange, milder, shape_change, warnings_of
 from pymeshfair.scripts.changing import override
 from tests.commands.command_line import document, run_process
 from tests.meshes import Mesh, cube, grid, icosphere

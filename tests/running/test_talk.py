@@ -15,8 +15,7 @@ from pymeshfair.declaration import Length
 from pymeshfair.files.provenance import formatted
 from pymeshfair.operating_system import this_system
 from pymeshfair.processes.environment import thread_settings, versions, worker_environment
-from pymeshfair.running.job import Job, Message, PhaseStarted, StepProgress
-from pymeshfair.running.report import plain
+from pymeshfair.running.job import Job, Message, PhaseStarted, StepProgress, plain
 from pymeshfair.running.supervise import Talk, mark, parse_talk
 from pymeshfair.scripts.guards import Guards
 

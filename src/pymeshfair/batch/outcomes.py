@@ -26,8 +26,7 @@ from ..files.provenance import read_provenance
 from ..files.writing import write_file
 from ..operating_system import this_system
 from ..processes.environment import versions
-from ..running.job import Job
-from ..running.report import plain
+from ..running.job import Job, plain
 from .plan import labels
 
 #: file names in the folder of outputs: of the journal, from which a batch resumes, and of the tables

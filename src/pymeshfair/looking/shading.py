@@ -16,7 +16,7 @@ from ..filters.compilation import compiled
 from ..filters.geometry import face_normals, unit_vectors
 from ..filters.inspection import mesh_normals
 from ..mesh_data import MeshData
-from ..mesh_data.apply_edit import read_pixels, sampled
+from ..mesh_data.mesh_data import read_pixels, sampled
 
 #: each pixel is the mean of so many by so many
 SUPERSAMPLING = 2

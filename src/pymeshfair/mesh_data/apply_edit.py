@@ -1,11 +1,9 @@
 """The mesh that a checked edit makes of another one: attributes are kept, or continued into added elements.
 
-To n vertices and (m, 3) `faces` are added a vertices and (b, 3) `added_faces`, whose indices are from 0 to n + a - 1. For each
-added element there is an old one, its donor, whose value it takes where none can be continued. Colours and textures are continued
-so that a filling looks like its surroundings.
+To n vertices and (m, 3) `faces` are added a vertices and (b, 3) `added_faces`, whose indices go up to n + a - 1. Each added
+element takes the values of an old one, its donor, where none can be continued. Colours and textures are continued.
 """
 
-import io
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +13,7 @@ from numpy.typing import NDArray
 from ..declaration import Bools, Edit, Floats, Ints, Layer, NewLayer
 from ..errors import MeshError
 from ..filters.libraries import spatial
-from .mesh_data import MeshData, Texture, numbered
+from .mesh_data import MeshData, numbered, read_pixels, sampled
 
 _WIDTHS = {"vertices": 3, "added_vertices": 3, "vertex_normals": 3, "face_normals": 3, "vertex_colors": 4, "face_colors": 4}
 _FLAGS = ("vertex_selection", "face_selection", "delete_vertices", "delete_faces")
@@ -27,12 +25,7 @@ _WITHIN = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0
 
 
 def checked_edit(edit: Any, layer: Layer) -> Edit:
-    """The edit with arrays of the types that `Edit` promises.
-
-    Raises:
-        MeshError: it is no `Edit`, an array's length is not that of the mesh, or a number is NaN or infinite; the message begins
-            with a verb, for the filter's name to go before it.
-    """
+    """The edit with arrays as `Edit` promises them; else a `MeshError`, which begins with a verb, for the filter's name."""
     if not isinstance(edit, Edit):
         raise MeshError(f"gave back {type(edit).__name__} instead of an Edit")
     changes: dict[str, Any] = {}
@@ -158,14 +151,8 @@ def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
         )
 
 
-# ---------------------------------------------------------------------------------------------------------- added elements
-
-
 def faces_that_give(mesh: MeshData, added_faces: Ints | None) -> Bools:
-    """(m,) the faces that may give added ones their texture: those of the one that most vertices of the rim have.
-
-    Their texture coordinates are finite. All faces where there are none.
-    """
+    """(m,) the faces that may give added ones their texture: those of the one that most vertices of the rim have, else all."""
     everywhere = np.ones(len(mesh.faces), np.bool_)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None:
@@ -231,11 +218,10 @@ def _extended(values: NDArray[Any], count: int, by: int = 0) -> NDArray[Any]:
 def _find_donors(
     points: Floats, faces: Ints, added_faces: Ints, old: int, may_give: Bools
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """(a,) for an added vertex the nearest old vertex that added faces use, (b,) for an added face an old one next to its centre.
+    """(a,) for an added vertex the nearest old one that added faces use, else any; (b,) for an added face an old one.
 
-    It is one at the nearest of these vertices. If added faces use no old vertex, all old vertices of faces may give. `points`
-    are the (n + a, 3) vertices, `old` is n, and `may_give`, (m,), marks the faces that may be donors, with their vertices; at
-    least one.
+    That is one at the nearest of these vertices to its centre. `points` are (n + a, 3), `old` is n, and of the (m,) faces those
+    may be donors, with their vertices, that `may_give`; at least one.
     """
     givers = np.flatnonzero(may_give)
     at, first = np.unique(faces[givers], return_index=True)  # the first corner at each vertex
@@ -280,28 +266,6 @@ def _continued_texture(
     unlike = np.abs(shown - shown[:, :1]).max(axis=1)
     _, chosen = spatial.cKDTree(np.concatenate([shown[:, 0], 0.5 * unlike], axis=1)).query(np.pad(wanted, ((0, 0), (0, 3))))
     return np.asarray(middles[givers[chosen]])
-
-
-def read_pixels(texture: Texture) -> NDArray[np.uint8] | None:
-    """(height, width, 3) the pixels of a texture, from the top; None if it is no image that can be read."""
-    from PIL import Image, UnidentifiedImageError
-
-    if texture.image is None:
-        return None
-    try:
-        with Image.open(io.BytesIO(texture.image) if isinstance(texture.image, bytes) else texture.image) as image:
-            return np.asarray(image.convert("RGB"))
-    except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError):
-        return None
-
-
-def sampled(pixels: NDArray[np.uint8], uv: Floats) -> Floats:
-    """(k, 3) the nearest pixels to (k, 2) texture coordinates, from 0 to 1; the image repeats itself, NaN counts as 0."""
-    height, width = pixels.shape[:2]
-    u, v = np.nan_to_num(uv).T
-    column = np.minimum((u % 1.0 * width).astype(np.intp), width - 1)
-    row = np.minimum(((1.0 - v) % 1.0 * height).astype(np.intp), height - 1)
-    return np.asarray(pixels[row, column] / 255.0)
 
 
 def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, otherwise: Floats) -> Floats:

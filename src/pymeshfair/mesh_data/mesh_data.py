@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections import UserDict
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -139,8 +141,6 @@ class MeshData:
         turned = self.with_attributes({"normals": None if normals is None else normals @ np.linalg.inv(turn)}, {"normals": None})
         return replace(turned, vertices=self.vertices @ turn.T + self.matrix[:3, 3], matrix=None)
 
-    # ------------------------------------------------------------------------------------------------------ as a `Layer`
-
     @cached_property
     def vertex_normals(self) -> Floats:
         """(n, 3) of a mesh with faces those of its own, or the means of those of the faces by angle; 0 where there are none."""
@@ -251,25 +251,14 @@ class MeshData:
         )
 
 
-class ReadWhenAsked(Mapping[str, Array]):
+class ReadWhenAsked(UserDict[str, Any]):
     """Attributes that are read when they are first asked for, by functions of these names, and then kept."""
 
-    def __init__(self, readers: Mapping[str, Callable[[], Array]]) -> None:
-        self._readers, self._read = readers, dict[str, Array]()
-
     def __getitem__(self, name: str) -> Array:
-        if name not in self._read:
-            self._read[name] = _frozen(self._readers[name]())
-        return self._read[name]
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._readers
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._readers)
-
-    def __len__(self) -> int:
-        return len(self._readers)
+        if callable(read := self.data[name]):
+            self.data[name] = _frozen(read())
+        array: Array = self.data[name]
+        return array
 
 
 class View:
@@ -284,6 +273,28 @@ class View:
     def other(self, mesh_id: int) -> Any:
         """Another layer."""
         return View(self._find(mesh_id), self._find)
+
+
+def read_pixels(texture: Texture) -> NDArray[np.uint8] | None:
+    """(height, width, 3) the pixels of a texture, from the top; None if it is no image that can be read."""
+    from PIL import Image, UnidentifiedImageError
+
+    if texture.image is None:
+        return None
+    try:
+        with Image.open(io.BytesIO(texture.image) if isinstance(texture.image, bytes) else texture.image) as image:
+            return np.asarray(image.convert("RGB"))
+    except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError):
+        return None
+
+
+def sampled(pixels: NDArray[np.uint8], uv: Floats) -> Floats:
+    """(k, 3) the nearest pixels to (k, 2) texture coordinates, from 0 to 1; the image repeats itself, NaN counts as 0."""
+    height, width = pixels.shape[:2]
+    u, v = np.nan_to_num(uv).T
+    column = np.minimum((u % 1.0 * width).astype(np.intp), width - 1)
+    row = np.minimum(((1.0 - v) % 1.0 * height).astype(np.intp), height - 1)
+    return np.asarray(pixels[row, column] / 255.0)
 
 
 def numbered(ids: NDArray[np.int64] | None, count: int) -> NDArray[np.int64]:

@@ -1,7 +1,6 @@
 """Pymeshlab's own class of mesh sets, the lock under which threads call it, its reset after a filter has failed, and the errors.
 
-Imported with `pymeshfair.MeshSet`, since a program may put that in the place of pymeshlab's afterwards. The errors are ours and
-pymeshlab's at once, for ``except PyMeshLabException``.
+Imported with `pymeshfair.MeshSet`, since a program may put that in the place of pymeshlab's. Errors are ours and pymeshlab's.
 """
 
 import threading
@@ -37,10 +36,8 @@ def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose:
 def after_failure(meshset: Any, *, verbose: bool) -> None:
     """Make MeshLab let go of the mesh set in which a filter has just failed.
 
-    MeshLab keeps a pointer to the log of the mesh set whose filter failed. It writes the next progress message to it, such as
-    that of loading a file into another mesh set, although the log may be gone by then. A filter that succeeds resets the
-    pointer, so one is applied to a mesh set of our own. A verbose mesh set has also given its log to the filter's plugin for
-    good, so it is kept as long as the process runs.
+    It keeps a pointer to the log of that mesh set until a filter succeeds, and writes its next message there, although it may be
+    gone; so a filter is applied to a mesh set of our own. A verbose one has given its log to a plugin for good: it is kept.
     """
     keeper = _keeper()
     keeper.apply_filter("set_selection_none")

@@ -17,14 +17,9 @@ _Current: TypeAlias = Callable[[], Layer]
 
 
 class BuiltinFilters:
-    """MeshLab's filters on one mesh set.
-
-    Attributes:
-        verbose: whether the mesh set reports on stderr.
-    """
+    """MeshLab's filters on one mesh set, of which `current` gives the current layer; `verbose` if it reports on stderr."""
 
     def __init__(self, meshset: Any, current: _Current, *, verbose: bool = False) -> None:
-        """See the class; `current` gives the current layer."""
         self._meshset, self._current, self.verbose = meshset, current, verbose
 
     def apply(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -33,21 +28,11 @@ class BuiltinFilters:
         try:
             return self.call(declared.python_name, converted)
         except pymeshlab.PyMeshLabException:
-            _check_names(declared, values)
+            checked(declared, dict.fromkeys(values.keys() - declared.defaults.keys()))  # a wrong name gets a suggestion
             raise
         except RuntimeError:
-            self._check_types(declared, values, converted)
+            checked(declared, values)  # pymeshlab's own error does not name the parameter whose value it cannot read
             raise
-
-    def _check_types(self, declared: Filter, values: Mapping[str, Any], converted: Mapping[str, Any]) -> None:
-        """Raise the error that names the parameter whose value pymeshlab cannot read; pymeshlab's own names a C++ type '?'."""
-        for name, value in converted.items():
-            try:
-                self.ask(declared.python_name, **{name: value})
-            except RuntimeError:  # noqa: PERF203
-                allowed = declared.parameter(name).describe_allowed()
-                text = f"{declared.python_name}: parameter {name!r} takes {allowed}, got {values[name]!r}"
-                raise FilterParameterError(text) from None
 
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Call pymeshlab's filter of that name; its report."""
@@ -59,10 +44,9 @@ class BuiltinFilters:
             return dict(BASE.filter_parameter_values(self._meshset, name, **values))
 
     def effective(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values that the filter would run with, as declared; relative lengths stay relative.
+        """The values that the filter would run with, as declared; relative lengths stay so, the caller's numbers keep digits.
 
-        Numbers of the caller keep their digits. A default that is a part of the diagonal is relative, too, unless MeshLab
-        remembers another one. Values that no script can have (a camera, a number that is not finite) are absent.
+        Values that no script can have (a camera, a number that is not finite) are absent.
         """
         try:
             used = self.values(declared, values)
@@ -89,11 +73,7 @@ class BuiltinFilters:
         return {name: resolved[name] if name in lengths else value for name, value in effective.items()}
 
     def _for_meshlab(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values as pymeshlab takes them: lengths, and colours, points and matrices as tuples, in its classes.
-
-        Raises:
-            FilterParameterError: a length is a bare number or no length.
-        """
+        """The values as pymeshlab takes them: lengths, and colours, points and matrices as tuples, in its classes."""
         layer, converted = cache(self._current), dict(values)
         try:
             for p in declared.parameters:
@@ -156,11 +136,19 @@ class BuiltinFilters:
         return Length(_shortest(used))
 
 
-def as_length(value: Any) -> Any:
-    """A length in pymeshlab's classes or as text as a `Length`; anything else, and "auto", as it is.
+def checked(declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values, checked as declared: of a plugin's filter the only check before its function."""
+    lengths = {p.name for p in declared.parameters if isinstance(p, Percentage)}
+    try:
+        return declared.check({name: as_length(value) if name in lengths else value for name, value in values.items()})
+    except UnknownNameError as error:
+        raise UnknownFilterError(str(error), suggestion=error.suggestion) from None
+    except ParameterError as error:
+        raise FilterParameterError(f"{declared.python_name}: {error}") from None
 
-    pymeshlab keeps numbers in single precision; ``PercentageValue(0.1)`` becomes 0.1 %, not 0.10000000149011612 %.
-    """
+
+def as_length(value: Any) -> Any:
+    """A length in pymeshlab's classes, which have single precision, or as text as a `Length`; all else, and "auto", as it is."""
     if isinstance(value, pymeshlab.PercentageValue):
         return Length(_shortest(value.value()), "percent")
     if isinstance(value, pymeshlab.PureValue):
@@ -174,17 +162,5 @@ def _shortest(single: float) -> float:
 
 
 def constant_defaults(declared: Filter) -> dict[str, Any]:
-    """The defaults of a filter of MeshLab's that are the same on every mesh.
-
-    Some filters, such as isotropic remeshing, take the values of their last use in the process as defaults; a script must not
-    depend on what ran before it.
-    """
+    """The defaults of MeshLab's filter that are the same on every mesh; some filters would take the values of their last use."""
     return {p.name: p.default for p in declared.parameters if p.default is not None and not isinstance(p, Percentage)}
-
-
-def _check_names(declared: Filter, values: Mapping[str, Any]) -> None:
-    try:
-        for name in values:
-            declared.parameter(name)
-    except UnknownNameError as error:
-        raise UnknownFilterError(str(error), suggestion=error.suggestion) from None

@@ -1,7 +1,6 @@
 """Facts about MeshLab's filters: those of today in ``filters.json``, what older versions had in ``former_filters.json``.
 
-The first table, of names, kinds, defaults, bounds and choices, is generated from an installed pymeshlab
-(``tools/meshlab_table.py``), and names its version.
+The first, of names, kinds, defaults, bounds and choices, is made by ``tools/meshlab_table.py``, and names its pymeshlab.
 """
 
 from __future__ import annotations
@@ -21,10 +20,9 @@ from ..declaration import Arity, Enum, Filter, FilterClass, Length, MeshElement,
 
 @functools.cache
 def meshlab_filters() -> tuple[Filter, ...]:
-    """MeshLab's filters, in the order of their Python names.
+    """MeshLab's filters by their Python names. Defaults and bounds are None where it computes them for the mesh at hand.
 
-    A default is None where MeshLab computes it for the mesh at hand, as is a bound. Bounds of whole numbers are ours: MeshLab
-    has none, and hangs or dies on a negative count.
+    Bounds of whole numbers are ours: MeshLab has none, and hangs or dies on a negative count.
     """
     return tuple(_filter(*row) for row in table("filters")["filters"])
 
@@ -133,10 +131,7 @@ class Former:
 
 
 def former_filter(old: str) -> Former | None:
-    """Today's form of the filter of that old name; None if it is in no table.
-
-    Capital letters and blanks do not count: MeshLab changed those of many names on the way.
-    """
+    """Today's form of the filter of that old name, in which capitals and blanks do not count; None if it is in no table."""
     return former_filters().get(old) or _by_plain_name().get(_plain(old))
 
 

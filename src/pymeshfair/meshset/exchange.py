@@ -2,6 +2,7 @@
 
 import importlib
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -47,9 +48,6 @@ class Arrays:
             self.lost.append(f"a mesh of {package} does not take its {', '.join(gone)}")
 
 
-# ------------------------------------------------------------------------------------------------------------------ MeshLab
-
-
 def as_meshlab(arrays: Arrays) -> Any:
     """The arrays as a `pymeshlab.Mesh`, which lacks the values but for the scalars; see `add_values`."""
     scalars = [values.get(_SCALAR) for values in (arrays.of_vertices, arrays.of_faces)]
@@ -66,10 +64,7 @@ def as_meshlab(arrays: Arrays) -> Any:
 
 
 def add_values(mesh: Any, arrays: Arrays) -> None:
-    """Give a mesh of a mesh set the values as custom attributes: one that is added with them has them in freed memory.
-
-    What MeshLab does not take is added to `lost`.
-    """
+    """Give a mesh of a mesh set the values as custom attributes: one that is added with them has them in freed memory."""
     for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
         add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
         for name, array in values.items():
@@ -111,9 +106,6 @@ def _word(name: str) -> str:
     return f"{plain}_" if plain in _VARIABLES else plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
 
 
-# ------------------------------------------------------------------------------------------------------------ given to others
-
-
 def to_trimesh(arrays: Arrays) -> Any:
     """A `trimesh.Trimesh`; without faces a `trimesh.path.Path3D` if there are edges, else a `trimesh.PointCloud`."""
     trimesh = importlib.import_module("trimesh")
@@ -145,12 +137,12 @@ def to_open3d(arrays: Arrays) -> Any:
     o3d = importlib.import_module("open3d")
     cloud = not len(arrays.faces)
     made = o3d.geometry.PointCloud() if cloud else o3d.geometry.TriangleMesh()
-    rows = {"points" if cloud else "vertices": arrays.vertices, "normals": arrays.normals}
-    if arrays.colors is not None:
-        rows["colors"] = arrays.colors[:, :3]
+    colors = None if arrays.colors is None else arrays.colors[:, :3]
+    rows: dict[str, Any] = {"points" if cloud else "vertices": arrays.vertices}
+    rows |= {name if cloud else f"vertex_{name}": values for name, values in (("normals", arrays.normals), ("colors", colors))}
     for name, values in rows.items():
-        of_mesh = not cloud and name != "vertices"
-        setattr(made, f"vertex_{name}" if of_mesh else name, o3d.utility.Vector3dVector(values))
+        if values is not None:
+            setattr(made, name, o3d.utility.Vector3dVector(values))
     if not cloud:
         made.triangles = o3d.utility.Vector3iVector(arrays.faces)
     arrays.lose(
@@ -184,15 +176,8 @@ def to_pyvista(arrays: Arrays) -> Any:
     return made
 
 
-# ------------------------------------------------------------------------------------------------------------ taken from others
-
-
 def taken(mesh: Any) -> Arrays:
-    """The arrays of a mesh of another package.
-
-    Raises:
-        ForeignMeshError: it is no mesh of these packages.
-    """
+    """The arrays of a mesh of another package; a `ForeignMeshError` if it is no mesh of these."""
     if hasattr(mesh, "to_legacy"):  # Open3D's tensors
         mesh = mesh.to_legacy()
     if hasattr(mesh, "GetPointData"):
@@ -210,11 +195,9 @@ def taken(mesh: Any) -> Arrays:
 def _of_scene(scene: Any) -> Arrays:
     """All parts of a trimesh scene, transformed to their places, as one mesh."""
     parts = scene.dump()
-    kinds = sorted({type(part).__name__ for part in parts})
-    if not parts:
-        raise ForeignMeshError("the scene has no geometry")
-    if len(kinds) > 1:
-        raise ForeignMeshError(f"the scene has parts of several kinds ({', '.join(kinds)}): add each of scene.dump() by itself")
+    if len({type(part) for part in parts}) != 1:
+        why = "parts of several kinds: add each of scene.dump() by itself" if parts else "no geometry"
+        raise ForeignMeshError(f"the scene has {why}")
     arrays = _of_trimesh(parts[0] if len(parts) == 1 else scene.to_geometry())
     if len(parts) > 1:
         arrays.lost.append(f"the {len(parts)} parts of the scene are one mesh without their names")
@@ -222,7 +205,8 @@ def _of_scene(scene: Any) -> Arrays:
 
 
 def _of_trimesh(mesh: Any) -> Arrays:
-    arrays = Arrays(_in_space(mesh.vertices))
+    points = _numbers(mesh.vertices)
+    arrays = Arrays(np.pad(points, ((0, 0), (0, 3 - points.shape[1]))))  # those of a Path may lie in a plane
     if hasattr(mesh, "vertex_nodes"):  # a Path
         arrays.edges = _indices(mesh.vertex_nodes)
         return arrays
@@ -276,15 +260,18 @@ def _of_pyvista(mesh: Any) -> Arrays:
     if uv is not None:
         arrays.uv = _numbers(uv)
         arrays.of_vertices = {n: a for n, a in arrays.of_vertices.items() if a.shape != uv.shape or (a != uv).any()}
-    for name, values in list(arrays.of_vertices.items()):
-        if name.lower() in _NORMALS and values.shape == arrays.vertices.shape:
-            arrays.normals = _numbers(arrays.of_vertices.pop(name))
-        elif name.lower() in _COLORS and values.shape[1:] in ((3,), (4,)):
-            arrays.colors = _rgba(arrays.of_vertices.pop(name), len(arrays.vertices))
-    for name, values in list(arrays.of_faces.items()):
-        if name.lower() in _COLORS and values.shape[1:] in ((3,), (4,)):
-            arrays.face_colors = _rgba(arrays.of_faces.pop(name), len(arrays.faces))
+    normals = _picked(arrays.of_vertices, _NORMALS, (3,))
+    arrays.normals = None if normals is None else _numbers(normals)
+    arrays.colors = _rgba(_picked(arrays.of_vertices, _COLORS, (3, 4)), len(arrays.vertices))
+    arrays.face_colors = _rgba(_picked(arrays.of_faces, _COLORS, (3, 4)), len(arrays.faces))
     return arrays
+
+
+def _picked(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
+    """The first of the values with one of the names and so many columns, which is taken out."""
+    found = (name for name, array in values.items() if name.lower() in names and array.ndim == 2 and array.shape[1] in columns)
+    name = next(found, None)
+    return None if name is None else values.pop(name)
 
 
 def _numbers(values: Any) -> Floats:
@@ -293,11 +280,6 @@ def _numbers(values: Any) -> Floats:
 
 def _indices(values: Any) -> Ints:
     return np.ascontiguousarray(values, dtype=np.int32)
-
-
-def _in_space(points: Any) -> Floats:
-    """(n, 3) the points; z is 0 if they are (n, 2)."""
-    return np.pad(_numbers(points), ((0, 0), (0, 1))) if np.shape(points)[1:] == (2,) else _numbers(points)
 
 
 def _rgba(colors: Any, count: int) -> Floats | None:

@@ -1,7 +1,4 @@
-"""The filters as methods, for `MeshSet` to inherit. Type checkers read ``filter_methods.pyi``, which is generated.
-
-Plugins and the table of MeshLab's filters are loaded when a method is asked for, not when the class is made.
-"""
+"""The filters as methods for `MeshSet`, made when they are asked for. Type checkers read the generated ``filter_methods.pyi``."""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 """Applies filters of both kinds to the layers of a pymeshlab mesh set, from calls and from scripts, and keeps the steps."""
 
+from __future__ import annotations
+
 import contextlib
 import logging
 from collections.abc import Callable, Iterable, Mapping
@@ -9,10 +11,10 @@ from typing import Any
 import pymeshlab
 
 from ..calling import StoppedError, call, check_needs, resolved
-from ..declaration import Arity, Filter, Layer, Length, Percentage
-from ..errors import MeshError, ParameterError, Place, UnknownNameError
-from ..meshlab.base import FilterFailedError, FilterParameterError, ScriptStepFailedError, UnknownFilterError, reason
-from ..meshlab.builtin_filters import BuiltinFilters, as_length, constant_defaults
+from ..declaration import Arity, Filter, Layer, Length
+from ..errors import MeshError, Place
+from ..meshlab.base import FilterFailedError, ScriptStepFailedError, reason
+from ..meshlab.builtin_filters import BuiltinFilters, checked, constant_defaults
 from ..registry import is_known
 from ..scripts import Script, Step, read_script, write_script
 from ..scripts.write import NOMINAL_DIAGONAL, NOMINAL_EDGE
@@ -25,10 +27,8 @@ _LOG = logging.getLogger("pymeshfair")
 class FilterRunner:
     """Finds a filter, applies it by its kind, and returns the values that it ran with.
 
-    Ids of layers in a step do not count the layers that the write-back makes and removes, so that a script means the same
-    whenever it is applied; see `Workbench.without_helpers`.
-
-    Filters of plugins call `on_progress` and `on_note` of the mesh set if it has them.
+    Ids of layers in a step do not count those that the write-back makes and removes (`Workbench.without_helpers`). Filters of
+    plugins call `on_progress` and `on_note` of the mesh set if it has them.
     """
 
     def __init__(self, bench: Workbench) -> None:
@@ -45,7 +45,7 @@ class FilterRunner:
         declared = known_filter(filter_name)
         if declared is None:
             return self._builtins.call(filter_name, values), None
-        return self._applied(declared, dict(values) if declared.is_builtin else self.check(declared, values))
+        return self._applied(declared, dict(values) if declared.is_builtin else checked(declared, values))
 
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
         """Apply a step of a script, whose values are checked; its report, and the step as it was applied."""
@@ -62,22 +62,7 @@ class FilterRunner:
             return self._builtins.ask(filter_name, **values)
         if declared.is_builtin:
             return self._builtins.values(declared, values)
-        return resolved(declared, {**declared.defaults, **self.check(declared, values)}, self._bench.current())
-
-    def check(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Values for a filter of a plugin, checked as declared; the only check before the filter's function.
-
-        Raises:
-            UnknownFilterError: no such parameter.
-            FilterParameterError: a value that the parameter does not take.
-        """
-        lengths = {p.name for p in declared.parameters if isinstance(p, Percentage)}
-        try:
-            return declared.check({name: as_length(value) if name in lengths else value for name, value in values.items()})
-        except UnknownNameError as error:
-            raise UnknownFilterError(str(error), suggestion=error.suggestion) from None
-        except ParameterError as error:
-            raise FilterParameterError(f"{declared.python_name}: {error}") from None
+        return resolved(declared, {**declared.defaults, **checked(declared, values)}, self._bench.current())
 
     def note(self, sentences: Iterable[str], level: int = logging.WARNING) -> None:
         """Hand sentences to the mesh set's `on_note`, else to the logger; the usual level is that of losses."""
@@ -134,27 +119,16 @@ def _with_ids(declared: Filter, values: Mapping[str, Any], change: Callable[[int
 class ScriptLog:
     """A filter script: steps that are read from a file, or added as filters are applied; it is applied, printed and saved."""
 
-    def __init__(self, script: Script | None = None) -> None:
-        self._take(Script(()) if script is None else script)
+    def __init__(self, script: Script) -> None:
+        self.steps, self._file, self._settings = list(script.steps), script.path, script.settings
 
-    def load(self, file: str) -> None:
-        """Take the steps of an .mlx file in place of these; after a `ScriptError` these stay."""
-        self._take(read_script(file))
-
-    def _take(self, script: Script) -> None:
-        self.steps: list[Step] = list(script.steps)
-        self._file, self._settings = script.path, script.settings
-
-    def clear(self) -> None:
-        """Forget all steps."""
-        self._take(Script(()))
+    @classmethod
+    def of(cls, file: str | None) -> ScriptLog:
+        """That of an .mlx file, or without one an empty script."""
+        return cls(Script(()) if file is None else read_script(file))
 
     def apply(self, apply_step: Callable[[Step], object]) -> None:
-        """Apply each step in turn.
-
-        Raises:
-            ScriptStepFailedError: a step failed.
-        """
+        """Apply each step in turn; raises `ScriptStepFailedError` if one failed."""
         for number, step in enumerate(list(self.steps), 1):
             try:
                 apply_step(step)
@@ -164,11 +138,7 @@ class ScriptLog:
                 raise ScriptStepFailedError(place, reason(error)) from error
 
     def save(self, file: str, layer: Layer) -> None:
-        """Write the steps to an .mlx file, with absolute lengths beside the relative ones for this layer.
-
-        Raises:
-            PymeshfairError: the file cannot be written.
-        """
+        """Write the steps to an .mlx file, with absolute lengths beside the relative ones for this layer."""
         units = {value.unit for step in self.steps for value in step.values.values() if isinstance(value, Length)}
         sized = bool(units - {"absolute"}) and layer.diagonal > 0.0
         diagonal = layer.diagonal if sized else NOMINAL_DIAGONAL

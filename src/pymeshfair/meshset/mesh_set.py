@@ -58,9 +58,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         BASE.__init__(self, verbose)
         self._bench = write_back.Workbench(self, verbose=verbose)
         self._filters = filter_runner.FilterRunner(self._bench)
-        self._script = filter_runner.ScriptLog()
-
-    # ---------------------------------------------------------------------------------------------------------- filters
+        self._script = filter_runner.ScriptLog.of(None)
 
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
         """Apply a filter, MeshLab's or a plugin's, to the current mesh and add it to the filter script.
@@ -103,15 +101,13 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """
         return self._filters.values(filter_name, kwargs)
 
-    # ---------------------------------------------------------------------------------------------------------- scripts
-
     def load_filter_script(self, filter_script_name: str) -> None:
         """Read a filter script from an .mlx file in place of the current one.
 
         Raises:
             ScriptError: something in the script is wrong; lists every problem. The current script stays.
         """
-        self._script.load(filter_script_name)
+        self._script = filter_runner.ScriptLog.of(filter_script_name)
 
     def apply_filter_script(self) -> None:
         """Apply the current filter script: the filters that were loaded, and those applied since.
@@ -132,7 +128,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     def clear_filter_script(self) -> None:
         """Forget the current filter script."""
-        self._script.clear()
+        self._script = filter_runner.ScriptLog.of(None)
 
     def print_filter_script(self) -> None:
         """Print the current filter script: each filter with the values of its parameters."""
@@ -170,8 +166,6 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
         filter_runner.ScriptLog(script).apply(apply)
         return results
-
-    # ----------------------------------------------------------------------------------------------------------- meshes
 
     def set_current_mesh(self, new_curr_id: int) -> None:
         """Make the layer of that id the current one.
@@ -244,8 +238,6 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """Whether the parameters of filters are printed."""
         BASE.set_parameter_verbosity(self, verbosity)
         self._bench.prints_parameters = verbosity
-
-    # ------------------------------------------------------------------------------------------------------------ shown
 
     def __repr__(self) -> str:
         """The layers, one a line with its number, name and size; the number of the current one ends with ``*``."""

@@ -50,11 +50,7 @@ def print_filter_list() -> None:
 
 
 def print_filter_parameter_list(filter_name: str) -> None:
-    """Print a filter's parameters with what they take and their defaults.
-
-    Raises:
-        UnknownFilterError: there is no filter of that name; the message gives the nearest one.
-    """
+    """Print a filter's parameters with what they take and their defaults; `UnknownFilterError` if there is no such filter."""
     declared = known_filter(filter_name)
     if declared is None:
         pymeshlab.print_filter_parameter_list(filter_name)
@@ -81,11 +77,7 @@ def search(words: str) -> None:
 
 
 def known_filter(name: str) -> Filter | None:
-    """The filter of that Python or GUI name; None if MeshLab has one that no table knows, from a plugin loaded by hand.
-
-    Raises:
-        UnknownFilterError: there is none; the message gives the nearest one.
-    """
+    """The filter of that Python or GUI name, else `UnknownFilterError`; None if pymeshlab has one that is in no table."""
     try:
         return find_filter(name)
     except UnknownNameError as error:

@@ -26,8 +26,8 @@ from ..looking.words import (
     measure_rows,
     verdict_text,
 )
+from ..running.job import plain, steps_of
 from ..running.read import ReadMesh
-from ..running.report import plain, steps_of
 from .page import Chart, Figure, Plane, figure_of, histogram, render, section_chart
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 

@@ -1,15 +1,13 @@
 """The layers of a run: meshes by the ids that MeshLab would give them, and the steps that change them.
 
-A filter of a plugin reads the current mesh and makes the next one of it. A filter of MeshLab's works behind the door, where the
-meshes stay until something else needs them, so that consecutive steps of MeshLab's pass it once.
+A plugin's filter makes the next mesh of the current one. MeshLab's work behind the door, which keeps meshes from step to step.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -24,15 +22,9 @@ if TYPE_CHECKING:
     from ..door import Door
 
 
-@dataclass(frozen=True, eq=False)
-class State:
-    """The layers of a document at one time."""
-
-    meshes: Mapping[int, MeshData]  # by id
-    visible: Mapping[int, bool]  # whether each is, by id
-    current_id: int | None  # of the current layer; None if there is none
-    next_id: int  # that of the next layer
-    losses: tuple[str, ...]  # contents that MeshLab did not take so far
+#: the layers of a document at one time: meshes and whether each is visible, by id; the id of the current layer and that of the
+#: next one; contents that MeshLab did not take so far
+State: TypeAlias = tuple[Mapping[int, MeshData], Mapping[int, bool], int | None, int, Sequence[str]]
 
 
 class Document:
@@ -74,12 +66,12 @@ class Document:
         meshes = {number: mesh for number, mesh in self._meshes.items() if mesh is not None}
         if len(meshes) < len(self._meshes):
             return None
-        return State(meshes, dict(self._visible), self.current_id, self._next_id, tuple(self.losses))
+        return meshes, self._visible.copy(), self.current_id, self._next_id, self.losses.copy()
 
     def restore(self, state: State) -> None:
         """Take the layers of another time."""
-        self._meshes, self._visible, self.losses = dict(state.meshes), dict(state.visible), list(state.losses)
-        self.current_id, self._next_id, self._is_inside = state.current_id, state.next_id, False
+        meshes, visible, self.current_id, self._next_id, losses = state
+        self._meshes, self._visible, self.losses, self._is_inside = {**meshes}, {**visible}, [*losses], False
 
     def mesh(self, number: int) -> MeshData:
         """The mesh of a layer."""

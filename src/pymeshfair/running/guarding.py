@@ -19,8 +19,7 @@ from ..filters.topology import IRREGULAR, proper_faces, stars
 from ..mesh_data import MeshData
 from ..scripts.guards import Guards
 from .measuring import MeasuredMesh, self_intersecting, self_intersecting_apart
-from .origins import Origins
-from .shape_change import Moved, ShapeChange
+from .shape_change import Moved, Origins, ShapeChange
 
 
 @dataclass(frozen=True)

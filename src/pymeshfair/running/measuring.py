@@ -24,7 +24,7 @@ from ..processes.worker import Order
 from ..registry import find_filter
 from ..scripts.script import Step
 from .document import Document
-from .report import plain
+from .job import plain
 
 _SOME = 10_000  # faces that a usual length is found from
 

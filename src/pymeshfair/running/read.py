@@ -16,9 +16,8 @@ from ..recipe import Recipe
 from ..registry import find_filter
 from ..scripts.guards import NO_GUARDS
 from ..scripts.script import Script, Step
-from .job import Event, Job, StepReport
+from .job import Event, Job, StepReport, plain
 from .measuring import MeasuredMesh, measure, self_intersecting_apart
-from .report import plain
 from .suitability import traits_of
 from .supervise import run_job
 
@@ -120,10 +119,7 @@ def reported_values(
 
 
 def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
-    """By step, the relative lengths of a script in mesh units, by Python parameter name, on the mesh that the step meets.
-
-    The steps up to the last one that has any are run on the mesh, since they may change its size.
-    """
+    """By step, the relative lengths of a script in mesh units, by parameter, on the mesh that it meets; steps are run for it."""
     steps = script.with_defaults().steps
     count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
     done: Sequence[StepReport] = ()

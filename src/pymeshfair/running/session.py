@@ -25,12 +25,10 @@ from ..recipe import RecipeInfo
 from ..scripts.script import Script, Step
 from ..scripts.warnings import lengths_out_of_proportion
 from .document import Document, State
-from .guarding import PRINTABLE, Breach, breaches, print_faults, wall_words, wrap_words
-from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepReport, StepStarted
+from .guarding import PRINTABLE, breaches, print_faults, wall_words, wrap_words
+from .job import Compiling, Event, Job, Message, PhaseStarted, Report, StepFinished, StepProgress, StepReport, StepStarted, plain
 from .measuring import MeasuredMesh, measure
-from .origins import find_origins, stage_map
-from .report import Report, plain
-from .shape_change import shape_change, warnings_of
+from .shape_change import find_origins, shape_change, stage_map, warnings_of
 from .suitability import instead, traits_asked_for
 from .supervise import mark
 
@@ -52,10 +50,12 @@ class Outcome:
 
 
 class Earlier:
-    """Measures and intermediate states of earlier runs on one mesh: after a change of a later step only that step runs again."""
+    """Measures and intermediate states of earlier runs on one mesh: after a change of a later step only that step runs again.
+
+    So many states of the mesh are kept, the ones used last.
+    """
 
     def __init__(self, states: int = 8) -> None:
-        """See the class; so many states of the mesh are kept, the ones used last."""
         self._states = states
         self._measured: tuple[RecipeInfo, _Measured] | None = None
         self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...]]] = []  # the one used last is the last
@@ -73,7 +73,7 @@ class Earlier:
             return None, ()
         entry = max(fitting, key=lambda entry: len(entry[0]))
         self._kept.remove(entry)
-        self._kept.append(entry)
+        self.keep(*entry)
         return entry[1:]
 
     def keep(self, steps: tuple[Step, ...], state: State, done: tuple[StepReport, ...]) -> None:
@@ -86,7 +86,7 @@ class Session:
     """One run in this process."""
 
     def __init__(self, job: Job, stage: Path, on_event: Callable[[Event], None]) -> None:
-        """See the class; the paths of the job are absolute, and `new` in the staging folder takes what is written."""
+        """The paths of the job are absolute, and `new` in the staging folder takes what is written."""
         self.warnings: list[str] = []  # those so far
         self._job, self._stage, self._event = job, stage, on_event
         self._steps = job.recipe.script.steps
@@ -109,10 +109,7 @@ class Session:
         return self._write(outcome, source)
 
     def carry_out(self, read: MeshData, others: Sequence[MeshData] = (), earlier: Earlier | None = None) -> Outcome:
-        """Apply the steps to a mesh, with others as further layers; nothing is read or written.
-
-        `earlier` has states that runs on the same meshes have kept; this run adds to them.
-        """
+        """Apply the steps to a mesh, with others as further layers; `earlier` has what other runs on the same meshes kept."""
         input_id = self._document.add(read)
         for mesh in others:
             self._document.add(mesh)
@@ -133,11 +130,10 @@ class Session:
         if (count := len(document.ids)) > 1 + kept:
             self._lose([f"the recipe ends with {count} layers; only the current one, {result.label!r}, is written"])
         if result.matrix is not None:
-            result = result.without_matrix()
             self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
         if not len(result.vertices):
             raise self._failed("nothing is left of the mesh after the last step")
-        return Outcome(before, result, steps, traits)
+        return Outcome(before, result.without_matrix(), steps, traits)
 
     def _measured(self, read: MeshData) -> _Measured:
         before = self._looked(read, InputError(self._job.input, "it has coordinates that are not finite"))
@@ -193,10 +189,10 @@ class Session:
                 raise MemoryError from error
             if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # in the files for MeshLab
                 raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
-            words = " ".join(str(error).split())
-            for prefix in (f"Failed to apply filter: {step.filter.python_name} Details: ", f"{step.filter.python_name}: "):
-                words = words.removeprefix(prefix)  # the supervisor names the filter
-            raise self._failed(words) from error
+            words, name = " ".join(str(error).split()), step.filter.python_name  # which the place of the failure has
+            raise self._failed(
+                words.removeprefix(f"Failed to apply filter: {name} Details: ").removeprefix(f"{name}: ")
+            ) from error
         seconds = time.perf_counter() - started
         os.write(2, mark(0))
         self._event(StepFinished(number, seconds))
@@ -207,8 +203,10 @@ class Session:
 
     def _failed(self, reason: str) -> StepFailedError:
         """The failure of the current step, or of the last one when all are done."""
-        steps, number = self._steps, self._number or len(self._steps)
-        return StepFailedError(Place.of_step(number, len(steps), steps[number - 1].filter.name if steps else ""), reason)
+        number, count = self._number or len(self._steps), len(self._steps)
+        name, line = (self._steps[number - 1].filter.name, self._steps[number - 1].line) if count else ("", None)
+        place = Place.of_step(number, count, name, file=self._job.recipe.script.path, line=line)
+        return StepFailedError(place, reason)
 
     def _note(self, text: str) -> None:
         self._notes.append(text)
@@ -221,7 +219,7 @@ class Session:
 
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
         """Write the files to the staging folder, unless a limit is broken; the report for the supervisor."""
-        job, before = self._job, outcome.before
+        job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
         self._lose(self._gone(before.mesh, outcome.result))
         after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"), before)
@@ -232,32 +230,36 @@ class Session:
             # Who sets how much a recipe smooths has asked for what goes.
             keeps_relief = job.recipe.info.task in (("denoise", "clean") if job.overrides else ("denoise", "clean", "smooth"))
             self._warn(*warnings_of(change, self._steps, other_recipe, keeps_relief=keeps_relief))
-        broken: list[Breach] = []
+        if not origins.followed and (job.map is not None or replace(job.all_guards, require=())):
+            self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
+        broken = breaches(job.all_guards, origins, change, before, after, self._unit)
         maps: tuple[StagedFile, ...] = ()
-        if job.is_watched:
-            if not origins.followed and (job.map is not None or replace(job.all_guards, require=())):
-                self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
-            broken = breaches(job.all_guards, origins, change, before, after, self._unit)
         if job.map is not None:
             tolerance = job.lengths_in(self._unit)[1].resolve(diagonal=before.diagonal, mean_edge=before.resolution)
-            maps = stage_map(self._stage / "new", job.map, origins, tolerance)
+            maps = stage_map(self._stage / "new", job.map_files, origins, tolerance)
         output: dict[str, Any] | None = None
         staged: tuple[StagedFile, ...] = ()
-        steps = outcome.steps
-        if not broken or job.keep_broken:
-            try:
+        try:
+            if not broken or job.keep_broken:
                 output, staged = self._saved(after)
-                if (PRINTABLE, None) in job.all_guards.require:
-                    wrapped = any(step.filter.python_name == "generate_alpha_wrap" for step in self._steps)
-                    written = read_file(staged[0].staged).mesh
-                    faults = list(print_faults(written, self._stage / "checked", wrapped=wrapped))
-                    output, staged = (None, ()) if faults and not job.keep_broken else (output, staged)
-                    broken += faults
-                    if not broken:
-                        words = self._print_words(before.mesh, after.mesh, wrapped=wrapped)
-                        steps = (*steps[:-1], replace(steps[-1], messages=(*steps[-1].messages, *words)))
-            except OSError as error:
-                raise OutputError(job.output, (error.strerror or str(error)).lower()) from error
+            if staged and (PRINTABLE, None) in job.all_guards.require:
+                wrapped = any(step.python_name == "generate_alpha_wrap" for step in steps)
+                faults = list(print_faults(read_file(staged[0].staged).mesh, self._stage / "checked", wrapped=wrapped))
+                output, staged = (None, ()) if faults and not job.keep_broken else (output, staged)
+                broken += faults
+                if not broken:
+                    with suppress(RunError):  # where MeshLab ends on the scan, the run goes on
+                        if wrapped and not any(print_faults(before.mesh)):
+                            self._warn(
+                                "the scan is watertight, none of its faces cuts another: prepare_for_print keeps its surface"
+                            )
+                    hidden = wrapped and wrap_words(before.mesh, after.mesh)
+                    words = [text for text in (wall_words(after.mesh, self._unit), hidden) if text]
+                    for text in words:
+                        self._event(Message(text, step=len(steps)))
+                    steps = (*steps[:-1], replace(steps[-1], messages=(*steps[-1].messages, *words)))
+        except OSError as error:
+            raise OutputError(job.output, (error.strerror or str(error)).lower()) from error
         return Report(
             input=source,
             output=output,
@@ -275,10 +277,10 @@ class Session:
     def _gone(self, read: MeshData, result: MeshData) -> list[str]:
         """Attributes that the steps have removed, in words."""
         texts = []
-        # A recipe of curves makes them of a surface, and that the surface is gone is no news.
-        of_curves = self._job.recipe.info.task == "curves"
         lost = attributes_of(read) - attributes_of(result)
-        if not of_curves and (gone := [a for a in ATTRIBUTES if a in lost]):
+        if (
+            gone := [a for a in ATTRIBUTES if a in lost]
+        ) and self._job.recipe.info.task != "curves":  # which makes them of a surface
             texts.append(f"after the steps the mesh has no {' and no '.join(gone)} any more")
         if result.source is not read.source and read.source is not None and read.source.extras:
             texts.append(f"a step made a new mesh, without what {read.label} has besides: {'; '.join(read.source.extras)}")
@@ -287,29 +289,12 @@ class Session:
     def _saved(self, after: MeasuredMesh) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
         """Write the files to the staging folder; the output with its side files as in the record, and the files."""
         output = self._job.output
-        saved = save_mesh(
-            after.mesh,
-            output,
-            self._stage / "new",
-            resolution=after.resolution,
-            record=read_provenance(output),
-            own_texture_names=self._job.own_texture_names,
-        )
+        names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
+        saved = save_mesh(after.mesh, output, self._stage / "new", resolution=after.resolution, **names)
         self._lose(saved.warnings)
         staged = (saved.output, *saved.side_files)
         described = [described_file(f.staged, named=f.target) for f in staged] + [described_file(path) for path in saved.reused]
         return described[0] | {"side_files": described[1:]}, staged
-
-    def _print_words(self, scan: MeshData, mesh: MeshData, *, wrapped: bool) -> list[str]:
-        """What to know of a mesh that can be printed: how thick its walls are, and what a wrap has closed in."""
-        if wrapped:
-            with suppress(RunError):  # where MeshLab ends on the scan, the run goes on
-                if not any(print_faults(scan)):
-                    self._warn("the scan is watertight, none of its faces cuts another: prepare_for_print keeps its surface")
-        words = [text for text in (wall_words(mesh, self._unit), wrapped and wrap_words(scan, mesh)) if text]
-        for text in words:
-            self._event(Message(text, step=len(self._steps)))
-        return words
 
     def _looked(self, mesh: MeshData, refusal: Exception, former: MeasuredMesh | None = None) -> MeasuredMesh:
         """Measure a mesh, which may be connected like a former one."""

@@ -1,14 +1,10 @@
-"""A run from the checks to the files in their places; the work between them is done in one piece by a worker, or by tiles.
-
-Every failure of the worker becomes an exception that says at which step it happened.
-"""
+"""A run from the checks to the files in their places; the work between them is done in one piece by a worker, or by tiles."""
 
 from __future__ import annotations
 
 import contextlib
 import math
 import re
-import shutil
 import signal
 import threading
 import time
@@ -22,8 +18,7 @@ from queue import SimpleQueue
 from types import FrameType, TracebackType
 from typing import Any, TypeAlias
 
-from ..errors import GuardBroken, OutOfMemory, Place, RunError, RunTimeout, StepFailedError, WorkerDied, WorkerError
-from ..files.errors import OutputError
+from ..errors import GuardBroken, OutOfMemory, Place, RunError, RunTimeout, WorkerDied, WorkerError
 from ..files.inputs import check_input
 from ..files.outputs import check_maps, check_output
 from ..files.provenance import formatted, provenance_path
@@ -34,12 +29,9 @@ from ..processes.worker import DefectError, Order
 from ..processes.worker import report as report_event
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
-from .job import Compiling, Event, Job, Message, PhaseStarted, RunResult, StepProgress, StepStarted
-from .origins import removed_path
-from .report import Report, record_of, result_of
+from .job import Compiling, Event, Job, Message, PhaseStarted, Report, RunResult, StepProgress, StepStarted
 
 _PULSE = 0.5  # seconds between two looks at a silent worker
-_FULL = 1 << 20  # bytes; a disk with less free space counts as full
 _WARNING = 1  # MeshLab's level of log for warnings
 _TAIL_LINES = 60  # the last lines of talk that are kept for the report of a death
 #: seconds that reading any file may take, compilation not among them, and bytes a second besides: ten times as long as the
@@ -148,10 +140,8 @@ class Watch:
         """See the class; `items` is what the worker and the signals put into."""
         self._job, self._worker, self._items, self._on_event = job, worker, items, on_event
         self._place = Place("starting the worker")
-        self._last_step: Place | None = None
         self._speaker = 0
-        self._load_seconds = 0.0
-        self._load_deadline = self._load_left = math.inf
+        self._load_seconds = self._load_deadline = math.inf
         self._heard: defaultdict[tuple[int, bool], list[str]] = defaultdict(list)  # by step, warnings or not
         self._tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
@@ -187,16 +177,14 @@ class Watch:
             path = self._job.input if event.phase == "reading" else self._job.output
             self._place = Place(f"{event.phase} {path.name}")
             self._load_seconds = _LOAD_SECONDS + path.stat().st_size / _LOAD_RATE if event.phase == "reading" else math.inf
-            self._load_deadline = time.monotonic() + self._load_seconds
         elif isinstance(event, StepStarted):
             script = self._job.recipe.script
             line = script.steps[event.index - 1].line
-            self._last_step = self._place = Place.of_step(event.index, event.total, event.filter, file=script.path, line=line)
-            self._load_deadline = self._load_left = math.inf
-        elif isinstance(event, Compiling) and event.is_going_on:  # a slow machine needs minutes for it, in which nothing is read
-            self._load_left, self._load_deadline = self._load_deadline - time.monotonic(), math.inf
-        elif isinstance(event, Compiling):
-            self._load_deadline = time.monotonic() + self._load_left
+            self._place = Place.of_step(event.index, event.total, event.filter, file=script.path, line=line)
+            self._load_seconds = math.inf
+        if isinstance(event, PhaseStarted | StepStarted | Compiling):
+            compiles = isinstance(event, Compiling) and event.is_going_on  # minutes on a slow machine, in which nothing is read
+            self._load_deadline = math.inf if compiles else time.monotonic() + self._load_seconds
         self._on_event(event)
 
     def _hear(self, line: str) -> None:
@@ -222,8 +210,6 @@ class Watch:
         return replace(report, steps=tuple(steps), warnings=(*report.warnings, *warnings), peak_memory=peak_memory)
 
     def _death(self, status: int) -> RunError:
-        if self._place.doing.startswith("writing") and self._disk_is_full():
-            return OutputError(self._job.output, "the disk is full")
         is_crash = status != -getattr(signal, "SIGKILL", 0) and self._place.doing.startswith("reading")
         advice = "the file is probably damaged" if is_crash else ""
         tail, limit = "\n".join(self._tail), self._job.memory_limit
@@ -231,22 +217,13 @@ class Watch:
 
     def _failure(self, error: Exception, details: str) -> Exception:
         match error:
-            case OutputError():
-                return OutputError(error.path, "the disk is full") if self._disk_is_full() else error
             case MemoryError():
                 return OutOfMemory(self._place, self._job.memory_limit)
             case ImportError():
                 return RunError(f"a library cannot be loaded: {error}")
-            case StepFailedError():
-                return StepFailedError(self._place if self._place.step else self._last_step or self._place, error.reason)
             case DefectError() | OSError():
                 return WorkerError(self._place, str(error), "\n".join([details, *self._tail]))
         return error
-
-    def _disk_is_full(self) -> bool:
-        with contextlib.suppress(OSError):
-            return shutil.disk_usage(self._job.output.parent).free < _FULL
-        return False
 
 
 MODULES = ("pymeshfair.running.session",)  # the modules that a worker of a run imports before its first order
@@ -310,26 +287,26 @@ def run_job(
             _check_outputs(job)  # again, as files may have come meanwhile
             place(report.maps, stage)
             raise GuardBroken(report.breaches, [file.target for file in report.maps])
-        record = record_of(job, report, started=started, seconds=seconds)
+        record = report.record(job, started=started, seconds=seconds)
         provenance = stage_file(stage / "provenance.json", provenance_path(job.output), formatted(record))
         output, *side_files = report.staged
         more: Sequence[StagedFile] = ()
         if also is not None:
-            staged = result_of(job, record, [file.staged for file in side_files], [file.staged for file in report.maps])
+            staged = RunResult.of(job, record, [file.staged for file in side_files], [file.staged for file in report.maps])
             with interrupts.lifted():
                 more = also(replace(staged, output=output.staged, provenance=provenance.staged))
         interrupts.check()
         _check_outputs(job)
         place([*side_files, *report.maps, *more, output, provenance], stage, outdated=provenance.target)
         remove_folder(stage)  # while the worker lives, which removes it if this process is killed meanwhile
-    return result_of(job, record, [file.target for file in side_files], [file.target for file in report.maps])
+    return RunResult.of(job, record, [file.target for file in side_files], [file.target for file in report.maps])
 
 
 def _check_outputs(job: Job) -> None:
     """Refuse files that cannot or must not be written."""
     check_output(job.output, job.made_from, overwrite=job.overwrite)
     if job.map is not None:
-        check_maps((job.map, removed_path(job.map)), job.output, job.made_from, overwrite=job.overwrite)
+        check_maps(job.map_files, job.output, job.made_from, overwrite=job.overwrite)
 
 
 def _in_one_piece(pool: Pool, started: float, job: Job, stage: Path, items: Items, on_event: Callable[[Event], None]) -> Report:

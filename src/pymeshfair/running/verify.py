@@ -10,13 +10,12 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..declaration import Floats
 from ..errors import ParameterError, PymeshfairError
 from ..files.errors import OutputError
 from ..files.formats import extension
 from ..files.inputs import read_file
 from ..files.provenance import provenance_path, read_provenance, recorded_digest, sha256_of
-from ..filters.inspection import displacement
+from ..filters.libraries import spatial
 from ..mesh_data import MeshData
 from ..meshlab.facts import table
 from ..processes.environment import versions
@@ -193,12 +192,6 @@ def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[s
     diagonal = float(np.linalg.norm(np.ptp(one.vertices, axis=0)))
     middles = [mesh.vertices[mesh.faces].mean(axis=1) for mesh in (one, other)]
     for what, a, b in (("vertex", one.vertices, other.vertices), ("face", *middles)):
-        far = max(_farthest(a, b), _farthest(b, a)) if len(a) else 0.0
+        far = max(float(spatial.cKDTree(q).query(p)[0].max()) for p, q in ((a, b), (b, a))) if len(a) else 0.0
         if far > tolerance * diagonal:
             yield f"a {what} is {far / diagonal:.2g} diagonals from the nearest one, and chance makes {tolerance:g} at most"
-
-
-def _farthest(points: Floats, others: Floats) -> float:
-    """The largest distance from a point to the nearest one of the others."""
-    none = np.empty((0, 3), dtype=np.int32)
-    return float(displacement(points, none, others, none, correspondence="surface").distances.max())

@@ -22,8 +22,19 @@ from ..operating_system import this_system
 from ..processes.cluster import LostSchedulerError, Scheduler
 from ..processes.environment import packages_here
 from ..processes.process import Items
-from ..running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepReport, StepStarted
-from ..running.report import Report, plain
+from ..running.job import (
+    Event,
+    Job,
+    Message,
+    PhaseStarted,
+    Report,
+    RunResult,
+    StepFinished,
+    StepProgress,
+    StepReport,
+    StepStarted,
+    plain,
+)
 from ..running.supervise import run_job
 from ..scripts.script import ScriptError
 from .cloud import Cloud, do_step, write_cloud
