@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pymeshfair.filters import execution as parallel
+from pymeshfair.filters import mesh as ordering
 from pymeshfair.filters import topology
 from pymeshfair.filters.checks import FilterInputError, UnstableStepError
 from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.diffusion.explicit import explicit_smoothing
-from pymeshfair.filters.mesh import check_mesh, ordering
+from pymeshfair.filters.mesh import check_mesh
 from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName, build_laplacian, curve_laplacian, uniform_laplacian
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 from tests.filters.test_operators import any_mesh
