@@ -146,8 +146,6 @@ def apply_coord_tangential_smoothing(
     return Edit(vertices=vertices, **exchange, values=values, notes=(note,) if textured else ())
 
 
-# A note is given if the area of a region falls below this share.
-_SHRUNK = 1 / 3
 FairingEnergy: TypeAlias = Annotated[
     fairing.Energy,
     Enum(
@@ -176,9 +174,8 @@ def apply_coord_region_fairing(
 
     What the part looked like is forgotten: for dents, scars, bad fillings and seams. The selected vertices move, or, when no
     vertex is selected, those all of whose triangles are; the others, and open borders, stay. One, two or three rings of vertices
-    around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved, the backward
-    error of the solution, and a bound of the error that solving leaves as a share of the region's diagonal. With `remesh` the
-    selected vertices and their triangles go, new ones come last and are selected, and their numbers are returned.
+    around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved. With `remesh`
+    the selected vertices and their triangles go, new ones come last and are selected, and their numbers are returned.
 
     Args:
         iterations: How often, each time with the areas and angles that the one before has left. More forget the shape that was
@@ -202,24 +199,18 @@ def apply_coord_region_fairing(
         )
     if remesh:
         return _remade(layer, chosen, energy, max(3, iterations), progress)
-    vertices, area_share = layer.vertices, 1.0
+    vertices = layer.vertices
     for i in range(iterations):
         partial = part_of(progress, i / iterations, (i + 1) / iterations)
         faired = fairing.fair_region(vertices, layer.faces, chosen, energy=energy, progress=partial)
-        vertices, area_share = faired.vertices, area_share * faired.area_share
+        vertices = faired.vertices
     moved = int(faired.free.sum())
     notes = []
     if moved < chosen.sum():
         notes.append(_staying(chosen, moved))
     if faired.irregular:
         notes.append(moving.irregular_note(faired.irregular))
-    if area_share < _SHRUNK:
-        notes.append(
-            f"The region's area shrank to {area_share:.2g} of what it was: the vertices that stay around it span less than it "
-            "covered. Select less if it was to keep its size."
-        )
-    report = {name: getattr(faired, name) for name in ("backward_error", "last_correction", "refinements")}
-    return Edit(vertices=faired.vertices, values={"moved": moved, **report}, notes=tuple(notes))
+    return Edit(vertices=faired.vertices, values={"moved": moved}, notes=tuple(notes))
 
 
 def _staying(chosen: Bools, moved: int) -> str:
@@ -279,10 +270,6 @@ def meshing_bridge_rims_by_fairing(
     """
     among = layer.selected_vertices() if selected else None
     blend = fairing.blend_parts(layer.vertices, layer.faces, energy=energy, among=among, progress=progress)
-    doubt = (
-        "The two rims do not face each other clearly enough to tell whether both parts are the right way out; if the neck is "
-        "twisted, turn the faces of one part over (invert faces orientation) and join them again."
-    )
     return Edit(
         **additions(layer, blend.vertices, blend.faces),
         values={
@@ -291,5 +278,4 @@ def meshing_bridge_rims_by_fairing(
             "first_rim_edges": len(blend.rims[0]),
             "second_rim_edges": len(blend.rims[1]),
         },
-        notes=(doubt,) if blend.doubtful else (),
     )

@@ -28,7 +28,7 @@ from ..linear_solvers import (
 from ..mesh import Bools, Floats, Longs, bounding_box, check_mesh, mask_of, normalised_mesh, spikes, worth_reordering
 from ..operators import curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges, face_adjacency
-from .surface_operator import SurfaceOperator, evened_operator, surface_operator
+from .region import SurfaceOperator, evened_operator, surface_operator
 
 # Between these fourth roots of weights, on a mesh of size 1, lies all that differs from a weight of infinity or of 0.
 _SMALLEST_ROOT, _LARGEST_ROOT = 1e-6, 1e25
@@ -208,7 +208,7 @@ class BendingEnergy(NamedTuple):
             try:
                 moved[free] = refined_solution(
                     matrix, residual, np.zeros((len(data), 3)), extent=diagonal, solve=method, progress=progress
-                ).values
+                )
                 break
             except ConvergenceError:
                 if method is methods[-1]:

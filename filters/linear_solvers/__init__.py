@@ -2,7 +2,7 @@
 
 from .conjugate_gradients import CompressedRows, conjugate_gradients, preconditioned_norm
 from .fronts import Fronts
-from .refined_solution import RefinedSolution, laplacian_power, refined_solution
+from .refined_solution import laplacian_power, refined_solution
 from .smoothed_aggregation import SmoothedAggregation
 from .spd_solver import FINEST_TOLERANCE, Cholesky, ShiftedFactors, SpdSolver
 
@@ -11,7 +11,6 @@ __all__ = [
     "Cholesky",
     "CompressedRows",
     "Fronts",
-    "RefinedSolution",
     "ShiftedFactors",
     "SmoothedAggregation",
     "SpdSolver",

@@ -8,7 +8,6 @@ from .build import (
     build_laplacian,
     curve_laplacian,
     surface_laplacian,
-    surface_stiffness,
 )
 from .cotangent import cotangent_laplacian, halved_cotangents, laplace_beltrami, mixed_share, mixed_voronoi_areas
 from .laplacian import SHORTEST_EDGE, Laplacian, uniform_laplacian
@@ -28,6 +27,5 @@ __all__ = [
     "mixed_share",
     "mixed_voronoi_areas",
     "surface_laplacian",
-    "surface_stiffness",
     "uniform_laplacian",
 ]

@@ -10,7 +10,7 @@ from ..compilation import compiled
 from ..libraries import robust_laplacian, sparse
 from ..mesh import Floats, Ints, mask_of, scaled_to_unit
 from ..topology import non_manifold_edges, proper_faces
-from .cotangent import cotangent_laplacian, cotangent_stiffness, laplace_beltrami
+from .cotangent import cotangent_laplacian, laplace_beltrami
 from .laplacian import Laplacian, inverse_length_laplacian, scale_dependent_laplacian, uniform_laplacian
 
 OperatorName: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "laplace_beltrami", "robust"]
@@ -82,12 +82,6 @@ def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName
     if operator == "robust" or (operator == "auto" and _needs_robust(points, faces)):
         return robust_mesh_laplacian(points, faces)
     return laplace_beltrami(points, faces)
-
-
-def surface_stiffness(points: Floats, faces: Ints) -> "sparse.csr_matrix":
-    """The stiffness of `surface_laplacian` by "auto", without the time that masses take."""
-    robust = _needs_robust(points, faces)
-    return robust_mesh_laplacian(points, faces).stiffness if robust else cotangent_stiffness(points, faces)
 
 
 def _needs_robust(points: Floats, faces: Ints) -> bool:
