@@ -244,19 +244,11 @@ class FloatingComponents(NamedTuple):
 
     def centred(self, values: Floats) -> Floats:
         """The values less their means, weighted by the mass."""
-        if self._all_held:
-            return values
         return values - self._spread(self._sums(self.mass[:, None] * values))
 
     def balanced(self, forces: Floats) -> Floats:
         """The transpose: forces less their sums, shared out by the mass."""
-        if self._all_held:
-            return forces
         return forces - self.mass[:, None] * self._spread(self._sums(forces))
-
-    @property
-    def _all_held(self) -> bool:
-        return not (self.labels >= 0).any()
 
     @property
     def _is_one(self) -> bool:

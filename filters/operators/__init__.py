@@ -9,8 +9,16 @@ from .build import (
     curve_laplacian,
     surface_laplacian,
 )
-from .cotangent import cotangent_laplacian, halved_cotangents, laplace_beltrami, mixed_share, mixed_voronoi_areas
-from .laplacian import SHORTEST_EDGE, Laplacian, uniform_laplacian
+from .laplacian import (
+    SHORTEST_EDGE,
+    Laplacian,
+    cotangent_laplacian,
+    halved_cotangents,
+    laplace_beltrami,
+    mixed_share,
+    mixed_voronoi_areas,
+    uniform_laplacian,
+)
 
 __all__ = [
     "CURVE_OPERATOR",

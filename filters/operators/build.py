@@ -10,8 +10,14 @@ from ..compilation import compiled
 from ..libraries import robust_laplacian, sparse
 from ..mesh import Floats, Ints, mask_of, scaled_to_unit
 from ..topology import non_manifold_edges, proper_faces
-from .cotangent import cotangent_laplacian, laplace_beltrami
-from .laplacian import Laplacian, inverse_length_laplacian, scale_dependent_laplacian, uniform_laplacian
+from .laplacian import (
+    Laplacian,
+    cotangent_laplacian,
+    inverse_length_laplacian,
+    laplace_beltrami,
+    scale_dependent_laplacian,
+    uniform_laplacian,
+)
 
 OperatorName: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "laplace_beltrami", "robust"]
 OPERATOR_NAMES: tuple[OperatorName, ...] = get_args(OperatorName)

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import spsolve
 from pymeshfair.filters.checks import ConvergenceError, FilterInputError
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.linear_solvers import SpdSolver, conjugate_gradients
-from pymeshfair.filters.linear_solvers.smoothed_aggregation import SmoothedAggregation
+from pymeshfair.filters.linear_solvers.conjugate_gradients import SmoothedAggregation
 from pymeshfair.filters.linear_solvers.spd_solver import Solution
 from pymeshfair.filters.operators import laplace_beltrami
 from tests.meshes import Floats, Mesh, icosphere, irregular_grid, noisy
