@@ -51,11 +51,7 @@ class UnknownTypeError(PymeshfairError, TypeError):
 
 
 def signature_of(arguments: tuple[Any, ...]) -> Signature:
-    """The types of arguments.
-
-    Raises:
-        UnknownTypeError: one has another type than those of `ArgumentType`.
-    """
+    """The types of arguments; `UnknownTypeError` if one is none of `ArgumentType`."""
     return tuple([_type_of(value) for value in arguments])
 
 
@@ -101,11 +97,7 @@ else:
 
 
 def fingerprint(function: FunctionType, options: dict[str, Any]) -> str:
-    """The hash of a function that numba compiles with these options.
-
-    Raises:
-        TypeError: the function uses a value of a type that cannot be hashed.
-    """
+    """The hash of a function that numba compiles with these options; `TypeError` if it uses a value that cannot be hashed."""
     parts = [f"options {sorted(options.items())!r}", f"defaults {function.__defaults__!r}"]
     parts += [f"closure {_of_value(cell.cell_contents, function)}" for cell in function.__closure__ or ()]
     text = "\n".join([*parts, *_of_code(function.__code__, function)])
@@ -145,25 +137,17 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Kernel:
-    """A function of arrays and numbers that runs as machine code.
-
-    Numba treats it as one of its own functions, so kernels can call each other.
-
-    Attributes:
-        py_func: the function, which also runs uncompiled.
-        options: numba's options, see `compiled`.
-        code: the machine code that this process has, by types of arguments.
-    """
+    """A function that runs as machine code, see `compiled`; numba treats it as one of its own, so kernels can call each other."""
 
     def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
         """See `compiled`."""
-        self.py_func = function
+        self.py_func = function  # which also runs uncompiled
         self.options = options
         self.__name__ = function.__name__
         self.__qualname__ = function.__qualname__
         self.__module__ = function.__module__
         self.__doc__ = function.__doc__
-        self.code: dict[Signature, Callable[..., Any]] = {}
+        self.code: dict[Signature, Callable[..., Any]] = {}  # what this process has
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the machine code for these argument types, which is loaded or compiled if needed."""

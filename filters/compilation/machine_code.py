@@ -240,10 +240,9 @@ def single_thread() -> Iterator[None]:
 
 
 def call_parallel(code: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    """Call a parallel kernel with its threads started, and no more of them than this thread allows.
+    """Call a parallel kernel with no more threads than this one allows.
 
-    Where OpenMP is missing, as on a bare Linux and on macOS, the threads are numba's own, which end the process when two threads
-    of a program call them at once: there one waits for the other.
+    Without OpenMP, as on a bare Linux and on macOS, two callers at once would end the process: one waits for the other.
     """
     set_number, turns = start_threads()
     with turns:
@@ -253,11 +252,7 @@ def call_parallel(code: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
 
 @cache
 def start_threads() -> tuple[Any, Any]:
-    """Start the threads, whose functions parallel code is linked with.
-
-    Returns:
-        The function that sets the number of threads for this thread, and the lock, if only one thread may call at a time.
-    """
+    """Starts the threads; the function that sets their number for this thread, and the lock, if only one may call at a time."""
     import llvmlite.binding as llvm
 
     turns: Any = nullcontext()

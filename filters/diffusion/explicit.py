@@ -104,11 +104,7 @@ class ExplicitSurface(NamedTuple):
     work: int  # how long that takes for a vertex, in the sums of vectors that `threads_for` is made for
 
     def iterated(self, iteration: Iteration, iterations: int, progress: Progress) -> Floats:
-        """(n, 3) the vertices after as many iterations.
-
-        Raises:
-            FilterInputError: a coordinate is no longer finite.
-        """
+        """(n, 3) the vertices after as many iterations; refused if a coordinate is no longer finite."""
         now = self.mesh.new_points()
         free = now.copy()
         with threads_for(self.work * len(now)):
@@ -136,10 +132,7 @@ def explicit_surface(
     steps: int,
     update: UpdateRule = "euler",
 ) -> ExplicitSurface:
-    """Prepares a mesh for explicit iterations: checked, normalised, and reordered where that is faster.
-
-    Arguments and errors as of `explicit_smoothing`; `steps` is how often each iteration applies L.
-    """
+    """Prepares a mesh, as of `explicit_smoothing`, for iterations of so many steps: reordered where that is faster."""
     points, triangles = check_mesh(vertices, faces)
     count = check_whole_number("iterations", iterations, least=0)
     mesh = normalised_mesh(points, triangles, movable, whole)
@@ -240,12 +233,7 @@ def meshlab_taubin_smooth(
 
 
 def checked_mu(step: float, mu: float, pass_band: float | None) -> float:
-    """The mu of a stable pair of steps: that of the pass band, or `mu` without one. The eigenvalues of -L are at most 2.
-
-    Raises:
-        FilterInputError: a parameter out of range.
-        UnstableStepError: the finest detail would grow.
-    """
+    """The mu of a stable pair of steps: that of the pass band, or `mu` without one. The eigenvalues of -L are at most 2."""
     check_positive("step", step)
     if pass_band is not None:
         mu = mu_of_pass_band(pass_band, step)
@@ -277,11 +265,7 @@ def transfer_function(k: ArrayLike, *, step: float, mu: float, iterations: int) 
 
 
 def mu_of_pass_band(pass_band: float, step: float) -> float:
-    """The mu = 1 / (k_PB - 1/step) for which `transfer_function` is 1 at k = k_PB.
-
-    Raises:
-        FilterInputError: the pass band is not above 0 and below 1/step.
-    """
+    """The mu = 1 / (k_PB - 1/step) for which `transfer_function` is 1 at k = k_PB, above 0 and below 1/step."""
     if not 0.0 < pass_band < 1.0 / step:
         raise FilterInputError(f"pass_band {pass_band} is not above 0 and below 1/step = {1.0 / step:g}; 0.01 to 0.1 is usual")
     return 1.0 / (pass_band - 1.0 / step)

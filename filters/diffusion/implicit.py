@@ -158,9 +158,6 @@ class _Flow:
 
     Under the border policy "along" a step is two: one of the border curves alone, whose vertices have no other neighbours, and
     one of the rest with the new borders prescribed. Together they are the backward Euler step of that coupled system.
-
-    Attributes:
-        components: (n,) a label from 0 for every vertex of a component; -1 for vertices that no face uses.
     """
 
     def __init__(
@@ -226,15 +223,10 @@ class BackwardEulerStep:
     """
 
     def __init__(self, laplacian: Laplacian, time_step: float, *, fixed: Bools, components: Ints, solves: int = 1) -> None:
-        """Sets up the system.
+        """Of L on n vertices and t in the unit of 1 / L, for so many solves; `components` are labels from 0, -1 for none.
 
-        Args:
-            laplacian: L = M^-1 C on n vertices.
-            time_step: t, at least 0, in the unit of 1 / L.
-            fixed: (n,) the vertices whose displacement is prescribed. Those without an edge of any weight stay too, and so do
-                components without mass, of which the equation determines nothing.
-            components: (n,) a label from 0 for every vertex, at least one each component of C; -1 for vertices without any.
-            solves: how many solves with this system are to come.
+        The displacement of the (n,) `fixed` vertices is prescribed. Those without an edge of any weight stay too, and so do
+        components without mass, of which the equation determines nothing.
         """
         t = min(time_step, LONGEST_STEP)
         self._stiffness, self._stiffness_share = laplacian.stiffness, t / (1.0 + t)
@@ -248,17 +240,7 @@ class BackwardEulerStep:
         self._solver = self._assemble() if len(self._mass) else None
 
     def displacement(self, points: Floats, prescribed: Floats | None, *, diagonal: float, progress: Progress) -> Floats:
-        """(n, d) the displacement of all vertices; the prescribed one where they are fixed.
-
-        Args:
-            points: (n, d) p: coordinates, or one value a vertex.
-            prescribed: (n, d) the displacement of the fixed vertices; 0 elsewhere. None for 0 everywhere.
-            diagonal: the length against which errors count.
-            progress: called every few solver steps; may raise to stop.
-
-        Raises:
-            ConvergenceError: the solver stalls.
-        """
+        """(n, d) the displacement of (n, d) points, where they are fixed the prescribed one, None for 0; see the class."""
         start = points if prescribed is None else points + prescribed
         extent = float(np.ptp(start, axis=0).max()) if self._solver else 0.0
         if self._solver is None or extent <= TOLERANCE * diagonal:
@@ -352,8 +334,7 @@ class Volumes(NamedTuple):
 def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Bools | None) -> Volumes:
     """The volumes of the components without boundary all of whose vertices may move.
 
-    A component has no boundary if its faces run through every edge as often one way as the other; edges may be non-manifold. Of
-    the (n,) `components`, unreferenced vertices have -1.
+    One has no boundary if its faces run through every edge as often one way as the other; edges may be non-manifold.
     """
     proper = faces[proper_faces(faces)]
     n, count = len(points), int(components.max(initial=-1)) + 1
@@ -372,11 +353,7 @@ def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Boo
 
 
 def restore_volumes(points: Floats, original: Volumes) -> Floats:
-    """The points, every enclosing component scaled about the centroid of its surface to its original volume, unless that is 0.
-
-    Raises:
-        FilterInputError: hardly anything of a component is left to be scaled.
-    """
+    """The points, every enclosing component scaled about the centroid of its surface to its original volume, unless that is 0."""
     volumes, centroids = _measure(points, original)
     former = original.volumes
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -49,14 +49,7 @@ _BLOCK = 64
 def explicit_stencil(
     mesh: NormalisedMesh, star: Stars, operator: OperatorName, *, border: BorderPolicy, update: UpdateRule
 ) -> Advance:
-    """The step of `operator` on a mesh, its weights taken from the current points ("robust": from those of the mesh).
-
-    The mesh has n points and triangles, whose stars are `star`, or no triangles for a point cloud. The update "meshlab" is for
-    the operators "uniform" and "cotangent" alone; the step is then not used.
-
-    Raises:
-        FilterInputError: an unknown name, or a combination that does not exist.
-    """
+    """The step of `operator` on a mesh or cloud, its weights taken from the current points ("robust": from those of the mesh)."""
     check_choice("operator", operator, OPERATOR_NAMES)
     check_choice("update", update, UPDATE_RULES)
     if update == "meshlab" and operator not in ("uniform", "cotangent"):
@@ -105,11 +98,7 @@ def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, kinds: K
 
 
 def curve_stencil(points: Floats, operator: OperatorName, moves: Kinds, rings: Rings) -> Advance:
-    """The step on polylines of the operator that `CURVE_OPERATOR` names for `operator`.
-
-    Of (n, 3) points of ordinary size; the weights are taken from the current ones, for "robust" from `points`. Vertices that are
-    0 in (n,) uint8 `moves` stay; `rings` are the neighbours of all along the polylines.
-    """
+    """The step on polylines, whose neighbours are `rings`, of the operator that `CURVE_OPERATOR` names for `operator`."""
     if CURVE_OPERATOR[operator] == "uniform":
         return _uniform(moves, rings)
     if operator == "robust":
@@ -230,10 +219,7 @@ def _weighted_step(
 def _length_step(
     points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, step: float, shortest: float, by_arc_length: bool
 ) -> float:
-    """By the sum of edges over their lengths: over the sum of inverse lengths, or (`by_arc_length`) over half that of lengths.
-
-    Edges shorter than `shortest` count as that long. Returns Gershgorin's bound of the spectrum of -L, by arc length.
-    """
+    """By the sum of edges over their lengths: over the sum of inverse lengths, or (`by_arc_length`) over half that of lengths."""
     bound = 0.0
     for i in prange(moves.shape[0]):
         if moves[i]:
@@ -279,10 +265,7 @@ def _share(rule: int, step: float, total: float, size: float, area: float) -> fl
 
 @compiled(parallel=True)
 def _star_step(points: Floats, out: Floats, kinds: Kinds, offsets: Longs, neighbours: Ints, rule: int, step: float) -> float:
-    """A step of the vertices with closed and open stars, whose neighbours are in the order of a walk round or across.
-
-    Returns Gershgorin's bound of the spectrum of -L, by area.
-    """
+    """A step of the vertices with closed and open stars, whose neighbours are in order; Gershgorin's bound of -L, by area."""
     bound, n = 0.0, kinds.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         first, last = block * _BLOCK, min((block + 1) * _BLOCK, n)

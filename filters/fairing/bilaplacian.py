@@ -217,10 +217,7 @@ class BendingEnergy(NamedTuple):
 
 
 def _smallest_norm(points: Floats, data: Floats, labels: Longs, count: int) -> float:
-    """The smallest norm, over the components, of a shift by their own diagonal: sqrt(sum of data) times the diagonal.
-
-    The energy norm of an error e is at least the root of the sum of data e^2.
-    """
+    """The least energy norm that a shift of a component by its own diagonal has: sqrt(sum of data) times the diagonal."""
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, labels, points)
     np.maximum.at(high, labels, points)

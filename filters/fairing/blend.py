@@ -45,11 +45,13 @@ def blend_parts(
         faces: (m, 3) triangles of both parts.
         energy: "membrane" meets the parts with a crease, as a soap film would; "thin_plate" continues their tangent planes,
             "minimum_variation" their curvatures too.
-        among: as in `facing_rims`.
+        among: (n,) bool: only rims all of whose vertices are true, which may be of one component. None: all rims, but the two are
+            of different components.
         progress: called with the share that is done; may raise to stop.
 
     Raises:
-        FilterInputError: as `facing_rims` and `bridge_rims`.
+        FilterInputError: there are no two rims, they meet, the product of their numbers of edges is above 400 million, they are
+            too far apart for their edges, or they belong to two components of which one is inside out.
     """
     points, triangles = check_mesh(vertices, faces)
     first, second = facing_rims(points, triangles, among=among, progress=part_of(progress, 0.0, 0.1))
@@ -71,16 +73,6 @@ def facing_rims(
 
     A rim is one of the `boundary_loops` that meets no vertex twice. The distance of two rims is the mean, over the vertices of
     both, of the distance to the nearest vertex of the other; each rim has the same weight.
-
-    Args:
-        points: (n, 3) coordinates.
-        triangles: (m, 3) of both parts.
-        among: (n,) bool: only rims all of whose vertices are true, which may be of one component. None: all rims, but the two are
-            of different components.
-        progress: called with the share that is done; may raise to stop.
-
-    Raises:
-        FilterInputError: there are no two such rims.
     """
     rims = [
         loop.vertices for loop in boundary_loops(points, triangles).loops if len(np.unique(loop.vertices)) == len(loop.vertices)
@@ -175,20 +167,6 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
     and has the least sum of squared spans; the search is that of [fuchs1977]. Rows of new vertices divide the spans evenly, and
     neighbouring rows are joined in the same way. There are as many rows of triangles as make these equilateral on average, at
     least one: the mean span over sqrt(3) / 2 of the mean edge of the rims, rounded.
-
-    Args:
-        points: (n, 3) coordinates.
-        triangles: (m, 3) of both parts.
-        a: (k,) the vertices of one rim, in the direction of the faces that would close it, as `facing_rims` gives them.
-        b: (l,) those of the other.
-        progress: called with the share that is done; may raise to stop.
-
-    Returns:
-        The band; its vertices lie on straight lines between the rims.
-
-    Raises:
-        FilterInputError: the rims meet, the product of their numbers of edges is above 400 million, they are too far apart for
-            their edges, or they belong to two components of which one is inside out: see `one_is_inside_out`.
     """
     if len(np.intersect1d(a, b)):
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
@@ -264,8 +242,7 @@ def _resampled(loop: Floats, count: int, shift: float) -> Floats:
 def shortest_spans(first: Floats, second: Floats) -> tuple[Ints, Ints]:
     """The spans between two loops whose squared lengths have the least sum, the shortest of all spans among them.
 
-    The loops, (a, 3) and (b, 3), have the same direction. Returns (a + b,) and (a + b,) indices of the two ends of each span, in
-    order along the band: from one span to the next, one of the two increases by one, cyclically.
+    The loops have the same direction. Returns the (a + b,) indices of both ends of each span, in order along the band.
     """
     low = np.minimum(first.min(axis=0), second.min(axis=0))
     extent = max(float((first - low).max()), float((second - low).max())) or 1.0

@@ -52,19 +52,12 @@ class CompressedRows(NamedTuple):
 
 
 class Descent(NamedTuple):
-    """The result of conjugate gradients.
+    """The result of conjugate gradients."""
 
-    Attributes:
-        values: (n, 3) the approximate solution.
-        norm: sqrt(sum r^T B r) over the columns, r the residual, B the preconditioner: about the error in the energy norm.
-        iterations: how many products with the matrix it took.
-        indefinite: whether it ended at a direction p with p^T A p < 0, which shows that A is not semidefinite.
-    """
-
-    values: Floats
-    norm: float
-    iterations: int
-    indefinite: bool
+    values: Floats  # (n, 3) the approximate solution
+    norm: float  # sqrt(sum r^T B r) over the columns, r the residual, B the preconditioner: about the error in the energy norm
+    iterations: int  # how many products with the matrix it took
+    indefinite: bool  # whether it ended at a direction p with p^T A p < 0, which shows that A is not semidefinite
 
 
 def conjugate_gradients(
@@ -244,12 +237,7 @@ class SmoothedAggregation:
     """
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress) -> None:
-        """Builds the levels, in time linear in the matrix.
-
-        Args:
-            matrix: (n, n) with a positive diagonal.
-            progress: called a few times a level; may raise to stop.
-        """
+        """Builds the levels for (n, n) with a positive diagonal, in time linear in it; `progress` may raise to stop."""
         self._levels: list[_Level] = []
         self._coarsest: sparse.linalg.SuperLU | None = None
         strength, noise = STRENGTH, _NOISE * matrix.diagonal()

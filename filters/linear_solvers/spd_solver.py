@@ -42,11 +42,7 @@ class Cholesky:
     """The factors L D L^T of a symmetric positive definite matrix; docs/solvers.md compares them with libraries'."""
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress, done: float = 0.0) -> None:
-        """Factorises an (n, n) finite symmetric matrix; calls `progress` with `done` meanwhile, which may raise to stop.
-
-        Raises:
-            ConvergenceError: it is not positive definite to rounding.
-        """
+        """Factorises; `ConvergenceError` if it is not positive definite to rounding. Calls `progress` with `done` meanwhile."""
         csr = sparse.csr_matrix(matrix)
         if not (csr.diagonal() > 0.0).all():
             raise ConvergenceError("the matrix is not positive definite: it has a diagonal entry that is not positive")
@@ -73,11 +69,7 @@ class ShiftedFactors:
     """
 
     def __init__(self, matrix: sparse.csc_matrix, fronts: Fronts, shift: float, progress: Progress, done: float) -> None:
-        """Factorises a symmetric (n, n) matrix, `fronts` those of its pattern, the shift above 0 or below.
-
-        Raises:
-            ConvergenceError: no shift close by gives factors.
-        """
+        """Factorises a symmetric (n, n) matrix, `fronts` those of its pattern; fails if no shift close by gives factors."""
         identity = sparse.eye_array(matrix.shape[0], format="csr")
         probe = np.random.default_rng(0).normal(size=(matrix.shape[0], 1))
         size = float(np.asarray(abs(matrix).sum(axis=0)).max(initial=0.0))
@@ -125,15 +117,9 @@ class SpdSolver:
     """Solves systems with one matrix; multigrid and factors are kept for the next right-hand side."""
 
     def __init__(self, matrix: sparse.csr_matrix, *, solves: int = 1) -> None:
-        """Prepares nothing yet.
+        """Of symmetric positive definite A, or semidefinite for right-hand sides in its range; kept, not copied.
 
-        Args:
-            matrix: A, (n, n) symmetric positive definite; also semidefinite, for right-hand sides in its range. Kept, not
-                copied.
-            solves: how many solves are to come; decides whether factors pay, from the second on.
-
-        Raises:
-            FilterInputError: A is not square, not finite, or has a diagonal entry that is not positive.
+        How many solves are to come decides whether factors pay, from the second on.
         """
         self._system = SpdSystem.of(matrix)
         self._many = solves >= _MANY_SOLVES and matrix.shape[0] <= _FACTORS_FOR_MORE
@@ -162,7 +148,6 @@ class SpdSolver:
             progress: called every few steps; may raise to stop.
 
         Raises:
-            FilterInputError: b has another number of rows, or is not finite.
             ConvergenceError: all methods stall; the message gives the backward errors they reached.
         """
         b = self._system.columns(right_side)
@@ -221,11 +206,7 @@ class SpdSolver:
             raise ConvergenceError(f"{stalled}, and {error}") from error
 
     def by_factors(self, b: Floats, progress: Progress = ignore_progress) -> Solution:
-        """The solution for (n, k) right-hand sides by factors and one step of refinement; the factors are kept if they solve it.
-
-        Raises:
-            ConvergenceError: not positive definite to rounding, too large, or so near to singular that factors are worth nothing.
-        """
+        """The solution for (n, k) right-hand sides by factors and a step of refinement; the factors are kept if they solve it."""
         matrix = self._system.matrix
         if len(b) > _LARGEST_FACTORS:
             raise ConvergenceError(f"{len(b)} rows are more than the {_LARGEST_FACTORS} that can be factorised")
@@ -249,10 +230,7 @@ class SpdSolver:
         steps: int,
         progress: Progress,
     ) -> tuple[Solution, bool, bool]:
-        """Conjugate gradients, restarted where the residual of the recurrence has drifted too far from the true one.
-
-        Returns what they gave, whether they have converged, and whether the matrix turned out to be indefinite.
-        """
+        """Conjugate gradients, restarted where their residual drifts: the result, whether it is good, whether A is indefinite."""
         matrix = self._system.matrix
         own = preconditioned_norm(matrix, b, precondition)
         target = max(tolerance * (own if reference is None else reference * spread), FINEST_TOLERANCE * own)
@@ -287,11 +265,7 @@ class SpdSystem(NamedTuple):
 
     @classmethod
     def of(cls, matrix: sparse.csr_matrix) -> SpdSystem:
-        """Measures A, which is kept, not copied; its symmetry is not checked.
-
-        Raises:
-            FilterInputError: A is not square, not finite, or has a diagonal entry that is not positive.
-        """
+        """Measures A, which is kept, not copied; refused if not square, not finite, or without a positive diagonal."""
         csr = sparse.csr_matrix(matrix)
         if csr.shape[0] != csr.shape[1]:
             raise FilterInputError(f"the matrix of a system must be square, got {csr.shape}")
@@ -309,11 +283,7 @@ class SpdSystem(NamedTuple):
         return cls(csr, scale, norm, max(smoothness, np.finfo(float).tiny))
 
     def columns(self, right_side: Floats) -> Floats:
-        """The right-hand side as (n, k), C-contiguous.
-
-        Raises:
-            FilterInputError: it has another number of rows, or is not finite.
-        """
+        """The right-hand side as (n, k), C-contiguous; refused with another number of rows, or if it is not finite."""
         n = self.matrix.shape[0]
         b = np.asarray(right_side, dtype=np.float64)
         if b.ndim not in (1, 2) or len(b) != n or not np.isfinite(b).all():
@@ -464,10 +434,7 @@ def _scaled(total: float, rest: float, factor: float) -> tuple[float, float]:
 
 @compiled(parallel=True)
 def _apply(matrix: CompressedRows, factors: Floats, high: Floats, low: Floats, out_high: Floats, out_low: Floats) -> None:
-    """out_i = factors_i sum_j S_ij (x_j - x_i), every number a sum of a high and a low double.
-
-    The three columns take turns: each waits for its own last sum alone.
-    """
+    """out_i = factors_i sum_j S_ij (x_j - x_i), every number a sum of a high and a low double; the three columns take turns."""
     indptr, indices, data = matrix
     for i in prange(indptr.shape[0] - 1):
         x, y, z, p, q, r = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

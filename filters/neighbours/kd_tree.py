@@ -170,11 +170,7 @@ def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) ->
 def keep_nearest(
     near: Floats, at: Ints, q: int, count: int, k: int, most: int, bound: float, indices: Ints
 ) -> tuple[int, float, int]:
-    """Moves the k nearest of the candidates of a point, or up to `most`, to the front.
-
-    Returns:
-        How many are kept, their bound, and the index below which a tie counts.
-    """
+    """Moves the k nearest candidates of a point, or up to `most`, to the front; their number, bound, and index of a tie."""
     if count <= most:
         return count, bound, ANY_INDEX
     low, high = 0.0, bound
@@ -296,11 +292,7 @@ def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore
 
 
 def check_cloud(points: ArrayLike, k: int, name: str = "k") -> tuple[Floats, int]:
-    """The points as (n, 3) float64, and the number of neighbours as an int.
-
-    Raises:
-        FilterInputError: points of another shape or not finite, or no k other points for each; `name` is that of k.
-    """
+    """The points as (n, 3) float64, and the number of neighbours, refused by `name` if there are no k other points for each."""
     cloud, k = check_points(points), check_whole_number(name, k, least=1)
     if k >= len(cloud):
         raise FilterInputError(

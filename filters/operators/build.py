@@ -125,9 +125,6 @@ def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
 
     For slivers, obtuse triangles and non-manifold meshes. The mass is a third of the area around a vertex in the intrinsic
     triangulation. A mesh whose vertices all coincide has the operator 0.
-
-    Raises:
-        FilterInputError: the edges differ in length by too many orders of magnitude.
     """
     n = len(vertices)
     proper = faces[proper_faces(faces)]
@@ -146,9 +143,6 @@ def robust_cloud_laplacian(points: Floats) -> Laplacian:
     """The operator of `robust_mesh_laplacian` on a point cloud, from a Delaunay triangulation around every point [sharp2020].
 
     Points in the same place count as one and share its mass, and so move together.
-
-    Raises:
-        FilterInputError: no more places than neighbours, or a point that no local triangulation reaches.
     """
     n = len(points)
     if n == 0:

@@ -246,10 +246,7 @@ def count_entries(end_offsets: Longs, ends: Ints, sizes: Longs) -> None:
 
 @compiled(parallel=True)
 def fill_rows(points: Floats, end_offsets: Longs, ends: Ints, starts: Any, columns: Any, data: Floats, areas: Floats) -> None:
-    """Writes the columns, ascending, and the values of every row, from ``starts[i]`` on, and the areas if there is room for them.
-
-    The points are of ordinary size; `end_offsets` and `ends` are those of `ring_ends`.
-    """
+    """Writes the columns, ascending, and values of every row, from ``starts[i]`` on, and the areas if there is room for them."""
     for i in prange(end_offsets.shape[0] - 1):
         first, last = starts[i], starts[i + 1]
         _write_columns(i, ends, end_offsets[i], end_offsets[i + 1], columns, first)

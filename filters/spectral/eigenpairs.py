@@ -69,10 +69,7 @@ def lowest_eigenpairs(
 
 
 def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float, progress: Progress) -> tuple[Floats, Floats]:
-    """The lowest modes of all components together, less the first `skipped` of each.
-
-    Each component first gives as many as its share of the area predicts, then more until none can be missing.
-    """
+    """The lowest modes of all components, less the first `skipped` of each: as many as its area predicts, then more if needed."""
     parts = problem.n_components
     sizes = np.bincount(problem.components, minlength=parts)
     ends = np.cumsum(sizes)
@@ -114,13 +111,7 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
 def component_modes(
     part: sparse.csr_matrix, area: Floats, count: int, tolerance: float, progress: Progress
 ) -> tuple[Floats, Floats]:
-    """The lowest modes of one component, with the residuals checked, in a unit of area in which the component has 4 pi.
-
-    `part` is S of the component, (n, n), `area` the diagonal of its M, the count from 1 to n; the first mode is constant.
-
-    Raises:
-        ConvergenceError: the tolerance of `lowest_eigenpairs` is not reached.
-    """
+    """The lowest modes of one component of S and the diagonal of M, with the residuals checked, in a unit of an area of 4 pi."""
     unit = area.sum() / (4.0 * np.pi)
     root = np.sqrt(area / unit)
     n = len(root)
@@ -160,13 +151,7 @@ def component_modes(
 
 
 class _Checked:
-    """Orthonormal vectors, the first of which spans the kernel, with their Rayleigh quotients and residuals.
-
-    Attributes:
-        vectors: (n, count).
-        kappa: (count,) the quotients.
-        residuals: (count,) |A x - kappa x| as a share of kappa.
-    """
+    """Orthonormal vectors, the first in the kernel, with their quotients kappa and residuals |A x - kappa x| / kappa."""
 
     def __init__(self, operator: sparse.csc_matrix, kernel: Floats, vectors: Floats, progress: Progress) -> None:
         """Measures the vectors, which it may overwrite; the first is set to the kernel."""

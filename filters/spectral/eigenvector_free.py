@@ -59,7 +59,7 @@ def filter_without_eigenvectors(
 
     Args:
         problem: S, M and the components, n rows.
-        values: (n,) or (n, k), finite.
+        values: v, (n,) or (n, k).
         response: F.
         tolerance: of the error in the M-norm, as a share of |v|_M about the means; solves may add a third. Below 1e-12 it
             is rounding. The time grows with the logarithm of 1 / tolerance.
@@ -178,17 +178,8 @@ def rational_filter(
     An error e_k of the k-th solve enters all later terms, multiplied by at most 4 sum_{j>k} |c_j| (j - k). These factors fall
     with k, so the first solves have to be the most exact.
 
-    Args:
-        dirichlet: S, (n, n).
-        mass: (n,), above 0.
-        values: v, (n, k).
-        series: of degree d.
-        pole: sigma, in the unit of kappa.
-        tolerance: of the error in the M-norm by all solves together, as a share of |v|_M.
-        progress: called during the solves; may raise to stop.
-
-    Returns:
-        The filtered values, and an estimate of the error by the solves in the M-norm, not as a share.
+    The tolerance is that of the error in the M-norm by all solves together, as a share of |v|_M. Returns the filtered values, and
+    an estimate of that error, not as a share.
     """
     c, degree = series.coefficients, series.degree
     system = _System(dirichlet, mass, pole, degree, progress)

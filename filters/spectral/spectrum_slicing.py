@@ -44,13 +44,8 @@ def lowest_modes(
     eigenvalues below [grimes1994]; `modes_near` searches for all that are missing and about as many above. The last shift lies
     above the last mode and only counts. If a mode is missing, it is searched for.
 
-    Args:
-        operator: A, (n, n) symmetric, positive semidefinite, scaled such that there are about kappa eigenvalues below kappa.
-        fronts: of its pattern.
-        kernel: (n,) the unit vector with A kernel = 0.
-        count: how many, at least 1, well below n.
-        tolerance: of the residual |A x - kappa x|, as a share of kappa.
-        progress: called several times a second; may raise to stop.
+    The operator A is scaled such that there are about kappa eigenvalues below kappa; `kernel` is the unit vector with
+    A kernel = 0, `count` well below n, the tolerance that of the residual |A x - kappa x| as a share of kappa.
     """
     n = len(kernel)
     widest = _BAND if n < _LARGE else _BAND_OF_LARGE
@@ -152,9 +147,7 @@ def modes_near(
     improves the Ritz vectors; it needs no solve, since the last block contains it. The residual in A is then the Ritz residual in
     the inverse times (kappa - shift)^2.
 
-    There must be exactly `below` modes; `tolerance` is that of the residual |A x - kappa x| as a share of kappa, `seed` that of
-    the random block to start from. Returns (k,) eigenvalues, ascending, complete but for the (n, l) orthonormal `locked` modes,
-    to which the search is orthogonal, and (n, k) orthonormal modes.
+    There must be exactly `below` modes. Returns ascending eigenvalues and orthonormal modes, orthogonal to the `locked` ones.
     """
     n, count = len(locked), below + above
     limit = min(n - locked.shape[1], int(_LIMIT * count) + 10 * _SMALL) // BLOCK * BLOCK

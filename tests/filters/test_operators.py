@@ -25,8 +25,7 @@ from pymeshfair.filters.operators import (
     mixed_voronoi_areas,
     uniform_laplacian,
 )
-from pymeshfair.filters.operators.laplacian import cotangent_stiffness
-from pymeshfair.filters.operators.laplacian import inverse_length_laplacian, scale_dependent_laplacian
+from pymeshfair.filters.operators.laplacian import cotangent_stiffness, inverse_length_laplacian, scale_dependent_laplacian
 from tests.meshes import (
     AWKWARD,
     Mesh,
