@@ -212,7 +212,7 @@ class NormalisedMesh:
 
     def new_points(self) -> Floats:
         """(k, 3) the points in a new array."""
-        points = (self.vertices if self.order is None else self.vertices[self.order]) - self.middle
+        points = (self.vertices if self.order is None else self.vertices.take(self.order, axis=0)) - self.middle
         points *= self.scale
         return points
 
@@ -227,8 +227,8 @@ class NormalisedMesh:
             return self.cells_in_vertices
         number = np.empty(len(self.vertices), dtype=np.int32)
         number[self.order] = np.arange(len(self.order), dtype=np.int32)
-        cells: Ints = number[self.cells_in_vertices]
-        return cells[order_of_faces(cells, len(self), _RUN)] if self.has_sorted_cells else cells
+        cells: Ints = number.take(self.cells_in_vertices)
+        return cells.take(order_of_faces(cells, len(self), _RUN), axis=0) if self.has_sorted_cells else cells
 
     @cached_property
     def movable(self) -> Bools | None:
@@ -433,15 +433,13 @@ def order_by_place(points: Floats, faces: Ints) -> Ints:
     starts = points[sample[:, 0]]
     edge = float(np.median(np.linalg.norm(starts - points[sample[:, 1]], axis=1)))
     low, high = np.quantile(starts, (_STRAY, 1.0 - _STRAY), axis=0)
-    order = np.arange(len(points), dtype=np.int32)
+    slabs = []  # as numbers of 16 bits, which are sorted by counting
     for axis in np.argsort(high - low, kind="stable"):
         count = min(_MOST_SLABS, 1 + int((high[axis] - low[axis]) / (_THICK * edge))) if edge > 0.0 else 1
         if count > 1:
             per_length = count / (high[axis] - low[axis])
-            slabs = np.clip((points[:, axis] - low[axis]) * per_length, 0.0, count - 1.0)
-            # Numbers of 16 bits are sorted by counting.
-            order = order[np.argsort(slabs.astype(np.uint16)[order], kind="stable")]
-    return order
+            slabs.append(np.clip((points[:, axis] - low[axis]) * per_length, 0.0, count - 1.0).astype(np.uint16))
+    return np.asarray(np.lexsort(slabs) if slabs else np.arange(len(points)), dtype=np.int32)
 
 
 def order_of_faces(faces: Ints, n_vertices: int, run: int = 1) -> Ints:

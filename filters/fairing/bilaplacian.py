@@ -241,11 +241,19 @@ class FloatingComponents(NamedTuple):
 
     def centred(self, values: Floats) -> Floats:
         """The values less their means, weighted by the mass."""
+        if not self._any:
+            return values
         return values - self._spread(self._sums(self.mass[:, None] * values))
 
     def balanced(self, forces: Floats) -> Floats:
         """The transpose: forces less their sums, shared out by the mass."""
+        if not self._any:
+            return forces
         return forces - self.mass[:, None] * self._spread(self._sums(forces))
+
+    @property
+    def _any(self) -> bool:
+        return bool((self.labels >= 0).any())
 
     @property
     def _is_one(self) -> bool:
