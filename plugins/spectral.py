@@ -57,8 +57,9 @@ def apply_coord_spectral_filter(
             given.
         largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 'auto': four detail
             sizes.
-        modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids stay and
-            do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size decides.
+        modes: In place of the detail size, for 'low_pass': how many modes (manifold harmonics) are kept, over all components;
+            centroids stay and do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not used, the detail
+            size decides.
         gain: By what 'enhance' multiplies the waves of the band. Larger makes these details stronger, below 1 weaker.
         order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves ripples
             beside edges. Not used with a number of modes, where eigenvectors cut off at once.

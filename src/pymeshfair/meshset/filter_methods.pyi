@@ -1228,8 +1228,7 @@ class FilterMethods(metaclass=LateMethods):
 
         What the part looked like is forgotten: for dents, scars, bad fillings and seams. The selected vertices move, or, when
         no vertex is selected, those all of whose triangles are; the others, and open borders, stay. One, two or three rings of
-        vertices around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved,
-        the backward error of the solution, and a bound of the error that solving leaves as a share of the region's diagonal.
+        vertices around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved.
         With `remesh` the selected vertices and their triangles go, new ones come last and are selected, and their numbers are
         returned.
 
@@ -1286,9 +1285,9 @@ class FilterMethods(metaclass=LateMethods):
             largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 'auto': four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0, or 'auto'.
-            modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids
-                stay and do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size
-                decides. Takes a whole number from 0 to 1000000.
+            modes: In place of the detail size, for 'low_pass': how many modes (manifold harmonics) are kept, over all
+                components; centroids stay and do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not
+                used, the detail size decides. Takes a whole number from 0 to 1000000.
             gain: By what 'enhance' multiplies the waves of the band. Larger makes these details stronger, below 1 weaker. Takes
                 a number from 0 to 10.
             order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves
