@@ -17,7 +17,7 @@ from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..geometry import vertex_normals_by_area
 from ..libraries import optimize, sparse
 from ..linear_solvers import SpdSolver
-from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, bounding_box, check_mesh, normalised_mesh, worth_reordering
+from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, check_mesh, normalised_mesh, worth_reordering
 from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, proper_faces, stars
 
@@ -165,7 +165,7 @@ class _Flow:
     ) -> None:
         points, self._faces = mesh.points, mesh.cells
         self._operator, self._time_step, self._solves, self._flow = operator, time_step, solves, flow
-        self._diagonal = float(np.linalg.norm(np.subtract(*bounding_box(points)))) if len(points) else 0.0
+        self._diagonal = mesh.diagonal
         self._border_edges = stars(self._faces, len(points)).border_edges()
         self._along = border == "along" and len(self._border_edges) > 0
         on_border = np.zeros(len(points), dtype=np.bool_)

@@ -55,8 +55,6 @@ def explicit_stencil(
     if update == "meshlab" and operator not in ("uniform", "cotangent"):
         raise FilterInputError(f"MeshLab's update rule knows the operators 'uniform' and 'cotangent', not {operator!r}")
     if len(mesh.cells_in_vertices) == 0 and len(mesh) > 0:
-        if operator != "robust":
-            raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
         free = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
         return _assembled(build_laplacian(mesh.points, mesh.cells, operator), free.view(np.uint8))
     check_choice("border", border, BORDER_POLICIES)

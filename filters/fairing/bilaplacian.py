@@ -25,7 +25,7 @@ from ..linear_solvers import (
     preconditioned_norm,
     refined_solution,
 )
-from ..mesh import Bools, Floats, Longs, bounding_box, check_mesh, mask_of, normalised_mesh, spikes, worth_reordering
+from ..mesh import Bools, Floats, Longs, check_mesh, mask_of, normalised_mesh, spikes, worth_reordering
 from ..operators import curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges, face_adjacency
 from .region import SurfaceOperator, evened_operator, surface_operator
@@ -110,10 +110,7 @@ def bilaplacian_smoothing(
     if worth_reordering(mesh.cells, len(mesh)):
         mesh = mesh.by_place()
     moves = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
-    diagonal = 0.0
-    if moves.any() and len(triangles):
-        low, high = bounding_box(mesh.points)  # not of those that move, which may be one
-        diagonal = float(np.linalg.norm(high - low))
+    diagonal = mesh.diagonal if moves.any() and len(triangles) else 0.0
     start, triangles, features = mesh.points, mesh.cells, features[mesh.used]
     w = min(max(2.0 * math.pi / max(size * mesh.scale, 1.0 / _LARGEST_ROOT), _SMALLEST_ROOT), _LARGEST_ROOT) ** 4
     if diagonal == 0.0:

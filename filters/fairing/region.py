@@ -18,18 +18,7 @@ from ..compilation import compiled
 from ..execution import Progress, ignore_progress
 from ..libraries import sparse
 from ..linear_solvers import Cholesky, laplacian_power, refined_solution
-from ..mesh import (
-    Bools,
-    Floats,
-    Ints,
-    bounding_box,
-    check_healthy,
-    check_mesh,
-    check_vertex_mask,
-    mask_of,
-    normalised_mesh,
-    spikes,
-)
+from ..mesh import Bools, Floats, Ints, check_healthy, check_mesh, check_vertex_mask, mask_of, normalised_mesh, spikes
 from ..operators import surface_laplacian
 from ..topology import Submesh, edges, proper_faces, submesh_around
 
@@ -39,11 +28,6 @@ ENERGIES: tuple[Energy, ...] = get_args(Energy)
 # conditioning of all. Parts may be as much smaller than others as they like, down to the second share, of the mean: triangles of
 # a length of 1e-10 of the others' are rounding.
 _LEAST_MASS, _NO_MASS = 1e-6, 1e-20
-_ADVICE: dict[Energy, str] = {
-    "membrane": "improve them first",
-    "thin_plate": "a membrane stays between the fixed vertices",
-    "minimum_variation": "a thin plate or a membrane stays closer to the fixed vertices",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,11 +91,11 @@ def fair_region(
         progress(1.0)
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_))
     mesh = normalised_mesh(part.points, part.faces)
-    operator = surface_operator(mesh.points, part.faces)
-    system = _system(operator, part._replace(points=mesh.points), order, dense)
-    _check_held(system, part._replace(points=system.points))
-    low, high = bounding_box(system.points)
-    extent = float(np.linalg.norm(high - low))
+    part = part._replace(points=mesh.points)
+    operator = surface_operator(part.points, part.faces)
+    system = _system(operator, part, order, dense)
+    _check_held(system, part)
+    extent = mesh.diagonal
     thrown, irregular = np.ones(len(mesh.points), dtype=np.bool_), 0
     places = np.flatnonzero(part.free)
     before = system.points.take(places, axis=0)
@@ -123,9 +107,9 @@ def fair_region(
         pass  # the failing element is unknown
     if thrown.any():
         operator, even = evened_operator(operator, part.faces, thrown)
-        system = _system(operator, part._replace(points=mesh.points), order, dense)
+        system = _system(operator, part, order, dense)
         solution, irregular = system.solution(extent, progress), int((even & part.free).sum())
-        check_healthy(before, solution, extent, part.vertices[part.free], _ADVICE[energy])
+        check_healthy(before, solution, extent, part.vertices[part.free], "improve them first, or take a lower energy")
     progress(1.0)
     moved, freed = points.copy(), part.vertices.take(places)
     moved[freed] = solution / mesh.scale + mesh.middle

@@ -231,9 +231,6 @@ class SmoothedAggregation:
 
     The returned array belongs to the object and is overwritten by the next call. The near-kernel is taken to be the constant
     vector, which is right for a Laplace operator plus a mass and usable for its powers.
-
-    Attributes:
-        sizes: the number of unknowns of each level, finest first.
     """
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress) -> None:
@@ -254,7 +251,6 @@ class SmoothedAggregation:
             matrix = with_sorted_indices(level.restriction @ half)
             strength *= 0.5
             noise = prolongation.power(2).T @ noise
-        self.sizes = [len(level.solution) for level in self._levels] + [matrix.shape[0]]
         if matrix.shape[0] <= COARSEST:
             # If the matrix is singular so is the coarsest one, whose factors would amplify the constant part of the rounding of
             # the residual. The entries of slivers cancel on the way down and leave rounding too. Both need a larger diagonal.

@@ -25,9 +25,9 @@ from .problem import SpectralProblem, spectral_problem
 _DENSE, _DENSE_SHARE, _DENSE_LIMIT = 600, 8, 4000
 #: Dense matrices of at most this many rows are solved in the calling thread.
 _AT_ONCE = 200
-#: A dense solver is exact to rounding of the highest eigenvalue. If that exceeds this, in the unit in which the lowest ones are
-#: about 1, these are lost in rounding. Slicing, whose factors are exact row by row, then finds up to one mode in `_SLICED_SHARE`.
-_TOO_GRADED, _SLICED_SHARE = 1e10, 2
+#: A dense solver is exact to rounding of the highest eigenvalue, in which the lowest ones may be lost. Slicing, whose factors are
+#: exact row by row, then finds up to one mode in so many.
+_SLICED_SHARE = 2
 #: The largest residuals that are accepted as rounding, and the largest deviation of modes from orthonormality.
 _LARGEST_FLOOR = 1e-6
 #: Modes of a band, and in large matrices: more make it costlier to keep the basis orthogonal, fewer take more factorisations.
@@ -147,12 +147,8 @@ def component_modes(
     highest = float(np.bincount(part.indices, np.abs(data), n).max())
     dense = n <= _DENSE or (n <= _DENSE_LIMIT and count * _DENSE_SHARE > n)
     sliceable = count * _SLICED_SHARE + 20 <= n
-    modes = None
-    if dense and not (sliceable and highest > _TOO_GRADED):
-        modes = _by_dense_matrix(operator, kernel, count, progress)
-        if sliceable and not modes.good(tolerance, 0.0):
-            modes = None
-    if modes is None:
+    modes = _by_dense_matrix(operator, kernel, count, progress) if dense else None
+    if modes is None or (sliceable and not modes.good(tolerance, 0.0)):
         modes = _by_slicing(operator, kernel, count, tolerance, highest, progress)
     if not modes.good(tolerance, highest):
         raise ConvergenceError(
