@@ -160,9 +160,6 @@ class Kernel:
             code = self._loaded(signature)
         return call_parallel(code, arguments) if self._is_parallel else code(*arguments)
 
-    def __repr__(self) -> str:
-        return f"<kernel {self.__module__}.{self.__qualname__}>"
-
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
         if self._is_parallel:
             start_threads()  # the linker needs the addresses of their functions
