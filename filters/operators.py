@@ -365,7 +365,24 @@ def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
     In a triangle without an obtuse angle each corner owns the points nearest to it; otherwise the obtuse corner owns half of the
     triangle and the others a quarter each. A triangle without area contributes nothing.
     """
-    return laplace_beltrami(vertices, faces).mass
+    points, scale = scaled_to_unit(vertices)
+    areas = np.empty(len(vertices))
+    with threads_for(len(vertices)):
+        _sum_areas(points, *ring_ends(faces, len(vertices)), areas)
+    return areas / scale / scale
+
+
+@compiled(parallel=True)
+def _sum_areas(points: Floats, offsets: Longs, ends: Ints, areas: Floats) -> None:
+    for i in prange(offsets.shape[0] - 1):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        total = 0.0
+        for k in range(offsets[i], offsets[i + 1], 2):
+            a, b = ends[k], ends[k + 1]
+            ux, uy, uz = points[a, 0] - x, points[a, 1] - y, points[a, 2] - z
+            vx, vy, vz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
+            total += mixed_share(ux, uy, uz, ux * ux + uy * uy + uz * uz, vx, vy, vz, vx * vx + vy * vy + vz * vz)
+        areas[i] = total
 
 
 @compiled

@@ -18,7 +18,7 @@ from ..geometry import vertex_normals_by_area
 from ..libraries import optimize, sparse
 from ..linear_solvers import SpdSolver
 from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, check_mesh, normalised_mesh, worth_reordering
-from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian
+from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian, mixed_voronoi_areas
 from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, proper_faces, stars
 
 #: "cotangent" is Laplace-Beltrami here: C the cotangent stiffness, M the mixed Voronoi areas.
@@ -200,7 +200,11 @@ class _Flow:
             self._curve = self._updated(self._curve, curve_laplacian(points, self._border_edges, self._operator))
             components = self._curve.components()
             systems.append(BackwardEulerStep(self._curve, t, fixed=self._fixed_on_curve, components=components, solves=solves))
-        self._surface = self._updated(self._surface, build_laplacian(points, self._faces, self._operator))
+        if self._flow == "conformalized" and self._surface is not None and self._operator == "laplace_beltrami":
+            # The same as `_updated`, without building a stiffness that is not used.
+            self._surface = Laplacian(self._surface.stiffness, mixed_voronoi_areas(points, self._faces))
+        else:
+            self._surface = self._updated(self._surface, build_laplacian(points, self._faces, self._operator))
         components = self.components if len(self._faces) else self._surface.components()
         systems.append(BackwardEulerStep(self._surface, t, fixed=self._fixed, components=components, solves=solves))
         return systems
