@@ -31,7 +31,7 @@ from pymeshfair.filters.geometry import mean_edge_length
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int32]
 
-SLOWER, BACKWARD = 2.0, 1e-13
+SLOWER = 2.0
 
 
 def sheet(n_vertices: int) -> tuple[Floats, Ints]:
@@ -128,12 +128,11 @@ def compare(count: int, rounds: int, with_cgal: bool) -> bool:
         theirs = seconds(rounds, libigl)
         apart = np.abs(result.vertices[free] - libigl()[patch[2]]).max() / np.linalg.norm(np.ptp(patch[0], axis=0))
         line = f"  order {order}: ours {ours:7.3f}   libigl {theirs:7.3f} ({theirs / ours:4.1f} x, differs by {apart:.0e})"
-        good = good and result.backward_error <= BACKWARD
         if order == 2 and with_cgal:
             cgal, own = against_cgal(*patch, rounds, lambda energy=energy: fair_region(vertices, faces, free, energy=energy))  # type: ignore[misc]
             line += f"   CGAL {cgal:7.3f} ({cgal / own:4.1f} x ours in turn, {own:.3f})"
             good = good and cgal >= SLOWER * own
-        print(f"{line}   backward error {result.backward_error:.0e}")
+        print(line)
     return good
 
 
@@ -146,20 +145,13 @@ def time_surroundings(count: int, rounds: int) -> None:
         print(f"  {count:,} free vertices in {len(vertices):>9,}: {taken:7.3f} s")
 
 
-def large_patch(count: int) -> bool:
-    """Whether a large patch is exact."""
+def large_patch(count: int) -> None:
+    """How long a large patch takes."""
     vertices, faces = sheet(round(1.3 * count))
     free = middle(vertices, count)
-    good = True
     for energy in ENERGIES:
-        start = time.perf_counter()
-        result = fair_region(vertices, faces, free, energy=energy)
-        print(
-            f"  {energy:<18}{time.perf_counter() - start:7.2f} s, {result.refinements} refinements, the last of "
-            f"{result.last_correction:.0e}; backward error {result.backward_error:.0e}"
-        )
-        good = good and result.backward_error <= BACKWARD
-    return good
+        taken = seconds(1, lambda energy=energy: fair_region(vertices, faces, free, energy=energy))  # type: ignore[misc]
+        print(f"  {energy:<18}{taken:7.2f} s")
 
 
 def time_energy(n_vertices: int, rounds: int) -> None:
@@ -186,7 +178,7 @@ def main() -> int:
         good = compare(count, options.rounds, not options.without_cgal) and good
         time_surroundings(count, options.rounds)
     if options.large:
-        good = large_patch(options.large) and good
+        large_patch(options.large)
     if options.energy:
         time_energy(options.energy, 1)
     return 0 if good else 1

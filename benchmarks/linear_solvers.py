@@ -30,7 +30,7 @@ from pymeshfair.filters.compilation import set_threads
 from pymeshfair.filters.execution import ignore_progress
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.linear_solvers import Cholesky, Fronts, ShiftedFactors, conjugate_gradients, preconditioned_norm
-from pymeshfair.filters.linear_solvers.smoothed_aggregation import SmoothedAggregation
+from pymeshfair.filters.linear_solvers.conjugate_gradients import SmoothedAggregation
 from pymeshfair.filters.operators import laplace_beltrami
 
 Array = NDArray[np.float64]

@@ -127,7 +127,7 @@ def _along_the_curves(rings: OneRings) -> Ints:
 
 def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None) -> tuple[float, ...]:
     if method == "taubin":
-        return step, checked_mu(step, mu, pass_band, largest_eigenvalue=2.0)
+        return step, checked_mu(step, mu, pass_band)
     check_positive("step", step, most=1.0, note="; for stronger smoothing take more iterations or 'implicit'")
     return (step,)
 

@@ -6,6 +6,7 @@ import json
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from pymeshfair.declaration import Filter
 from pymeshfair.errors import PymeshfairError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.outputs import save_mesh
-from pymeshfair.filters.compilation import ahead, loaded_kernels, signatures_of
+from pymeshfair.filters.compilation import loaded_kernels
 from pymeshfair.filters.diffusion import implicit_fairing
 from pymeshfair.filters.spectral import lowest_eigenpairs, spectral_problem
 from pymeshfair.looking.comparison import compare, state_of
@@ -27,8 +28,6 @@ from pymeshfair.running.job import Job
 from pymeshfair.running.read import read_mesh, reported_values
 from pymeshfair.running.session import Session
 from pymeshfair.scripts.guards import Guards
-
-LIST = ahead.LIST
 
 
 def list_text() -> str:
@@ -48,7 +47,11 @@ def list_text() -> str:
         for filter in custom_filters():
             for scan in scans.values():
                 _apply(filter, scan)
-    return json.dumps(signatures_of(loaded_kernels("pymeshfair")), indent=1) + "\n"
+    used: dict[str, dict[str, Any]] = {}
+    for module, kernel_name, kernel in sorted(loaded_kernels("pymeshfair"), key=lambda found: found[:2]):
+        if kernel.code:
+            used.setdefault(module, {})[kernel_name] = sorted(kernel.code, key=repr)
+    return json.dumps(used, indent=1) + "\n"
 
 
 def _run(recipe: Recipe, scan: Path, folder: Path) -> None:

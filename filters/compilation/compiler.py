@@ -60,11 +60,7 @@ class Compiler:
         return process
 
     def compile(self, module: str, name: str, signature: Signature) -> MachineCode:
-        """The machine code of the kernel ``module.name`` for these types of arguments.
-
-        Raises:
-            CompilationError: numba refuses.
-        """
+        """The machine code of the kernel ``module.name`` for these types of arguments; `CompilationError` if numba refuses."""
         with self._lock:
             try:
                 self._send(self._process, (module, name, signature))

@@ -2,16 +2,25 @@
 
 The name of the stored file contains a hash of the function's code and of all functions and constants that it uses. Numba's own
 cache checks only the file that holds the function, and misses changes of functions and constants imported from other files.
+
+At installation, and by ``pymeshfair doctor --warm``, several processes side by side compile ahead what ``signatures.json`` lists:
+the kernels, and the types of their arguments, that the shipped recipes and all filters with their defaults use.
+``tools/generate.py kernels`` writes it from runs of these.
 """
 
 import hashlib
+import importlib
+import json
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
+from pathlib import Path
+from queue import SimpleQueue
 from types import CodeType, FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar, overload
 
@@ -19,8 +28,8 @@ import numpy as np
 
 from ..checks import PymeshfairError
 from . import machine_code
-from .compiler import COMPILER, SETTINGS
-from .threads import call_parallel, start_threads
+from .compiler import COMPILER, SETTINGS, CompilationError, Compiler
+from .machine_code import call_parallel, most_threads, start_threads
 
 #: the type of an argument: ``"float64"``, ``"int64"``, ``"bool"``, ``"none"``; of an array with its number of axes and its
 #: layout (C, F, or A for any) ``"float64 2 C"``, and ``"float64 2 C readonly"``; a tuple of types; and for a named tuple the
@@ -31,8 +40,10 @@ Signature: TypeAlias = "tuple[ArgumentType, ...]"
 _DTYPES = {np.dtype(code): np.dtype(code).name for code in ("?", *["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"])}
 _PLAIN: dict[type, str] = {bool: "bool", int: "int64", float: "float64", type(None): "none"}
 _PLAIN |= {dtype.type: name for dtype, name in _DTYPES.items()}
-#: by dtype, number of axes and flags of an array
-_ARRAYS: dict[tuple[Any, int, int], str] = {}
+_C, _F, _ALIGNED, _WRITEABLE = 0x1, 0x2, 0x100, 0x400  # numpy's flags of an array
+LIST = Path(__file__).parent / "signatures.json"
+#: by module and kernel, the types of arguments
+Signatures: TypeAlias = dict[str, dict[str, list[Signature]]]
 
 
 class UnknownTypeError(PymeshfairError, TypeError):
@@ -40,22 +51,14 @@ class UnknownTypeError(PymeshfairError, TypeError):
 
 
 def signature_of(arguments: tuple[Any, ...]) -> Signature:
-    """The types of arguments.
-
-    Raises:
-        UnknownTypeError: one has another type than those of `ArgumentType`.
-    """
+    """The types of arguments; `UnknownTypeError` if one is none of `ArgumentType`."""
     return tuple([_type_of(value) for value in arguments])
 
 
 def _type_of(value: Any) -> ArgumentType:
     kind = type(value)
     if kind is np.ndarray:
-        key = (value.dtype, value.ndim, value.flags.num)
-        name = _ARRAYS.get(key)
-        if name is None:
-            name = _ARRAYS[key] = _array_type(value)
-        return name
+        return _array_type(value.dtype, value.ndim, value.flags.num)
     plain = _PLAIN.get(kind)
     if plain is not None:
         return plain
@@ -67,12 +70,13 @@ def _type_of(value: Any) -> ArgumentType:
     raise UnknownTypeError(f"no machine code is made for {kind.__name__}")
 
 
-def _array_type(array: np.ndarray[Any, Any]) -> str:
-    name = _DTYPES.get(array.dtype)
-    if name is None or not array.flags.aligned:
-        raise UnknownTypeError(f"no machine code is made for arrays of {array.dtype}")
-    layout = "C" if array.flags.c_contiguous else "F" if array.flags.f_contiguous else "A"
-    return f"{name} {array.ndim} {layout}" + ("" if array.flags.writeable else " readonly")
+@cache
+def _array_type(dtype: np.dtype[Any], axes: int, flags: int) -> str:
+    name = _DTYPES.get(dtype)
+    if name is None or not flags & _ALIGNED:
+        raise UnknownTypeError(f"no machine code is made for arrays of {dtype}")
+    layout = "C" if flags & _C else "F" if flags & _F else "A"
+    return f"{name} {axes} {layout}" + ("" if flags & _WRITEABLE else " readonly")
 
 
 def from_json(document: Any) -> Any:
@@ -93,11 +97,7 @@ else:
 
 
 def fingerprint(function: FunctionType, options: dict[str, Any]) -> str:
-    """The hash of a function that numba compiles with these options.
-
-    Raises:
-        TypeError: the function uses a value of a type that cannot be hashed.
-    """
+    """The hash of a function that numba compiles with these options; `TypeError` if it uses a value that cannot be hashed."""
     parts = [f"options {sorted(options.items())!r}", f"defaults {function.__defaults__!r}"]
     parts += [f"closure {_of_value(cell.cell_contents, function)}" for cell in function.__closure__ or ()]
     text = "\n".join([*parts, *_of_code(function.__code__, function)])
@@ -137,25 +137,17 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Kernel:
-    """A function of arrays and numbers that runs as machine code.
-
-    Numba treats it as one of its own functions, so kernels can call each other.
-
-    Attributes:
-        py_func: the function, which also runs uncompiled.
-        options: numba's options, see `compiled`.
-        code: the machine code that this process has, by types of arguments.
-    """
+    """A function that runs as machine code, see `compiled`; numba treats it as one of its own, so kernels can call each other."""
 
     def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
         """See `compiled`."""
-        self.py_func = function
+        self.py_func = function  # which also runs uncompiled
         self.options = options
         self.__name__ = function.__name__
         self.__qualname__ = function.__qualname__
         self.__module__ = function.__module__
         self.__doc__ = function.__doc__
-        self.code: dict[Signature, Callable[..., Any]] = {}
+        self.code: dict[Signature, Callable[..., Any]] = {}  # what this process has
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the machine code for these argument types, which is loaded or compiled if needed."""
@@ -167,9 +159,6 @@ class Kernel:
         if code is None:
             code = self._loaded(signature)
         return call_parallel(code, arguments) if self._is_parallel else code(*arguments)
-
-    def __repr__(self) -> str:
-        return f"<kernel {self.__module__}.{self.__qualname__}>"
 
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
         if self._is_parallel:
@@ -289,3 +278,47 @@ def compiling() -> Iterator[None]:
         yield
     finally:
         tell(seconds=before.seconds + time.perf_counter() - started, is_going_on=False)
+
+
+def listed_signatures() -> Signatures:
+    """The signatures that are compiled ahead."""
+    listed = json.loads(LIST.read_text("utf-8"))
+    return {module: {name: list(from_json(each)) for name, each in kernels.items()} for module, kernels in listed.items()}
+
+
+def compile_ahead(
+    signatures: Mapping[str, Mapping[str, list[Signature]]],
+    *,
+    processes: int | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> list[str]:
+    """Compiles all kernels that are not stored yet, in so many processes, None for one a processor; the messages of failures."""
+    tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
+    count = processes or most_threads()
+    compilers = [Compiler() for _ in range(count)]
+    idle: SimpleQueue[Compiler] = SimpleQueue()
+    for compiler in compilers:
+        idle.put(compiler)
+    failures = []
+    with ThreadPoolExecutor(count) as pool:
+        futures = [pool.submit(_compile, idle, *task) for task in tasks]
+        for done, future in enumerate(as_completed(futures), 1):
+            failures += future.result()
+            progress(done / len(tasks))
+    for compiler in compilers:
+        compiler.close()
+    return failures
+
+
+def _compile(idle: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
+    """Compiles one kernel; returns the message of a failure."""
+    compiler = idle.get()
+    try:
+        stored = getattr(importlib.import_module(module), name).stored_name(signature)
+        if machine_code.read(stored) is None:
+            machine_code.write(stored, compiler.compile(module, name, signature))
+    except (CompilationError, ImportError, AttributeError, TypeError) as error:  # an outdated list costs time later, no more
+        return [f"{module}.{name}: {type(error).__name__}: {error}"]
+    finally:
+        idle.put(compiler)
+    return []

@@ -2,7 +2,8 @@
 
 Code of the installation lies beside this module, other code in a folder of the user, under a name with all that it depends on.
 It calls small functions in C, of numba's own extension modules; these are loaded by their paths, and the code is linked with them
-by llvmlite. `compiler` makes the code; a test compares both ways of loading it.
+by llvmlite. `compiler` makes the code; a test compares both ways of loading it. The threads of parallel kernels are OpenMP's,
+through numba's module, or numba's own where there is no OpenMP.
 """
 
 import builtins
@@ -16,8 +17,8 @@ import platform
 import sys
 import threading
 import uuid
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,6 +31,12 @@ _X86_LEVELS = (
 _LOCK = threading.RLock()
 #: The kernels that come with the package; only the installation writes there.
 INSTALLED = Path(__file__).parent / "kernels"
+#: The functions that parallel code calls besides ``numba_parallel_for``.
+_FUNCTIONS = (
+    *("do_scheduling_signed", "do_scheduling_unsigned", "allocate_sched", "deallocate_sched", "get_sched_size"),
+    *("get_num_threads", "set_num_threads", "get_thread_id", "set_parallel_chunksize", "get_parallel_chunksize"),
+)
+_OF_THREAD = threading.local()
 
 
 class MachineCode(NamedTuple):
@@ -199,3 +206,62 @@ def _UNPICKLE(data: int, size: int, digest: int) -> Any:  # noqa: N802 - stands 
     if data not in _unpickled:
         _unpickled[data] = pickle.loads(ctypes.string_at(data, size))
     return _unpickled[data]
+
+
+@cache
+def most_threads() -> int:
+    """The number of threads: one a processor that this process may use, or NUMBA_NUM_THREADS."""
+    if count := os.environ.get("NUMBA_NUM_THREADS"):
+        return max(1, int(count))
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def allowed_threads() -> int:
+    """The number of threads that kernels called from this thread may use."""
+    return int(getattr(_OF_THREAD, "count", most_threads()))
+
+
+def set_threads(count: int) -> None:
+    """Let kernels called from this thread use so many threads, from 1 to `most_threads`."""
+    if not 1 <= count <= most_threads():
+        raise ValueError(f"the number of threads must be from 1 to {most_threads()}, got {count}")
+    _OF_THREAD.count = count
+
+
+@contextmanager
+def single_thread() -> Iterator[None]:
+    """A context in which kernels called from this thread use one thread."""
+    before = allowed_threads()
+    set_threads(1)
+    try:
+        yield
+    finally:
+        set_threads(before)
+
+
+def call_parallel(code: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+    """Call a parallel kernel with no more threads than this one allows.
+
+    Without OpenMP, as on a bare Linux and on macOS, two callers at once would end the process: one waits for the other.
+    """
+    set_number, turns = start_threads()
+    with turns:
+        set_number(allowed_threads())
+        return code(*arguments)
+
+
+@cache
+def start_threads() -> tuple[Any, Any]:
+    """Starts the threads; the function that sets their number for this thread, and the lock, if only one may call at a time."""
+    import llvmlite.binding as llvm
+
+    turns: Any = nullcontext()
+    try:
+        layer = extension("np.ufunc.omppool")
+    except ImportError:
+        layer, turns = extension("np.ufunc.workqueue"), threading.Lock()
+    llvm.add_symbol("numba_parallel_for", layer.parallel_for)
+    for name in _FUNCTIONS:
+        llvm.add_symbol(name, getattr(layer, name))
+    ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.launch_threads)(most_threads())
+    return ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.set_num_threads), turns

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -13,12 +14,12 @@ from numpy.typing import ArrayLike
 
 from ..checks import ConvergenceError, FilterInputError, check_choice, check_finite, check_positive, check_whole_number
 from ..execution import Progress, ignore_progress, part_of, threads_for
-from ..libraries import sparse
+from ..geometry import vertex_normals_by_area
+from ..libraries import optimize, sparse
 from ..linear_solvers import SpdSolver
-from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, bounding_box, check_mesh, normalised_mesh, worth_reordering
+from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, check_mesh, normalised_mesh, worth_reordering
 from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian, mixed_voronoi_areas
-from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, stars
-from .restoration import SOLVES, dimensions_restored, enclosed_volumes, restore_volumes, share_with_dimensions
+from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, proper_faces, stars
 
 #: "cotangent" is Laplace-Beltrami here: C the cotangent stiffness, M the mixed Voronoi areas.
 ImplicitOperator: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "robust"]
@@ -31,6 +32,16 @@ TOLERANCE = 1e-10
 # Times the squared lengths of a mesh of ordinary size this does not overflow, and longer steps give the same result to rounding.
 LONGEST_STEP = 1e100
 _ROUNDING = 2.0**-47
+# A volume below this share of the sum of the sizes of its parts is rounding: a flat sheet with two sides encloses nothing.
+_LEAST_VOLUME = 1e-9
+# Coordinates exact to 1e-10 of the diagonal are no longer so after growing back by more than this.
+_LARGEST_GROWTH = 1e3
+# How often a step gives back. Each time brings long waves nearer to their former amplitude.
+_TIMES = 2
+# How often the loss is smoothed each time, to remove noise from it.
+_PASSES = 2
+#: How often the loss is smoothed in all.
+_SOLVES = _TIMES * _PASSES
 
 
 def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_dimensions: bool = False) -> float:
@@ -125,7 +136,7 @@ def implicit_fairing(
         mesh = mesh.by_place()
     t = time_step if operator in _WITHOUT_UNIT else time_step * mesh.scale * mesh.scale
     with threads_for(len(mesh)):
-        solves = (steps if flow == "linear" else 1) * (1 + SOLVES * keep_dimensions)
+        solves = (steps if flow == "linear" else 1) * (1 + _SOLVES * keep_dimensions)
         process = _Flow(mesh, "laplace_beltrami" if operator == "cotangent" else operator, t, solves, flow, border)
         volumes = enclosed_volumes(mesh.points, mesh.cells, process.components, mesh.movable) if preserve_volume else None
         now = mesh.points
@@ -147,9 +158,6 @@ class _Flow:
 
     Under the border policy "along" a step is two: one of the border curves alone, whose vertices have no other neighbours, and
     one of the rest with the new borders prescribed. Together they are the backward Euler step of that coupled system.
-
-    Attributes:
-        components: (n,) a label from 0 for every vertex of a component; -1 for vertices that no face uses.
     """
 
     def __init__(
@@ -157,7 +165,7 @@ class _Flow:
     ) -> None:
         points, self._faces = mesh.points, mesh.cells
         self._operator, self._time_step, self._solves, self._flow = operator, time_step, solves, flow
-        self._diagonal = float(np.linalg.norm(np.subtract(*bounding_box(points)))) if len(points) else 0.0
+        self._diagonal = mesh.diagonal
         self._border_edges = stars(self._faces, len(points)).border_edges()
         self._along = border == "along" and len(self._border_edges) > 0
         on_border = np.zeros(len(points), dtype=np.bool_)
@@ -219,15 +227,10 @@ class BackwardEulerStep:
     """
 
     def __init__(self, laplacian: Laplacian, time_step: float, *, fixed: Bools, components: Ints, solves: int = 1) -> None:
-        """Sets up the system.
+        """Of L on n vertices and t in the unit of 1 / L, for so many solves; `components` are labels from 0, -1 for none.
 
-        Args:
-            laplacian: L = M^-1 C on n vertices.
-            time_step: t, at least 0, in the unit of 1 / L.
-            fixed: (n,) the vertices whose displacement is prescribed. Those without an edge of any weight stay too, and so do
-                components without mass, of which the equation determines nothing.
-            components: (n,) a label from 0 for every vertex, at least one each component of C; -1 for vertices without any.
-            solves: how many solves with this system are to come.
+        The displacement of the (n,) `fixed` vertices is prescribed. Those without an edge of any weight stay too, and so do
+        components without mass, of which the equation determines nothing.
         """
         t = min(time_step, LONGEST_STEP)
         self._stiffness, self._stiffness_share = laplacian.stiffness, t / (1.0 + t)
@@ -241,17 +244,7 @@ class BackwardEulerStep:
         self._solver = self._assemble() if len(self._mass) else None
 
     def displacement(self, points: Floats, prescribed: Floats | None, *, diagonal: float, progress: Progress) -> Floats:
-        """(n, d) the displacement of all vertices; the prescribed one where they are fixed.
-
-        Args:
-            points: (n, d) p: coordinates, or one value a vertex.
-            prescribed: (n, d) the displacement of the fixed vertices; 0 elsewhere. None for 0 everywhere.
-            diagonal: the length against which errors count.
-            progress: called every few solver steps; may raise to stop.
-
-        Raises:
-            ConvergenceError: the solver stalls.
-        """
+        """(n, d) the displacement of (n, d) points, where they are fixed the prescribed one, None for 0; see the class."""
         start = points if prescribed is None else points + prescribed
         extent = float(np.ptp(start, axis=0).max()) if self._solver else 0.0
         if self._solver is None or extent <= TOLERANCE * diagonal:
@@ -331,3 +324,98 @@ class _Floating(NamedTuple):
             return np.broadcast_to(weighted.sum(axis=0) * self.weight[0], values.shape)
         sums = [np.bincount(self.component, weights=column, minlength=len(self.weight)) * self.weight for column in weighted.T]
         return np.column_stack(sums)[self.component]
+
+
+class Volumes(NamedTuple):
+    """The components that enclose a volume."""
+
+    faces: Ints  # (f, 3) their triangles
+    component: Longs  # (f,) a label from 0 for each of these
+    vertex_component: Longs  # (n,) the same for the vertices, -1 for those of other components
+    volumes: Floats  # the signed volume of each, in cubed mesh units
+
+
+def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Bools | None) -> Volumes:
+    """The volumes of the components without boundary all of whose vertices may move.
+
+    One has no boundary if its faces run through every edge as often one way as the other; edges may be non-manifold.
+    """
+    proper = faces[proper_faces(faces)]
+    n, count = len(points), int(components.max(initial=-1)) + 1
+    start, end = proper.ravel(), np.roll(proper, -1, axis=1).ravel()
+    runs = np.where(start < end, 1, -1), (np.minimum(start, end), np.maximum(start, end))
+    balance = sparse.coo_matrix(runs, shape=(n, n)).tocsr().tocoo()
+    whole = np.ones(count, dtype=np.bool_)
+    whole[components[balance.row[balance.data != 0]]] = False
+    if movable is not None:
+        whole[components[~movable & (components >= 0)]] = False
+    labels = np.where(whole, np.cumsum(whole) - 1, -1)
+    vertex_component = np.where(components >= 0, labels[components], -1) if count else np.full(n, -1)
+    chosen = proper[vertex_component[proper[:, 0]] >= 0]
+    enclosing = Volumes(chosen, vertex_component[chosen[:, 0]], vertex_component, np.zeros(int(whole.sum())))
+    return enclosing._replace(volumes=_measure(points, enclosing)[0])
+
+
+def restore_volumes(points: Floats, original: Volumes) -> Floats:
+    """The points, every enclosing component scaled about the centroid of its surface to its original volume, unless that is 0."""
+    volumes, centroids = _measure(points, original)
+    former = original.volumes
+    with np.errstate(divide="ignore", invalid="ignore"):
+        growth = np.where(former == 0.0, 1.0, np.cbrt(former / volumes))
+    lost = np.flatnonzero(~((growth > 0.0) & (growth <= _LARGEST_GROWTH)))
+    if len(lost):
+        left = volumes[lost[0]] / former[lost[0]]
+        raise FilterInputError(
+            f"preserve_volume: of the volume of a closed component {left:.3g} is left after a step, too little a share to scale "
+            f"it back ({len(lost)} such components): take a shorter time step, or more of them with flow='conformalized'"
+        )
+    inside = original.vertex_component >= 0
+    component = original.vertex_component[inside]
+    result = points.copy()
+    result[inside] += (points[inside] - centroids[component]) * (growth[component] - 1.0)[:, None]
+    return result
+
+
+def _measure(points: Floats, volumes: Volumes) -> tuple[Floats, Floats]:
+    """The volumes, 0 where they are only rounding, and the centroids of the surfaces."""
+    count = len(volumes.volumes)
+
+    def per_component(values: Floats) -> Floats:
+        return np.asarray(np.bincount(volumes.component, weights=values, minlength=count), dtype=np.float64)
+
+    a, b, c = (points[volumes.faces[:, k]] for k in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    total = np.maximum(per_component(areas), np.finfo(float).tiny)
+    middles = (a + b + c) / 3.0
+    centroids = np.column_stack([per_component(areas * middles[:, k]) / total for k in range(3)])
+    # About the centroid: far from the origin the parts would be large and cancel.
+    here = centroids[volumes.component]
+    parts = np.einsum("ij,ij->i", a - here, np.cross(b - here, c - here)) / 6.0
+    sums = per_component(parts)
+    return np.where(np.abs(sums) > _LEAST_VOLUME * per_component(np.abs(parts)), sums, 0.0), centroids
+
+
+def dimensions_restored(
+    before: Floats, after: Floats, faces: Ints, smoothed: Callable[[Floats, Progress], Floats], progress: Progress
+) -> Floats:
+    """The points after a step of smoothing, moved along their normals by what their surroundings have lost in common.
+
+    A step draws convex parts in and hollow ones out. There the loss h = (p - p') . n along the normals n of p' varies slowly,
+    while on noise it changes sign from vertex to vertex. So the same smoothing S separates the two: p'' = p' + S(S(h)) n, and
+    once more. It is twicing [tukey1977] of the shape along its normals. A sphere, whose h is constant, gets its radius back;
+    a wave of a plane of which S leaves the share s comes out with 1 - (1 - s) (1 - s^2)^2.
+
+    `smoothed` is S for (n, 1) values, with its progress. Vertices that the step has not moved and S leaves at 0 stay.
+    """
+    for time in range(_TIMES):
+        normals = vertex_normals_by_area(after, faces)
+        loss = np.einsum("ij,ij->i", before - after, normals)[:, None]
+        for solve in range(time * _PASSES, (time + 1) * _PASSES):
+            loss = smoothed(loss, part_of(progress, solve / _SOLVES, (solve + 1) / _SOLVES))
+        after = after + loss * normals
+    return after
+
+
+def share_with_dimensions(amplitude: float) -> float:
+    """The share s of a wave that a step alone leaves, if with kept dimensions it leaves 1 - (1 - s) (1 - s^2)^2 = amplitude."""
+    return float(optimize.brentq(lambda s: 1.0 - (1.0 - s) * (1.0 - s**_PASSES) ** _TIMES - amplitude, 0.0, 1.0, xtol=1e-15))

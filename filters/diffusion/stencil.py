@@ -49,21 +49,12 @@ _BLOCK = 64
 def explicit_stencil(
     mesh: NormalisedMesh, star: Stars, operator: OperatorName, *, border: BorderPolicy, update: UpdateRule
 ) -> Advance:
-    """The step of `operator` on a mesh, its weights taken from the current points ("robust": from those of the mesh).
-
-    The mesh has n points and triangles, whose stars are `star`, or no triangles for a point cloud. The update "meshlab" is for
-    the operators "uniform" and "cotangent" alone; the step is then not used.
-
-    Raises:
-        FilterInputError: an unknown name, or a combination that does not exist.
-    """
+    """The step of `operator` on a mesh or cloud, its weights taken from the current points ("robust": from those of the mesh)."""
     check_choice("operator", operator, OPERATOR_NAMES)
     check_choice("update", update, UPDATE_RULES)
     if update == "meshlab" and operator not in ("uniform", "cotangent"):
         raise FilterInputError(f"MeshLab's update rule knows the operators 'uniform' and 'cotangent', not {operator!r}")
     if len(mesh.cells_in_vertices) == 0 and len(mesh) > 0:
-        if operator != "robust":
-            raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
         free = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
         return _assembled(build_laplacian(mesh.points, mesh.cells, operator), free.view(np.uint8))
     check_choice("border", border, BORDER_POLICIES)
@@ -100,25 +91,12 @@ def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, kinds: K
     if operator == "cotangent":
         return _cotangent(star, kinds, NORMALISED)
     if operator == "laplace_beltrami":
-        stencil = _cotangent(star, kinds, BY_AREA)
-
-        def advance(now: Floats, out: Floats, step: float) -> float:
-            bound = stencil(now, out, step)
-            if step * bound <= 2.0:
-                return bound
-            # The sharper bound costs a pass over the triangles: only where it can make a difference.
-            return min(bound, float(_element_bound(now, mesh.cells)))
-
-        return advance
+        return _cotangent(star, kinds, BY_AREA)
     return _assembled(build_laplacian(mesh.points, mesh.cells, operator), kinds)
 
 
 def curve_stencil(points: Floats, operator: OperatorName, moves: Kinds, rings: Rings) -> Advance:
-    """The step on polylines of the operator that `CURVE_OPERATOR` names for `operator`.
-
-    Of (n, 3) points of ordinary size; the weights are taken from the current ones, for "robust" from `points`. Vertices that are
-    0 in (n,) uint8 `moves` stay; `rings` are the neighbours of all along the polylines.
-    """
+    """The step on polylines, whose neighbours are `rings`, of the operator that `CURVE_OPERATOR` names for `operator`."""
     if CURVE_OPERATOR[operator] == "uniform":
         return _uniform(moves, rings)
     if operator == "robust":
@@ -239,10 +217,7 @@ def _weighted_step(
 def _length_step(
     points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, step: float, shortest: float, by_arc_length: bool
 ) -> float:
-    """By the sum of edges over their lengths: over the sum of inverse lengths, or (`by_arc_length`) over half that of lengths.
-
-    Edges shorter than `shortest` count as that long. Returns Gershgorin's bound of the spectrum of -L, by arc length.
-    """
+    """By the sum of edges over their lengths: over the sum of inverse lengths, or (`by_arc_length`) over half that of lengths."""
     bound = 0.0
     for i in prange(moves.shape[0]):
         if moves[i]:
@@ -288,10 +263,7 @@ def _share(rule: int, step: float, total: float, size: float, area: float) -> fl
 
 @compiled(parallel=True)
 def _star_step(points: Floats, out: Floats, kinds: Kinds, offsets: Longs, neighbours: Ints, rule: int, step: float) -> float:
-    """A step of the vertices with closed and open stars, whose neighbours are in the order of a walk round or across.
-
-    Returns Gershgorin's bound of the spectrum of -L, by area.
-    """
+    """A step of the vertices with closed and open stars, whose neighbours are in order; Gershgorin's bound of -L, by area."""
     bound, n = 0.0, kinds.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         first, last = block * _BLOCK, min((block + 1) * _BLOCK, n)
@@ -389,36 +361,3 @@ def _irregular_step(points: Floats, out: Floats, star: Stars, moves: Bools, rule
         if area > 0.0:
             bound = max(bound, (total + size) / area)
     return bound
-
-
-@compiled(parallel=True)
-def _element_bound(points: Floats, faces: Ints) -> float:
-    """A bound of the spectrum of -L by area: the largest eigenvalue of a single triangle's own M^-1 C.
-
-    The operator's stiffness and areas are sums over the triangles, so that no eigenvalue of the whole lies above those of the
-    parts [irons1971]. It is exact on a lattice of equilateral triangles, where Gershgorin's bound is 4/3 of the truth.
-    """
-    bound = 0.0
-    for f in prange(faces.shape[0]):
-        if faces[f, 0] != faces[f, 1] and faces[f, 1] != faces[f, 2] and faces[f, 2] != faces[f, 0]:
-            bound = max(bound, _largest_eigenvalue(points, faces[f, 0], faces[f, 1], faces[f, 2]))
-    return bound
-
-
-@compiled
-def _largest_eigenvalue(points: Floats, a: int, b: int, c: int) -> float:
-    """That of a triangle, by the halved cotangents w at its corners and the mixed area m of each."""
-    ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
-    vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
-    dx, dy, dz = vx - ux, vy - uy, vz - uz
-    uu, vv, dd = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, dx * dx + dy * dy + dz * dz
-    wb, wc = halved_cotangents(ux, uy, uz, uu, vx, vy, vz, vv)
-    _, wa = halved_cotangents(dx, dy, dz, dd, -ux, -uy, -uz, uu)
-    ma = mixed_share(ux, uy, uz, uu, vx, vy, vz, vv)
-    mb = mixed_share(dx, dy, dz, dd, -ux, -uy, -uz, uu)
-    mc = mixed_share(-vx, -vy, -vz, vv, -dx, -dy, -dz, dd)
-    if ma == 0.0 or mb == 0.0 or mc == 0.0:
-        return np.inf if wa != 0.0 or wb != 0.0 or wc != 0.0 else 0.0
-    trace = (wb + wc) / ma + (wc + wa) / mb + (wa + wb) / mc
-    minors = (wa * wb + wb * wc + wc * wa) * (1.0 / (ma * mb) + 1.0 / (mb * mc) + 1.0 / (mc * ma))
-    return 0.5 * (trace + math.sqrt(max(trace * trace - 4.0 * minors, 0.0)))

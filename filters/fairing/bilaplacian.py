@@ -25,10 +25,10 @@ from ..linear_solvers import (
     preconditioned_norm,
     refined_solution,
 )
-from ..mesh import Bools, Floats, Longs, bounding_box, check_mesh, mask_of, normalised_mesh, spikes, worth_reordering
+from ..mesh import Bools, Floats, Longs, check_mesh, mask_of, normalised_mesh, spikes, worth_reordering
 from ..operators import curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges, face_adjacency
-from .surface_operator import SurfaceOperator, evened_operator, surface_operator
+from .region import SurfaceOperator, evened_operator, surface_operator
 
 # Between these fourth roots of weights, on a mesh of size 1, lies all that differs from a weight of infinity or of 0.
 _SMALLEST_ROOT, _LARGEST_ROOT = 1e-6, 1e25
@@ -110,10 +110,7 @@ def bilaplacian_smoothing(
     if worth_reordering(mesh.cells, len(mesh)):
         mesh = mesh.by_place()
     moves = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
-    diagonal = 0.0
-    if moves.any() and len(triangles):
-        low, high = bounding_box(mesh.points)  # not of those that move, which may be one
-        diagonal = float(np.linalg.norm(high - low))
+    diagonal = mesh.diagonal if moves.any() and len(triangles) else 0.0
     start, triangles, features = mesh.points, mesh.cells, features[mesh.used]
     w = min(max(2.0 * math.pi / max(size * mesh.scale, 1.0 / _LARGEST_ROOT), _SMALLEST_ROOT), _LARGEST_ROOT) ** 4
     if diagonal == 0.0:
@@ -208,7 +205,7 @@ class BendingEnergy(NamedTuple):
             try:
                 moved[free] = refined_solution(
                     matrix, residual, np.zeros((len(data), 3)), extent=diagonal, solve=method, progress=progress
-                ).values
+                )
                 break
             except ConvergenceError:
                 if method is methods[-1]:
@@ -217,10 +214,7 @@ class BendingEnergy(NamedTuple):
 
 
 def _smallest_norm(points: Floats, data: Floats, labels: Longs, count: int) -> float:
-    """The smallest norm, over the components, of a shift by their own diagonal: sqrt(sum of data) times the diagonal.
-
-    The energy norm of an error e is at least the root of the sum of data e^2.
-    """
+    """The least energy norm that a shift of a component by its own diagonal has: sqrt(sum of data) times the diagonal."""
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, labels, points)
     np.maximum.at(high, labels, points)
@@ -244,19 +238,19 @@ class FloatingComponents(NamedTuple):
 
     def centred(self, values: Floats) -> Floats:
         """The values less their means, weighted by the mass."""
-        if self._all_held:
+        if not self._any:
             return values
         return values - self._spread(self._sums(self.mass[:, None] * values))
 
     def balanced(self, forces: Floats) -> Floats:
         """The transpose: forces less their sums, shared out by the mass."""
-        if self._all_held:
+        if not self._any:
             return forces
         return forces - self.mass[:, None] * self._spread(self._sums(forces))
 
     @property
-    def _all_held(self) -> bool:
-        return not (self.labels >= 0).any()
+    def _any(self) -> bool:
+        return bool((self.labels >= 0).any())
 
     @property
     def _is_one(self) -> bool:

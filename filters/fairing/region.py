@@ -1,4 +1,7 @@
-"""Region fairing: a region between fixed rings that minimises area, bending or its variation [botsch2004]; and its colours."""
+"""Region fairing: a region between fixed rings that minimises area, bending or its variation [botsch2004]; and its colours.
+
+Energies take the Laplace-Beltrami operator with a mass above 0 at every vertex, `SurfaceOperator`.
+"""
 
 from __future__ import annotations
 
@@ -13,58 +16,33 @@ from numpy.typing import ArrayLike
 from ..checks import ConvergenceError, FilterInputError, check_choice
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress
-from ..geometry import cross_product
 from ..libraries import sparse
-from ..linear_solvers import Cholesky, RefinedSolution, laplacian_power, refined_solution
-from ..mesh import (
-    Bools,
-    Floats,
-    Ints,
-    bounding_box,
-    check_healthy,
-    check_mesh,
-    check_vertex_mask,
-    mask_of,
-    normalised_mesh,
-    spikes,
-)
-from ..topology import Submesh, edges, submesh_around
-from .surface_operator import SurfaceOperator, evened_operator, surface_operator
+from ..linear_solvers import Cholesky, laplacian_power, refined_solution
+from ..mesh import Bools, Floats, Ints, check_healthy, check_mesh, check_vertex_mask, mask_of, normalised_mesh, spikes
+from ..operators import surface_laplacian
+from ..topology import Submesh, edges, proper_faces, submesh_around
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
-
-
-_ADVICE: dict[Energy, str] = {
-    "membrane": "improve them first",
-    "thin_plate": "a membrane stays between the fixed vertices",
-    "minimum_variation": "a thin plate or a membrane stays closer to the fixed vertices",
-}
+# Masses below this share of the largest among their neighbours count as that: the slivers of a bad triangulation would spoil the
+# conditioning of all. Parts may be as much smaller than others as they like, down to the second share, of the mean: triangles of
+# a length of 1e-10 of the others' are rounding.
+_LEAST_MASS, _NO_MASS = 1e-6, 1e-20
 
 
 @dataclass(frozen=True, eq=False)
 class FairedRegion:
-    """A mesh with a fair region, and how well the equations are solved.
+    """A mesh with a fair region.
 
     Attributes:
         vertices: (n, 3) all vertices; those that are not free keep every bit.
         free: (n,) the vertices that were solved for: those of the region that have a triangle and lie on no border.
-        backward_error: |r| / (|A| |x| + |b|), the residual r computed in twice the precision; 0 if nothing was free.
-        last_correction: how far the last step of refinement moved a vertex, as a share of the diagonal of the region: an upper
-            bound of the error that solving has left.
-        refinements: how many steps of refinement that took.
-        area_share: the area of the triangles with a free vertex over what it was; 1 if there was none. Near 0 the fixed vertices
-            lie too close together to span the region.
         irregular: how many vertices were placed by the connectivity of their component alone, as the equations of the surface
             threw vertices out: see `evened_operator`.
     """
 
     vertices: Floats
     free: Bools
-    backward_error: float
-    last_correction: float
-    refinements: int
-    area_share: float = 1.0
     irregular: int = 0
 
 
@@ -111,37 +89,31 @@ def fair_region(
     part = submesh_around(points, triangles, chosen, order) if chosen.any() else None
     if part is None or not part.free.any() or (part.points == part.points[0]).all():
         progress(1.0)
-        return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
+        return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_))
     mesh = normalised_mesh(part.points, part.faces)
-    operator = surface_operator(mesh.points, part.faces, masses=order > 1)
-    system = _system(operator, part._replace(points=mesh.points), order, dense)
-    _check_held(system, part._replace(points=system.points))
-    low, high = bounding_box(system.points)
-    extent = float(np.linalg.norm(high - low))
+    part = part._replace(points=mesh.points)
+    operator = surface_operator(part.points, part.faces)
+    system = _system(operator, part, order, dense)
+    _check_held(system, part)
+    extent = mesh.diagonal
     thrown, irregular = np.ones(len(mesh.points), dtype=np.bool_), 0
     places = np.flatnonzero(part.free)
     before = system.points.take(places, axis=0)
     try:
         solution = system.solution(extent, progress)
         thrown[:] = False
-        thrown[places] = spikes(before, solution.values, extent)
+        thrown[places] = spikes(before, solution, extent)
     except ConvergenceError:
         pass  # the failing element is unknown
     if thrown.any():
         operator, even = evened_operator(operator, part.faces, thrown)
-        system = _system(operator, part._replace(points=mesh.points), order, dense)
+        system = _system(operator, part, order, dense)
         solution, irregular = system.solution(extent, progress), int((even & part.free).sum())
-        check_healthy(before, solution.values, extent, part.vertices[part.free], _ADVICE[energy])
+        check_healthy(before, solution, extent, part.vertices[part.free], "improve them first, or take a lower energy")
     progress(1.0)
-    moved, faired, freed = points.copy(), system.points.copy(), part.vertices.take(places)
-    moved[freed] = solution.values / mesh.scale + mesh.middle
-    faired[places] = solution.values
-    area_before, area_after = _areas(system.points, faired, part.free, part.faces)
-    share = area_after / area_before if area_before > 0.0 else 1.0
-    everywhere = mask_of(freed, len(points))
-    return FairedRegion(
-        moved, everywhere, solution.backward_error, solution.last_correction / extent, solution.refinements, share, irregular
-    )
+    moved, freed = points.copy(), part.vertices.take(places)
+    moved[freed] = solution / mesh.scale + mesh.middle
+    return FairedRegion(moved, mask_of(freed, len(points)), irregular)
 
 
 class _System(NamedTuple):
@@ -163,7 +135,7 @@ class _System(NamedTuple):
         product = self.columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled)
         return sparse.csr_matrix(product)
 
-    def solution(self, extent: float, progress: Progress) -> RefinedSolution:
+    def solution(self, extent: float, progress: Progress) -> Floats:
         """The solution at the free vertices."""
         # A membrane's condition leaves most digits to the first step, which the next one only completes.
         first = -(self.dirichlet @ self.points).compress(self.free, axis=0) if self.order == 1 else None
@@ -196,19 +168,6 @@ def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
     mass = operator.mass.copy()
     mass[rim] = np.minimum(mass[rim], (beside @ mass[free])[rim] / count[rim])
     return mass
-
-
-@compiled
-def _areas(before: Floats, after: Floats, free: Bools, faces: Ints) -> tuple[float, float]:
-    """The area of the triangles with a free vertex by two places of the points."""
-    sums = np.zeros(2)
-    for f in range(faces.shape[0]):
-        a, b, c = faces[f]
-        if free[a] or free[b] or free[c]:
-            for k, points in enumerate((before, after)):
-                x, y, z = cross_product(points, a, b, c)
-                sums[k] += 0.5 * math.sqrt(x * x + y * y + z * z)
-    return sums[0], sums[1]
 
 
 def _check_held(system: _System, part: Submesh) -> None:
@@ -289,3 +248,66 @@ def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike) -> Fl
     system = sparse.diags_array(degrees[free]) - graph[free][:, free]
     result[free] = Cholesky(sparse.csr_matrix(system)).solve(graph[free][:, is_fixed] @ result[is_fixed])
     return result
+
+
+class SurfaceOperator(NamedTuple):
+    """L = -M^-1 S on n vertices."""
+
+    # S = -C with C the stiffness, (n, n) symmetric, positive semidefinite, with rows that sum to 0
+    dirichlet: sparse.csr_matrix
+    mass: Floats  # the diagonal of M, (n,), above 0
+
+
+def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
+    """The operator of `surface_laplacian`, with a lower bound on the masses."""
+    laplacian = surface_laplacian(points, faces)
+    np.negative(laplacian.stiffness.data, out=laplacian.stiffness.data)
+    return SurfaceOperator(laplacian.stiffness, _floored(laplacian.mass, faces))
+
+
+def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) -> tuple[SurfaceOperator, Bools]:
+    """The operator with uniform weights and masses in the connected components of irregular vertices.
+
+    Where edges and angles differ by orders of magnitude, the masses and weights do, too: a vertex of next to no mass costs
+    nothing wherever it lies, and an energy throws it out to save a little elsewhere. There every edge gets the weight
+    2 (cot 60) / 2 and every vertex the same mass, as if all triangles were equilateral.
+
+    `irregular` are the (n,) vertices that an energy with this operator has thrown out. Returns the operator, and (n,) which
+    vertices lie in such components.
+    """
+    n = len(operator.mass)
+    a, b, c = faces[proper_faces(faces)].T
+    ends = np.concatenate([a, b, c]), np.concatenate([b, c, a])
+    edges = sparse.coo_matrix((np.ones(len(ends[0])), ends), shape=(n, n)).tocsr()
+    edges = sparse.csr_matrix(edges + edges.T)
+    edges.data[:] = 1.0 / math.sqrt(3.0)
+    count, labels = sparse.csgraph.connected_components(edges, directed=False)
+    inside = mask_of(labels[irregular], count)[labels]
+    even = sparse.diags_array(np.asarray(edges.sum(axis=1)).ravel()) - edges
+    share = sparse.diags_array(inside.astype(np.float64))
+    kept = sparse.diags_array((~inside).astype(np.float64))
+    means = np.bincount(labels, operator.mass, count) / np.maximum(np.bincount(labels, minlength=count), 1)
+    mass = np.where(inside, means[labels], operator.mass)
+    return SurfaceOperator(sparse.csr_matrix(share @ even + kept @ operator.dirichlet), mass), inside
+
+
+def _floored(mass: Floats, faces: Ints) -> Floats:
+    """The masses, above 0, each at least `_LEAST_MASS` of the largest among its neighbours."""
+    mean = float(mass.mean()) if len(mass) else 0.0
+    if not mean > 0.0:
+        return np.ones(len(mass))
+    around = _largest_around(mass, faces)
+    # Where there is no mass at all around, as at triangles without area, any will do.
+    around[around <= _NO_MASS * mean] = mean
+    return np.asarray(np.maximum(mass, _LEAST_MASS * around))
+
+
+@compiled
+def _largest_around(mass: Floats, faces: Ints) -> Floats:
+    """The largest mass at each vertex and its neighbours."""
+    largest = mass.copy()
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        most = max(mass[a], mass[b], mass[c])
+        largest[a], largest[b], largest[c] = max(largest[a], most), max(largest[b], most), max(largest[c], most)
+    return largest

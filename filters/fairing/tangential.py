@@ -144,13 +144,9 @@ class TangentialEnergy:
 
 
 class KeptSurface:
-    """The input surface, on which vertices stay, and the triangles, which must not fold.
+    """The input surface, on which vertices stay, and the current triangles, which must not fold.
 
-    Attributes:
-        faces: (m, 3) the current triangles, at first those of the input.
-        at: (n,) the face of the input on which each vertex lies.
-        walkable: the input.
-        allowed: the largest distance of the middles of edges and the centroids of triangles from it.
+    The middles of edges and the centroids of triangles stay within `allowed` of it; (n,) `at` are its faces with the vertices.
     """
 
     def __init__(self, points: Floats, faces: Ints, allowed: float) -> None:
@@ -227,16 +223,8 @@ def flip_towards_quality(
     the edge or the centroid of a new triangle would be further from the surface than allowed. Edges with other than two faces
     stay, as do those whose faces are oriented against each other. Vertices do not move.
 
-    Args:
-        points: (n, 3) coordinates.
-        faces: (m, 3) triangles, none of which names a vertex twice.
-        may: (n,) the vertices whose triangles may change: an edge is flipped only between four of them.
-        surface: the surface that the triangles keep to.
-        at: (n,) the face of the surface where a walk from each vertex starts.
-        allowed: the largest distance from the surface.
-
-    Returns:
-        (m, 3) the triangles, of which those that no flip has changed keep their rows, and the number of flips.
+    An edge is flipped only between four vertices that (n,) `may`. `surface` is what the triangles keep to, within `allowed`, and
+    (n,) `at` its faces where a walk from each vertex starts. Returns the triangles, each in its row, and the number of flips.
     """
     flipped, across = faces.copy(), faces_across(faces)
     valences = np.bincount(faces.ravel(), minlength=len(points))
@@ -255,10 +243,7 @@ def flip_towards_quality(
 def _flip_pass(
     points: Floats, faces: Ints, across: Ints, valences: Longs, may: Bools, surface: WalkableSurface, at: Ints, near: float
 ) -> int:
-    """Goes through the faces once and flips, of each, the first edge that qualifies, in place; the number of flips.
-
-    (n,) `valences` are the numbers of faces at each vertex, `near` the square of the largest distance from the surface.
-    """
+    """Flips, of each face, the first edge that qualifies, in place; the number of flips. `near` is a squared distance."""
     count = 0
     for f in range(faces.shape[0]):
         for k in range(3):

@@ -1,17 +1,14 @@
 """Sparse linear systems: direct and iterative solvers, factors of shifted matrices, residuals in twice the precision."""
 
-from .conjugate_gradients import CompressedRows, conjugate_gradients, preconditioned_norm
+from .conjugate_gradients import CompressedRows, SmoothedAggregation, conjugate_gradients, preconditioned_norm
 from .fronts import Fronts
-from .refined_solution import RefinedSolution, laplacian_power, refined_solution
-from .smoothed_aggregation import SmoothedAggregation
-from .spd_solver import FINEST_TOLERANCE, Cholesky, ShiftedFactors, SpdSolver
+from .spd_solver import FINEST_TOLERANCE, Cholesky, ShiftedFactors, SpdSolver, laplacian_power, refined_solution
 
 __all__ = [
     "FINEST_TOLERANCE",
     "Cholesky",
     "CompressedRows",
     "Fronts",
-    "RefinedSolution",
     "ShiftedFactors",
     "SmoothedAggregation",
     "SpdSolver",

@@ -191,10 +191,7 @@ def _factorise_parts(
 def _factorise(
     fronts: Fronts, matrix: CompressedRows, groups: Longs, changes: Floats, values: Floats, pivots: Floats, above: bool
 ) -> None:
-    """Fills the factors of all groups of a part, and what these change in later rows; or of those above all parts.
-
-    These are `Fronts.last`; the last group of each part, whose `changes` are there, is among them.
-    """
+    """Fills the factors of all groups of a part, and what these change in later rows; or of those above all, `Fronts.last`."""
     firsts, lows, starts, rows = fronts.firsts, fronts.lows, fronts.starts, fronts.rows
     local = np.empty(fronts.order.shape[0], dtype=np.int32)
     widest, most = _room(fronts, groups)
@@ -224,8 +221,10 @@ def _factorise(
                 else:
                     for left in range(end, size, _STRIP):
                         _subtract_panel(front, begin, end, left)
-            _store(own, front, values[fronts.numbers[g] :], pivots[firsts[g] :])
-            _keep(own, front, held[full:])
+            for k in range(own):
+                pivots[firsts[g] + k] = front[k, k]
+            _copy_columns(front, 0, own, values[fronts.numbers[g] :])
+            _copy_columns(front, own, size, held[full:])
         full += _triangle(changed)
         waiting[top] = g
         top += 1
@@ -282,22 +281,12 @@ def _add(rows: Ints, change: Floats, local: Ints, front: Floats) -> None:
 
 
 @compiled(nogil=True)
-def _keep(own: int, front: Floats, change: Floats) -> None:
-    """Writes what a group changes in later rows, by columns from the diagonal on."""
+def _copy_columns(front: Floats, first: int, last: int, packed: Floats) -> None:
+    """Writes some columns of a front from the diagonal on."""
     at = 0
-    for j in range(own, front.shape[0]):
-        change[at : at + front.shape[0] - j] = front[j, j:]
+    for j in range(first, last):
+        packed[at : at + front.shape[0] - j] = front[j, j:]
         at += front.shape[0] - j
-
-
-@compiled(nogil=True)
-def _store(own: int, front: Floats, values: Floats, pivots: Floats) -> None:
-    """The columns of L and the pivots of a group."""
-    at = 0
-    for k in range(own):
-        pivots[k] = front[k, k]
-        values[at : at + front.shape[0] - k] = front[k, k:]
-        at += front.shape[0] - k
 
 
 @compiled(nogil=True, error_model="numpy")
@@ -407,10 +396,7 @@ def _solve_above(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> No
 
 @compiled(nogil=True)
 def _forward(fronts: Fronts, values: Floats, groups: Longs, end: int, y: Floats, aside: Floats) -> None:
-    """L y = b on the rows of some groups; what they change is added to `y` before the row `end`, from there on to `aside`.
-
-    The groups of four columns take turns.
-    """
+    """L y = b on the rows of some groups; what they change is added to `y` before the row `end`, from there on to `aside`."""
     firsts, starts, above = fronts.firsts, fronts.starts, fronts.above
     local = np.empty((_room(fronts, groups)[0], _TOGETHER))
     for g in groups:

@@ -62,10 +62,7 @@ def _dissect_all(matrix: CompressedRows, order: Ints, firsts: Longs, lows: Longs
 def _dissect(
     matrix: CompressedRows, order: Ints, firsts: Longs, lows: Longs, inside: Bools, most: int, begin: int, end: int
 ) -> Longs:
-    """Cuts a range of `order` until nothing is left to cut, or there are at least `most`; returns those that are left, (k, 2).
-
-    `inside` is false at all vertices of the range before the call and after it.
-    """
+    """Cuts a range of `order` until nothing is left to cut, or there are at least `most`; returns those that are left, (k, 2)."""
     queue, bounds = np.empty(end - begin + 1, dtype=np.int32), np.empty(end - begin + 1, dtype=np.int32)
     waiting = [(begin, end)]
     done = 0
@@ -106,10 +103,7 @@ def _dissect(
 
 @compiled(nogil=True)
 def _levels(matrix: CompressedRows, first: int, inside: Bools, queue: Ints, bounds: Ints) -> int:
-    """Writes the vertices that are inside and connected with `first`, level by level of their distance, into `queue`.
-
-    They are not inside afterwards. The level k begins at ``bounds[k]``; returns their number.
-    """
+    """Moves the vertices connected with `first` into `queue` by levels of distance, which begin at `bounds`; their number."""
     queue[0], bounds[0], inside[first] = first, 0, False
     depth, end = 0, 1
     while bounds[depth] < end:

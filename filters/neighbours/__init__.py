@@ -1,8 +1,7 @@
 """Nearest neighbours of points, and balls that touch a surface."""
 
 from .cells import CellTree, Nearest, cells_within, gap_to, offer_cells, reaching_out
-from .kd_tree import LEAF, build_tree, split_nodes, tree_scale
-from .nearest import check_cloud, leaf_ranges, nearest_neighbours, search_leaves
+from .kd_tree import LEAF, build_tree, check_cloud, leaf_ranges, nearest_neighbours, search_leaves, split_nodes, tree_scale
 from .touching_balls import touching_balls
 
 __all__ = [

@@ -59,7 +59,7 @@ def filter_without_eigenvectors(
 
     Args:
         problem: S, M and the components, n rows.
-        values: (n,) or (n, k), finite.
+        values: v, (n,) or (n, k).
         response: F.
         tolerance: of the error in the M-norm, as a share of |v|_M about the means; solves may add a third. Below 1e-12 it
             is rounding. The time grows with the logarithm of 1 / tolerance.
@@ -87,8 +87,13 @@ def filter_without_eigenvectors(
     bound = min(lanczos_bound(symmetric), proven)
     series, pole = _planned(response, bound, tolerance, route)
     error = 0.0
+    dirichlet = problem.dirichlet
+    order = nearby_order(symmetric, unit.shape[1] * (series.degree if pole is None else _PRODUCTS_AN_ORDER_COSTS))
+    if order is not None:
+        symmetric, dirichlet = (sparse.csr_matrix(each[order][:, order]) for each in (symmetric, dirichlet))
+        mass, unit = mass[order], unit[order]
     if pole is not None:
-        filtered, error = rational_filter(problem.dirichlet, mass, unit, series, pole, tolerance=tolerance, progress=progress)
+        filtered, error = rational_filter(dirichlet, mass, unit, series, pole, tolerance=tolerance, progress=progress)
     else:
         attempt = polynomial_filter(symmetric, mass, unit, series, bound, progress=progress)
         if attempt is None:
@@ -99,6 +104,9 @@ def filter_without_eigenvectors(
         if attempt is None:
             raise ConvergenceError("the recurrence of the polynomial grows: the operator is not positive semidefinite")
         filtered = attempt
+    if order is not None:
+        unit[order] = filtered
+        filtered = unit
     share = series.error + error + _ROUNDING * (1 + series.degree)
     result = (means + size * filtered).reshape(values.shape)
     return Filtered(result, share * size / math.sqrt(area), share, "polynomial" if pole is None else "rational", series.degree)
@@ -170,21 +178,9 @@ def rational_filter(
     An error e_k of the k-th solve enters all later terms, multiplied by at most 4 sum_{j>k} |c_j| (j - k). These factors fall
     with k, so the first solves have to be the most exact.
 
-    Args:
-        dirichlet: S, (n, n).
-        mass: (n,), above 0.
-        values: v, (n, k).
-        series: of degree d.
-        pole: sigma, in the unit of kappa.
-        tolerance: of the error in the M-norm by all solves together, as a share of |v|_M.
-        progress: called during the solves; may raise to stop.
-
-    Returns:
-        The filtered values, and an estimate of the error by the solves in the M-norm, not as a share.
+    The tolerance is that of the error in the M-norm by all solves together, as a share of |v|_M. Returns the filtered values, and
+    an estimate of that error, not as a share.
     """
-    order = None if series.degree == 0 or len(mass) <= LARGEST_FACTORS else nearby_order(dirichlet, values.shape[1] * 300)
-    if order is not None:
-        dirichlet, mass, values = sparse.csr_matrix(dirichlet[order][:, order]), mass[order], values[order]
     c, degree = series.coefficients, series.degree
     system = _System(dirichlet, mass, pole, degree, progress)
     # 4 sum_{j > k} |c_j| (j - k): R enters T_{k+1} four times, and the rest grows as the polynomials U do.
@@ -205,7 +201,7 @@ def rational_filter(
         now, before = (following if k == 0 else 2.0 * following - before), now
         total += c[k + 1] * now
         progress((k + 1) / degree)
-    return total if order is None else put_back(total, order), error
+    return total, error
 
 
 class _System:
@@ -362,18 +358,15 @@ def polynomial_filter(
     # 2 A for A = I - 2 D / b, with a diagonal entry in every row.
     doubled = sparse.csr_matrix((symmetric.data * (-4.0 / bound), symmetric.indices, symmetric.indptr), shape=symmetric.shape)
     doubled.setdiag(doubled.diagonal() + 2.0)
-    order = nearby_order(doubled, columns * series.degree)
-    if order is not None:
-        doubled = sparse.csr_matrix(doubled[order][:, order])
     groups: list[Floats] = []
     for first in range(0, columns, 3):
         start = np.zeros((n, 3))
         start[:, : min(3, columns - first)] = values[:, first : first + 3] * root[:, None]
         partial = part_of(progress, first / columns, min(1.0, (first + 3) / columns))
-        summed = _sum_series(doubled, start if order is None else start[order], series.coefficients, partial)
+        summed = _sum_series(doubled, start, series.coefficients, partial)
         if summed is None:
             return None
-        groups.append((summed if order is None else put_back(summed, order)) / root[:, None])
+        groups.append(summed / root[:, None])
     return np.hstack(groups)[:, :columns] if groups else np.empty((n, 0))
 
 
@@ -477,10 +470,3 @@ def nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:
     if (np.abs(rows - matrix.indices) > _NEAR).mean() < _SCATTERED:
         return None
     return np.asarray(sparse.csgraph.reverse_cuthill_mckee(matrix, symmetric_mode=True), dtype=np.int32)
-
-
-def put_back(rows: Floats, order: Ints) -> Floats:
-    """The rows in their order before `nearby_order`."""
-    result = np.empty_like(rows)
-    result[order] = rows
-    return result

@@ -88,11 +88,7 @@ def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: Surface
 
 
 def check_size(size: float) -> None:
-    """Refuses sizes of meshes whose areas or eigenvalues, one over squared lengths, leave the range of numbers.
-
-    Raises:
-        FilterInputError: the size is out of range.
-    """
+    """Refuses sizes of meshes whose areas or eigenvalues, one over squared lengths, leave the range of numbers."""
     if not _SMALLEST < size < _LARGEST:
         raise FilterInputError(
             f"the mesh is about {size:.0e} large, so that the squares of its lengths are out of range: scale it first"

@@ -146,11 +146,7 @@ def _bands(frequencies: Floats, energies: Floats, *, highest: float) -> tuple[Fl
 
 
 def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
-    """The problem with more mass at the vertices of the highest S_ii / M_i, at most a ten-thousandth of the area in all.
-
-    Slivers and tiny triangles have modes of far higher frequency than any wave of the surface, for which Lanczos's process would
-    take as many more steps. The result bounds kappa up to a factor of about 2.
-    """
+    """The problem with more mass at the vertices of the highest S_ii / M_i, see `spectrum`; S_ii / M_i bounds kappa within 2."""
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
@@ -164,10 +160,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
 
 
 def enough_steps(problem: SpectralProblem, kappa: float) -> int:
-    """The steps that resolve bands of a third of an octave from kappa on, at most 600.
-
-    The distance between nodes is pi / (2 steps) of the highest frequency: half a band at sqrt(kappa).
-    """
+    """The steps that resolve third octaves from kappa on: nodes are pi / (2 steps) of the highest frequency apart."""
     highest = 2.0 * float(np.max(problem.dirichlet.diagonal() / problem.mass))
     steps = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
     return int(min(max(steps, _FEWEST_STEPS), _MOST_STEPS))
@@ -188,8 +181,7 @@ def energy_quadrature(problem: SpectralProblem, values: Floats, steps: int, *, p
     exact for polynomials f of degree 2 steps - 1. Its vectors are not orthogonalised again: rounding then repeats nodes and
     divides their weight among them, which does not change the energy of a band.
 
-    The values v are (n, 3), and columns have nodes of their own; more steps resolve frequencies more finely. Returns (k,) nodes
-    and (k,) weights of all columns; none if all values are 0.
+    Each of the three columns has nodes of its own; there are none if all values are 0.
     """
     symmetric = symmetric_form(problem.dirichlet, problem.mass)
     matrix = CompressedRows.of(symmetric)

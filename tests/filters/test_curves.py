@@ -12,8 +12,7 @@ from pymeshfair.filters.checks import FilterInputError, UnstableStepError
 from pymeshfair.filters.curves import CurveMethod, CurveWeights, curve_smoothing
 from pymeshfair.filters.diffusion.explicit import mu_of_pass_band, transfer_function
 from pymeshfair.filters.diffusion.implicit import time_step_of_detail_size
-from pymeshfair.filters.operators import uniform_laplacian
-from pymeshfair.filters.operators.laplacian import inverse_length_laplacian
+from pymeshfair.filters.operators import inverse_length_laplacian, uniform_laplacian
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]

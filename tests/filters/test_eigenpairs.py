@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from pymeshfair.filters.checks import ConvergenceError, FilterInputError
 from pymeshfair.filters.linear_solvers import ShiftedFactors
-from pymeshfair.filters.spectral import eigenpairs, spectrum_slicing
+from pymeshfair.filters.spectral import eigenpairs
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
 from pymeshfair.filters.spectral.problem import SpectralProblem, spectral_problem
 from tests.meshes import Mesh, book, grid, icosphere, irregular_grid, noisy, renumbered, sample, torus, tube, two_spheres
@@ -104,7 +104,7 @@ MESHES: dict[str, Mesh] = {
 @pytest.mark.parametrize("name", MESHES)
 def test_no_eigenvalue_is_left_out(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The eigenvalues are the lowest of LAPACK's, with the orthonormality and the residual promised, also in small bands."""
-    monkeypatch.setattr(spectrum_slicing, "_BAND", 30)
+    monkeypatch.setattr(eigenpairs, "_BAND", 30)
     monkeypatch.setattr(eigenpairs, "_DENSE", 0)
     monkeypatch.setattr(eigenpairs, "_DENSE_LIMIT", 0)
     problem = spectral_problem(*MESHES[name])
@@ -116,7 +116,7 @@ def test_no_eigenvalue_is_left_out(name: str, monkeypatch: pytest.MonkeyPatch) -
 
 def test_a_search_that_misses_modes_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """When a band's search passes over an eigenvalue above its shift, the count of the next notices and it is searched for."""
-    searched = spectrum_slicing.modes_near
+    searched = eigenpairs.modes_near
     dropped: list[int] = []
 
     def careless(factors: ShiftedFactors, locked: np.ndarray, **rest: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -128,7 +128,7 @@ def test_a_search_that_misses_modes_is_found_out(monkeypatch: pytest.MonkeyPatch
             return kappa[keep], modes[:, keep]
         return kappa, modes
 
-    monkeypatch.setattr(spectrum_slicing, "modes_near", careless)
+    monkeypatch.setattr(eigenpairs, "modes_near", careless)
     problem = spectral_problem(*noisy(icosphere(3), 0.01))
     kappa, modes = lowest_eigenpairs(problem, 60)
     assert dropped
@@ -138,7 +138,7 @@ def test_a_search_that_misses_modes_is_found_out(monkeypatch: pytest.MonkeyPatch
 
 def test_multiplicity_above_the_block_takes_a_second_search(monkeypatch: pytest.MonkeyPatch) -> None:
     """With blocks of two vectors the eightfold eigenvalues of a torus are complete nevertheless."""
-    monkeypatch.setattr(spectrum_slicing, "BLOCK", 2)
+    monkeypatch.setattr(eigenpairs, "BLOCK", 2)
     kappa, modes = lowest_eigenpairs(flat_torus(30), 60)
     wave = 4 * np.sin(np.pi * np.arange(30) / 30) ** 2
     np.testing.assert_allclose(kappa, np.sort(np.add.outer(wave, wave).ravel())[:60], rtol=1e-9, atol=1e-12)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pymeshfair.filters.fairing.surface_operator import evened_operator, surface_operator
+from pymeshfair.filters.fairing.region import evened_operator, surface_operator
 from tests.meshes import Mesh, grid, icosphere
 
 

@@ -18,12 +18,12 @@ from pymeshfair.filters.compilation import allowed_threads, compiled, most_threa
 PROJECT = Path(__file__).parents[2]
 #: takes away OpenMP before a kernel is loaded
 WITHOUT_OPENMP = """
-from pymeshfair.filters.compilation import threads
-def extension(name, original=threads.extension):
+from pymeshfair.filters.compilation import machine_code
+def extension(name, original=machine_code.extension):
     if name.endswith("omppool"):
         raise ImportError(name)
     return original(name)
-threads.extension = extension
+machine_code.extension = extension
 """
 #: smooths in four threads of Python at once, and in another after that; prints whether all results are that of the first
 SEVERAL = """

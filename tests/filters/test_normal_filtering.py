@@ -11,6 +11,7 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
+from pymeshfair.filters import mesh as ordering
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.denoising import (
@@ -25,7 +26,6 @@ from pymeshfair.filters.denoising.face_neighbourhoods import face_neighbourhoods
 from pymeshfair.filters.denoising.normal_filter import Weighting, weighted_normals
 from pymeshfair.filters.geometry import AREA, CENTRE, NORMAL, face_normals, measure_faces
 from pymeshfair.filters.inspection import folded_faces
-from pymeshfair.filters.mesh import ordering
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
 from pymeshfair.filters.topology import border_vertices, vertex_faces
 from tests.angles import mean_angle

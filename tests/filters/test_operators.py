@@ -21,12 +21,13 @@ from pymeshfair.filters.operators import (
     OperatorName,
     build_laplacian,
     cotangent_laplacian,
+    cotangent_stiffness,
+    inverse_length_laplacian,
     laplace_beltrami,
     mixed_voronoi_areas,
+    scale_dependent_laplacian,
     uniform_laplacian,
 )
-from pymeshfair.filters.operators.cotangent import cotangent_stiffness
-from pymeshfair.filters.operators.laplacian import inverse_length_laplacian, scale_dependent_laplacian
 from tests.meshes import (
     AWKWARD,
     Mesh,

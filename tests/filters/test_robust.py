@@ -9,9 +9,7 @@ import robust_laplacian
 
 from pymeshfair.filters import topology
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.operators import cotangent_laplacian
-from pymeshfair.filters.operators.build import robust_cloud_laplacian, robust_mesh_laplacian
-from pymeshfair.filters.operators.cotangent import cotangent_stiffness
+from pymeshfair.filters.operators import cotangent_laplacian, cotangent_stiffness, robust_cloud_laplacian, robust_mesh_laplacian
 from tests.meshes import AWKWARD, area, icosphere, irregular_grid, noisy, sample
 
 

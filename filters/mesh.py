@@ -1,17 +1,48 @@
-"""Normalised meshes: about the origin, of ordinary size, without unused vertices; every filter of vertices begins with one."""
+"""A mesh as arrays: types, checks of input, normalised meshes, and orders of vertices in which neighbours are near in memory.
+
+Every filter of vertices begins with a normalised mesh: about the origin, of ordinary size, without unused vertices.
+"""
 
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from ..checks import FilterInputError
-from ..compilation import compiled, prange
-from ..execution import threads_for
-from .arrays import Bools, Floats, Ints, Longs, check_movable
-from .ordering import order_by_place, order_of_faces
+from .checks import FilterInputError
+from .compilation import compiled, prange
+from .execution import threads_for
+
+__all__ = [
+    "Bools",
+    "Floats",
+    "Ints",
+    "Longs",
+    "NormalisedMesh",
+    "Whole",
+    "bounding_box",
+    "check_edges",
+    "check_healthy",
+    "check_mesh",
+    "check_movable",
+    "check_points",
+    "check_vertex_mask",
+    "mask_of",
+    "normalised_mesh",
+    "order_by_place",
+    "order_of_faces",
+    "scaled_to_unit",
+    "spikes",
+    "unit_scale",
+    "worth_reordering",
+]
+
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int32]
+Longs: TypeAlias = NDArray[np.int64]
+Bools: TypeAlias = NDArray[np.bool_]
 
 #: Points in a block.
 _BLOCK = 4096
@@ -20,6 +51,109 @@ _RUN = 64
 #: The most diagonals of the mesh by which a filter may move a vertex: further it is a spike, the result of equations that were
 #: too ill-conditioned.
 FURTHEST = 2.0
+# A vertex and its neighbours up to this distance on both sides take a third of a second-level cache of 1 MB.
+_NEAR = 8192
+_SAMPLE = 20_000
+# Reordering takes as much time as this many sweeps lose to a bad order, as measured.
+_SWEEPS_A_REORDERING_COSTS = 8
+# Slabs are so many typical edges thick, and so many at most in a direction.
+_THICK, _MOST_SLABS = 2.0, 4096
+# The slabs span the points but for this share on either side, so that a few far ones do not make them thick.
+_STRAY = 0.01
+#: Of fewer vertices a sweep finds most in the processor's caches, in any order.
+FITS_IN_CACHE = 200_000
+
+
+def check_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[Floats, Ints]:
+    """The mesh as (n, 3) float64 and (m, 3) int32, both C-contiguous and not copied when they are so already.
+
+    Raises:
+        FilterInputError: a wrong shape or type, a coordinate that is not finite, an index that names no vertex; the message
+            gives the first of them and their number.
+    """
+    points = check_points(vertices)
+    return points, _checked_cells("face", "(m, 3)", 3, faces, len(points), "; triangulate polygons first")
+
+
+def check_edges(edges: ArrayLike, n_vertices: int) -> Ints:
+    """The edges of polylines as (e, 2) int32, C-contiguous and not copied when they are so already.
+
+    Raises:
+        FilterInputError: a wrong shape or type, an index that names no vertex; the message gives the first and their number.
+    """
+    return _checked_cells("edge", "(e, 2)", 2, edges, n_vertices)
+
+
+def _checked_cells(cell: str, shape: str, corners: int, values: ArrayLike, n_vertices: int, advice: str = "") -> Ints:
+    cells = np.asarray(values)
+    if cells.size == 0:
+        return np.empty((0, corners), dtype=np.int32)
+    if cells.ndim != 2 or cells.shape[1] != corners or not np.issubdtype(cells.dtype, np.integer):
+        raise FilterInputError(
+            f"{cell}s must be an {shape} array of whole numbers, got shape {cells.shape} of {cells.dtype}{advice}"
+        )
+    if cells.min() < 0 or cells.max() >= n_vertices:
+        bad = ((cells < 0) | (cells >= n_vertices)).any(axis=1)
+        first = int(bad.argmax())
+        raise FilterInputError(
+            f"{cell} {first} is {cells[first].tolist()}, but the vertices are 0 to {n_vertices - 1} ({int(bad.sum())} such "
+            f"{cell}s of {len(cells)}): remove these {cell}s or add the vertices"
+        )
+    return np.ascontiguousarray(cells, dtype=np.int32)
+
+
+def check_points(vertices: ArrayLike) -> Floats:
+    """The points as (n, 3) float64, C-contiguous, not copied when they are so already.
+
+    Raises:
+        FilterInputError: a wrong shape or type, or a coordinate that is not finite.
+    """
+    raw = np.asarray(vertices)
+    if raw.size == 0:
+        return np.empty((0, 3))
+    if raw.ndim != 2 or raw.shape[1] != 3 or raw.dtype.kind not in "fiu":
+        raise FilterInputError(f"vertices must be an (n, 3) array of real numbers, got shape {raw.shape} of {raw.dtype}")
+    points = np.ascontiguousarray(raw, dtype=np.float64)
+    if len(points) > np.iinfo(np.int32).max:
+        raise FilterInputError(f"{len(points)} vertices are more than the 2,147,483,647 that an index of 32 bits reaches")
+    if not np.isfinite(points).all():
+        bad = ~np.isfinite(points).all(axis=1)
+        first = int(bad.argmax())
+        raise FilterInputError(
+            f"vertex {first} is {points[first].tolist()}: {int(bad.sum())} of {len(points)} vertices have a coordinate that is "
+            "not finite; remove these vertices first"
+        )
+    return points
+
+
+def mask_of(indices: NDArray[np.integer] | Bools, count: int) -> Bools:
+    """(count,) whether each number is among the indices, an array of any shape."""
+    mask = np.zeros(count, dtype=np.bool_)
+    mask[indices] = True
+    return mask
+
+
+def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
+    """(n,) which vertices may move: all of them for None.
+
+    Raises:
+        FilterInputError: not a truth value for every vertex.
+    """
+    return np.ones(n_vertices, dtype=np.bool_) if movable is None else check_vertex_mask("movable", movable, n_vertices)
+
+
+def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
+    """(n,) one truth value for each vertex; errors name the parameter `name`.
+
+    Raises:
+        FilterInputError: not a truth value for every vertex.
+    """
+    mask = np.asarray(values)
+    if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
+        raise FilterInputError(
+            f"{name} must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
+        )
+    return mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +212,8 @@ class NormalisedMesh:
 
     def new_points(self) -> Floats:
         """(k, 3) the points in a new array."""
-        points = np.empty((len(self), 3))
-        with threads_for(len(points)):
-            _normalise(self.vertices, self.middle, self.scale, self._listed, points)
+        points = (self.vertices if self.order is None else self.vertices.take(self.order, axis=0)) - self.middle
+        points *= self.scale
         return points
 
     @cached_property
@@ -94,10 +227,8 @@ class NormalisedMesh:
             return self.cells_in_vertices
         number = np.empty(len(self.vertices), dtype=np.int32)
         number[self.order] = np.arange(len(self.order), dtype=np.int32)
-        cells = np.empty_like(self.cells_in_vertices)
-        with threads_for(len(self)):
-            _renumber(number, self.cells_in_vertices, cells)
-        return cells[order_of_faces(cells, len(self), _RUN)] if self.has_sorted_cells else cells
+        cells: Ints = number.take(self.cells_in_vertices)
+        return cells.take(order_of_faces(cells, len(self), _RUN), axis=0) if self.has_sorted_cells else cells
 
     @cached_property
     def movable(self) -> Bools | None:
@@ -118,9 +249,7 @@ class NormalisedMesh:
 
     def by_place(self) -> "NormalisedMesh":
         """The same mesh of triangles, neighbouring points and triangles near each other in memory."""
-        points = self.vertices if self.order is None else self.vertices[self.order]  # not `points`, whose memory would be new
-        places = order_by_place(points, self.cells, self.middle, self.scale)
-        return replace(self.in_order(places), has_sorted_cells=True)
+        return replace(self.in_order(order_by_place(self.points, self.cells)), has_sorted_cells=True)
 
     def in_order(self, places: Ints | None) -> "NormalisedMesh":
         """The same mesh, its point k the point ``places[k]`` of this one, for a (k,) permutation; None changes nothing."""
@@ -199,21 +328,6 @@ def _mark_used(cells: Ints, used: Bools) -> None:
 
 
 @compiled(parallel=True)
-def _normalise(vertices: Floats, middle: Floats, scale: float, order: Ints, points: Floats) -> None:
-    for k in prange(points.shape[0]):
-        i = order[k] if order.shape[0] else np.int32(k)
-        for c in range(3):
-            points[k, c] = (vertices[i, c] - middle[c]) * scale
-
-
-@compiled(parallel=True)
-def _renumber(number: Ints, cells: Ints, renumbered: Ints) -> None:
-    for f in prange(cells.shape[0]):
-        for k in range(cells.shape[1]):
-            renumbered[f, k] = number[cells[f, k]]
-
-
-@compiled(parallel=True)
 def _restore(
     vertices: Floats,
     middle: Floats,
@@ -258,9 +372,8 @@ def unit_scale(low: Floats, high: Floats) -> float:
 
 def bounding_box(vertices: Floats) -> tuple[Floats, Floats]:
     """(3,) the lowest and (3,) the highest coordinates of (n, 3) vertices, n at least 1."""
-    low, high = vertices[0].copy(), vertices[0].copy()
-    _widen(vertices, low, high)
-    return low, high
+    # By columns: numpy reduces along rows of three an order of magnitude more slowly.
+    return np.array([column.min() for column in vertices.T]), np.array([column.max() for column in vertices.T])
 
 
 def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
@@ -294,14 +407,46 @@ def spikes(before: Floats, after: Floats, diagonal: float) -> Bools:
         return np.asarray(~(np.linalg.norm(after - before, axis=1) <= FURTHEST * diagonal))
 
 
-@compiled
-def _widen(vertices: Floats, low: Floats, high: Floats) -> None:
-    # Three scalars each: numpy reduces along rows of three an order of magnitude more slowly.
-    x0, y0, z0 = low
-    x1, y1, z1 = high
-    for i in range(vertices.shape[0]):
-        x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-        x0, y0, z0 = min(x0, x), min(y0, y), min(z0, z)
-        x1, y1, z1 = max(x1, x), max(y1, y), max(z1, z)
-    low[0], low[1], low[2] = x0, y0, z0
-    high[0], high[1], high[2] = x1, y1, z1
+def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, size: int = 1) -> bool:
+    """Whether that many sweeps over the one-rings are faster after a reordering.
+
+    Subdivision, decimation and merging leave vertices in an order that has little to do with place. It makes no difference to
+    the result of a sweep.
+
+    The kernel reads of each vertex and its faces `size` times as much as three coordinates.
+    """
+    if n_vertices * size < FITS_IN_CACHE or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS:
+        return False
+    sample = faces[:: max(1, len(faces) // _SAMPLE)].astype(np.int64)
+    return bool((np.abs(sample[:, 0] - sample[:, 1]) * size > _NEAR).mean() > 0.25)
+
+
+def order_by_place(points: Floats, faces: Ints) -> Ints:
+    """(n,) a permutation: the points by slabs across the longest direction, within a slab by the next direction, then the last.
+
+    A sweep over a surface in this order reads a few rows of neighbours at a time, each from its start to its end. Breadth first
+    would be better by a quarter, but takes longer to find: it visits one vertex after another, far apart in memory.
+
+    The points are of ordinary size; there is a triangle at least.
+    """
+    sample = faces[:: max(1, len(faces) // _SAMPLE)]
+    starts = points[sample[:, 0]]
+    edge = float(np.median(np.linalg.norm(starts - points[sample[:, 1]], axis=1)))
+    low, high = np.quantile(starts, (_STRAY, 1.0 - _STRAY), axis=0)
+    slabs = []  # as numbers of 16 bits, which are sorted by counting
+    for axis in np.argsort(high - low, kind="stable"):
+        count = min(_MOST_SLABS, 1 + int((high[axis] - low[axis]) / (_THICK * edge))) if edge > 0.0 else 1
+        if count > 1:
+            per_length = count / (high[axis] - low[axis])
+            slabs.append(np.clip((points[:, axis] - low[axis]) * per_length, 0.0, count - 1.0).astype(np.uint16))
+    return np.asarray(np.lexsort(slabs) if slabs else np.arange(len(points)), dtype=np.int32)
+
+
+def order_of_faces(faces: Ints, n_vertices: int, run: int = 1) -> Ints:
+    """(m,) a permutation: the triangles by the number of their lowest vertex over `run`, rounded down.
+
+    It suits vertices in an order such as that of `order_by_place`.
+    """
+    lowest = np.minimum(np.minimum(faces[:, 0], faces[:, 1]), faces[:, 2]) // np.int32(run)
+    halves = lowest.astype(np.uint16), (lowest >> 16).astype(np.uint16)  # which are sorted by counting
+    return np.lexsort(halves if n_vertices > run << 16 else halves[:1]).astype(np.int32)
