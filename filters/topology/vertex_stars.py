@@ -72,11 +72,8 @@ class Stars(NamedTuple):
 def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     """The star of every vertex, empty at vertices that no face uses.
 
-    Args:
-        faces: (m, 3) triangles.
-        n_vertices: n.
-        names: (n,) int32, a different one for every vertex, from which each star's first vertex and direction follow; None for
-            the numbers of the vertices. Vertices that are numbered anew and keep their names keep their stars.
+    From the (n,) int32 names of the vertices, all different, follow each star's first vertex and direction; None for their
+    numbers. Vertices that are numbered anew and keep their names keep their stars.
     """
     ring_offsets, ring = ring_ends(faces, n_vertices)
     del faces  # frees the memory for the arrays below, if the caller holds no reference
@@ -93,9 +90,7 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
         irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
         offsets = np.zeros(n_vertices + 1, dtype=np.int64)
         sizes = offsets[1:]
-        np.subtract(ring_offsets[1:], ring_offsets[:-1], out=sizes)
-        sizes //= 2
-        sizes[kinds == OPEN] += 1
+        sizes[:] = np.diff(ring_offsets) // 2 + (kinds == OPEN)
         measure_irregular(ring_offsets, ring, irregular, sizes)
         np.cumsum(sizes, out=sizes)
         neighbours = np.empty(offsets[-1], dtype=np.int32)
@@ -158,10 +153,7 @@ def _name(names: Ints | None, i: int) -> int:
 
 @compiled(parallel=True)
 def order_ends(end_offsets: Longs, ends: Ints, names: Ints | None, kinds: Kinds, walks: Ints) -> None:
-    """Write the kinds of the stars; order the pairs of open ones in place.
-
-    A closed star is written to `walks`, from half of where its pairs begin, in the order that `Stars` states.
-    """
+    """Write the kinds of the stars, closed ones to `walks` from half of where their pairs begin; order pairs of open ones."""
     n = kinds.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         table = np.full(SLOTS, _NOTHING, dtype=np.uint64)
@@ -189,9 +181,8 @@ def slot_of(vertex: int) -> int:
 def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: Any, tag: int, walks: Ints) -> bool:
     """Whether the pairs from `start` to `stop` are found to be a walk ab, bc, cd ... za once round; it is written to `walks`.
 
-    So they are where all triangles turn the same way. At the slot of each vertex `table` has the vertex, where its pair is, the
-    tag, and the slot of the next vertex, so that the walk needs no search; entries with another tag are those of other vertices.
-    Where two vertices share a slot the walk is given up.
+    At the slot of each vertex `table` has the vertex, where its pair is, the tag of this star, and the slot of the next vertex,
+    so that no search is needed. Where triangles turn different ways or two vertices share a slot the walk is given up.
     """
     first, last = _U(start), _U(stop)
     begin, before = ends[first], ends[first]  # the vertex of the lowest name, and the one before it
