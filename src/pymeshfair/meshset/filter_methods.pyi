@@ -1078,7 +1078,7 @@ class FilterMethods(metaclass=LateMethods):
         range_sigma: float | Literal["auto"] = "auto",
         range_floor: float | Literal["auto"] = "auto",
         space_sigma: float | Literal["auto"] = "auto",
-        neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"] = "auto",
+        neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius"] = "auto",
         normal_iterations: int | Literal["auto"] = "auto",
         vertex_iterations: int | Literal["auto"] = "auto",
         outer_iterations: int | Literal["auto"] = "auto",
@@ -1118,8 +1118,8 @@ class FilterMethods(metaclass=LateMethods):
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
             neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
-                rings, or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface
-                ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
+                rings, or those within twice the mean distance of centres ('radius'). Larger smooths larger details and is
+                slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
                 number from 1 to 10000, or 'auto'.
             vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow them more
@@ -1595,7 +1595,7 @@ class FilterMethods(metaclass=LateMethods):
         range_sigma: float | Literal["auto"] = "auto",
         range_floor: float | Literal["auto"] = "auto",
         space_sigma: float | Literal["auto"] = "auto",
-        neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"] = "auto",
+        neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius"] = "auto",
         normal_iterations: int | Literal["auto"] = "auto",
         choice: Literal["held_out", "fixed"] = "held_out",
         selected: bool = False,
@@ -1624,8 +1624,8 @@ class FilterMethods(metaclass=LateMethods):
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
             neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
-                rings, or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface
-                ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
+                rings, or those within twice the mean distance of centres ('radius'). Larger smooths larger details and is
+                slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
                 number from 1 to 10000, or 'auto'.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
