@@ -6,13 +6,4 @@ The rim of a hole is its boundary loop.
 from .closing import HOLE_ENERGIES, HoleEnergy, HoleFilling, close_holes, remesh_region
 from .rims import OpenRim, Rim, find_rims
 
-__all__ = [
-    "HOLE_ENERGIES",
-    "HoleEnergy",
-    "HoleFilling",
-    "OpenRim",
-    "Rim",
-    "close_holes",
-    "find_rims",
-    "remesh_region",
-]
+__all__ = ["HOLE_ENERGIES", "HoleEnergy", "HoleFilling", "OpenRim", "Rim", "close_holes", "find_rims", "remesh_region"]
