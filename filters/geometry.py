@@ -44,7 +44,7 @@ __all__ = [
 
 #: The columns of the table of `measure_faces`: the unit normal, the area, the centre; the eighth is unused.
 NORMAL, AREA, CENTRE = slice(0, 3), 3, slice(4, 7)
-#: Squares of lengths between these are ordinary numbers.
+# Squares of lengths between these are ordinary numbers.
 _SQUARED = 1e-140, 1e140
 # The most steps of one walk; queries start at most a few faces away.
 _LONGEST_WALK = 64
@@ -394,7 +394,6 @@ class WalkableSurface(NamedTuple):
 
 @compiled
 def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """The point of the triangle nearest to (x, y, z)."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     s, t = closest_weights(ux, uy, uz, vx, vy, vz, x - points[a, 0], y - points[a, 1], z - points[a, 2])
@@ -405,10 +404,7 @@ def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: fl
 def nearest_by_walk(
     surface: WalkableSurface, x: float, y: float, z: float, start: int, enough: float
 ) -> tuple[float, float, float, int, float]:
-    """`WalkableSurface.closest` of one point, for kernels: the nearest point, its face and the square of the distance.
-
-    `enough` is a squared distance, too.
-    """
+    """`WalkableSurface.closest` of one point, for kernels: the nearest point, its face, and as `enough` a squared distance."""
     points, faces, offsets, around = surface
     face = start
     nx, ny, nz = _closest_on_triangle(points, faces[face, 0], faces[face, 1], faces[face, 2], x, y, z)

@@ -208,7 +208,6 @@ def _heights(points: Floats, normals: Floats, indices: Ints, heights: Floats, be
 
 @compiled(nogil=True)
 def _height(points: Floats, normals: Floats, i: int, j: int) -> float:
-    """n_i . (p_j - p_i)."""
     height = 0.0
     for c in range(3):
         height += normals[i, c] * (points[j, c] - points[i, c])

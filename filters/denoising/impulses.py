@@ -26,7 +26,6 @@ Outliers: TypeAlias = Literal["keep", "replace", "only"]
 _LOOKS, _HARDLY_ANY = 4, 0.02
 # Those that stand out most hide others: so many passes, or until at most this share of all vertices is found.
 _PASSES, _HARDLY_MORE = 20, 1e-4
-# No move gains less than rounding.
 _ROUNDING = 1e-6
 
 

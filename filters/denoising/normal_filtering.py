@@ -99,21 +99,11 @@ def normal_filtering(
 
 
 def filter_face_normals(
-    vertices: ArrayLike,
-    faces: ArrayLike,
-    *,
-    progress: Progress = ignore_progress,
-    **normal_filter: Any,
+    vertices: ArrayLike, faces: ArrayLike, *, progress: Progress = ignore_progress, **normal_filter: Any
 ) -> Floats:
-    """(m, 3) the filtered unit normals of the faces, the vertices left alone.
+    """(m, 3) the filtered unit normals of the faces, the vertices left alone; arguments as of `normal_filtering`.
 
     A face without area, whose own normal is 0, gets the normal of its surroundings, or 0 if it has none.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        progress: called after every pass; may raise to stop.
-        **normal_filter: the attributes of `NormalFilter`, by name.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.

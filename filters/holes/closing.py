@@ -37,21 +37,18 @@ class HoleFilling(NamedTuple):
     The closed mesh is ``np.concatenate([vertices, new_vertices])`` and ``np.concatenate([faces, new_faces])``.
     """
 
-    new_vertices: Floats  # (a, 3) float64
-    # (b, 3) int32, indices from 0 to n + a - 1: from n on they mean `new_vertices`. Oriented as the faces around.
-    new_faces: Ints
-    hole_of_face: Ints  # (b,) int32, ascending, the index in `closed` of the hole that each new face closes
-    hole_of_vertex: Ints  # (a,) int32, ascending, the same of each new vertex
-    # for every closed hole (k,) int32 the vertices of its rim in order along it, in the direction of the new faces
-    closed: tuple[Ints, ...]
-    # for every closed hole (k,) int32 the vertices of the rims of the islands that its new faces join; mostly none
-    islands: tuple[Ints, ...]
+    new_vertices: Floats  # (a, 3)
+    new_faces: Ints  # (b, 3) oriented as the faces around; indices from n on mean `new_vertices`
+    hole_of_face: Ints  # (b,) ascending, the index in `closed` of the hole that each new face closes
+    hole_of_vertex: Ints  # (a,) ascending, the same of each new vertex
+    # for every closed hole
+    closed: tuple[Ints, ...]  # (k,) the vertices of its rim in order along it, in the direction of the new faces
+    islands: tuple[Ints, ...]  # (k,) the vertices of the rims of the islands that its new faces join; mostly none
     left_open: tuple[OpenRim, ...]  # the other rims, and why they were left
-    # for every closed hole the energy that placed its new vertices: `energy`, or if its equations are too ill-conditioned or
-    # throw the filling out, the highest lower one that does not, or "none"
+    # and for every closed hole again: the energy that placed its new vertices, which is `energy`, or if its equations are too
+    # ill-conditioned or throw the filling out, the highest lower one that does not, or "none"; and whether a higher one would
+    # have put new vertices outside of the box of its rim, by more than the diagonal of that box
     energies: tuple[HoleEnergy, ...]
-    # for every closed hole whether a higher energy would have put new vertices outside of the box of its rim, by more than the
-    # diagonal of that box
     thrown_out: tuple[bool, ...]
 
 

@@ -62,14 +62,8 @@ def displacement(
 ) -> Displacement:
     """Measure how far the vertices of a mesh or a cloud lie from a reference.
 
-    Exact to the digits that the coordinates have, far from the origin, too: differences come before squares.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles, none for a cloud; used for the correspondence alone.
-        reference_vertices: (k, 3) coordinates.
-        reference_faces: (l, 3) triangles, none for a cloud.
-        correspondence: see `Correspondence`.
+    Exact to the digits that the coordinates have, far from the origin, too: differences come before squares. A cloud has no
+    faces. Those of the mesh matter for the correspondence alone.
 
     Raises:
         FilterInputError: not a mesh, an empty reference, or vertices that cannot correspond as they differ in number.
@@ -192,13 +186,7 @@ class SurfaceDistance:
 
 
 def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int = SAMPLES) -> SurfaceDistance:
-    """Measure how far a mesh or a cloud lies from a surface.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles; none of a cloud, whose vertices are the samples.
-        to: the other surface.
-        count: samples, at least one on every face.
+    """Measure how far a mesh lies from a surface, by `count` samples, at least one on every face; or a cloud, by its vertices.
 
     Raises:
         FilterInputError: not a mesh.
@@ -216,7 +204,7 @@ def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int =
 
 
 class _Parts(NamedTuple):
-    """(t, 3, 3) corners of parts of faces, (t, 3) their distances from the other surface, and (t,) bounds of all distances."""
+    """(t, 3, 3) corners of parts of faces, (t, 3) their distances from the other surface, (t,) bounds of all distances."""
 
     corners: Floats
     distances: Floats
@@ -304,13 +292,7 @@ class Alignment:
 
 
 def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
-    """Turn and move a mesh or a cloud so that it lies on a surface [chen1992]. At the start it must be some degrees off at most.
-
-    Args:
-        vertices: (n, 3) coordinates, n at least 1.
-        faces: (m, 3) triangles; none of a cloud.
-        to: the other surface, with faces.
-    """
+    """Turn and move a mesh or a cloud so that it lies on a surface with faces; it is some degrees off at most [chen1992]."""
     middle = vertices.mean(axis=0)
     local = vertices - middle
     of, _ = face_samples(local, faces, _ALIGNED)
@@ -356,12 +338,8 @@ def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000
 
     A ball of the size of the box touches the place p with normal n, its centre c = p - r n. While the surface comes nearer to c
     than r, at q, it is replaced by the ball that touches both, r = |p - q|^2 / (2 n . (p - q)). The last of these counts whose q
-    lies on a wall that is opposite, by `LEAST_ANGLE`: a sheet is as thick as it is near its rim, too.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles that look outwards, at least one.
-        count: of places, about; twice as many at most.
+    lies on a wall that is opposite, by `LEAST_ANGLE`: a sheet is as thick as it is near its rim, too. The faces, at least one,
+    look outwards. There are about `count` places, twice as many at most.
 
     Raises:
         FilterInputError: not a mesh.

@@ -133,13 +133,9 @@ def _fans(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> tuple
 
 
 def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = ()) -> SurfaceMeasures:
-    """Measure a triangle mesh, polylines (no faces) or a point cloud (no faces and no edges).
+    """Measure a triangle mesh, polylines of (e, 2) edges (no faces) or a point cloud (no faces and no edges).
 
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) indices of vertices.
-        edges: (e, 2) indices of vertices, the edges of polylines. An edge from a vertex to itself only makes that vertex
-            a referenced one.
+    An edge from a vertex to itself only makes that vertex a referenced one.
 
     Raises:
         FilterInputError: a coordinate that is not finite, or an index that names no vertex.

@@ -18,7 +18,7 @@ _LARGEST = 2.0**53
 
 
 def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None) -> Floats:
-    """The distance of each vertex from the nearest point, in spacings of the cloud.
+    """(n,) the distance of each vertex from the nearest point, in spacings of the cloud.
 
     The spacing at a point is the mean distance to its six nearest neighbours, that of the cloud the median over its points. A
     vertex is measured in that of the cloud, or, where the cloud is sparse, as the far ground of a terrestrial scan is, in two
@@ -28,10 +28,7 @@ def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None
     Args:
         vertices: (n, 3) finite coordinates.
         points: (p, 3) those of the cloud, at least 7.
-        at_points: (p,) the spacings at the points, those of `cloud_spacings`, if the caller has them.
-
-    Returns:
-        (n,) float64.
+        at_points: (p,) the spacings of `cloud_spacings`, if the caller has them.
 
     Raises:
         FilterInputError: too few points, coordinates that are not finite.
@@ -72,11 +69,7 @@ def grid_cells(points: Floats, side: float) -> Floats:
 
 
 def surplus_points(points: ArrayLike, side: float) -> Bools:
-    """(n,) the points in whose cell of `grid_cells` another one comes before.
-
-    Args:
-        points: (n, 3) coordinates.
-        side: of a cell, in mesh units. Larger leaves fewer points.
+    """(n,) the points in whose cell of `grid_cells` another one comes before; larger cells leave fewer.
 
     Raises:
         FilterInputError: a side that is not above 0 or too small, coordinates that are not finite.

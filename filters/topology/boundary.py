@@ -231,15 +231,10 @@ class Submesh(NamedTuple):
 
 
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:
-    """The chosen vertices with `rings` rings of vertices around them: all faces with a vertex within the inner rings - 1 rings.
+    """The (n,) free vertices with 1 or more rings around them: all faces with a vertex within the inner rings - 1 rings.
 
-    Takes one pass over the faces for each ring, and otherwise time in proportion to the submesh.
-
-    Args:
-        points: (n, 3) coordinates of the mesh.
-        faces: (m, 3) its triangles.
-        free: (n,) the chosen vertices. Those on the border of the mesh, and those without a triangle, are not free in the result.
-        rings: the number of rings, from 1.
+    Takes one pass over the faces for each ring, and otherwise time in proportion to the submesh. Vertices on the border of the
+    mesh, and those without a triangle, are not free in the result.
     """
     inside = free.copy()
     chosen = _touching(faces, inside)

@@ -35,19 +35,17 @@ _NOTHING = _U(2**64 - 1)
 class Stars(NamedTuple):
     """The neighbours of every vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once.
 
-    A star depends neither on the order of the faces nor on their orientation.
+    Closed: round the vertex from its lowest neighbour, towards the lower of the two beside that. Open: from border to border, the
+    lower end first. Irregular (non-manifold edges, several fans, more than 64 triangles): ascending. Low and high are so by the
+    names of the vertices; neither the order of the faces nor their orientation matters.
     """
 
     kinds: Kinds  # (n,) uint8, one of `NO_STAR`, `CLOSED`, `OPEN`, `IRREGULAR`
-    offsets: Longs  # (n + 1,) int64
-    # (2 e,) int32. Closed: round the vertex from its lowest neighbour, towards the lower of the two beside that. Open: from
-    # border to border, the lower end first. Irregular (non-manifold edges, several fans, more than 64 triangles): ascending. Low
-    # and high by the names of the vertices.
-    neighbours: Ints
-    irregular: Ints  # int32 the vertices with an irregular star
-    end_offsets: Longs  # int64, one more than irregular vertices
-    # int64, for each face of vertex ``irregular[k]`` the indices in `neighbours` of its other two vertices, from
-    # ``end_offsets[k]`` to ``end_offsets[k + 1]``
+    offsets: Longs  # (n + 1,)
+    neighbours: Ints  # (2 e,)
+    irregular: Ints  # the vertices with an irregular star
+    end_offsets: Longs
+    # for each face of vertex ``irregular[k]`` the indices in `neighbours` of its other two vertices, from ``end_offsets[k]`` on
     ends: Longs
 
     def face_counts(self) -> Ints:
@@ -103,7 +101,7 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
 
 @compiled(parallel=True)
 def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> None:
-    """Write the closed stars that `order_ends` wrote to `walks` among the ends, from where their pairs begin."""
+    """Write the closed stars from `walks` among the ends, where their pairs begin."""
     for i in prange(kinds.shape[0]):
         if kinds[i] == CLOSED:
             start, size = _U(end_offsets[i]), _U((end_offsets[i + 1] - end_offsets[i]) // 2)
@@ -113,7 +111,7 @@ def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> Non
 
 @compiled(parallel=True)
 def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, names: Ints | None, offsets: Longs, neighbours: Ints) -> None:
-    """The stars of all vertices; low and high vertices are those of low and high names, or numbers if there are no names."""
+    """The stars of all vertices, from the ends that `order_ends` and `take_walks` have left."""
     for i in prange(kinds.shape[0]):
         start, stop, at, end = _U(end_offsets[i]), _U(end_offsets[i + 1]), _U(offsets[i]), _U(offsets[i + 1])
         if kinds[i] == CLOSED:
