@@ -41,15 +41,13 @@ class HoleFilling(NamedTuple):
     new_faces: Ints  # (b, 3) oriented as the faces around; indices from n on mean `new_vertices`
     hole_of_face: Ints  # (b,) ascending, the index in `closed` of the hole that each new face closes
     hole_of_vertex: Ints  # (a,) ascending, the same of each new vertex
-    # for every closed hole
-    closed: tuple[Ints, ...]  # (k,) the vertices of its rim in order along it, in the direction of the new faces
-    islands: tuple[Ints, ...]  # (k,) the vertices of the rims of the islands that its new faces join; mostly none
+    closed: tuple[Ints, ...]  # of every closed hole (k,) the vertices of its rim in order, in the direction of the new faces
+    islands: tuple[Ints, ...]  # of every closed hole (k,) the vertices of the rims of islands that its faces join; mostly none
     left_open: tuple[OpenRim, ...]  # the other rims, and why they were left
-    # and for every closed hole again: the energy that placed its new vertices, which is `energy`, or if its equations are too
-    # ill-conditioned or throw the filling out, the highest lower one that does not, or "none"; and whether a higher one would
-    # have put new vertices outside of the box of its rim, by more than the diagonal of that box
+    # of every closed hole the energy that placed its new vertices: `energy`, or if its equations are too ill-conditioned or throw
+    # the filling out, the highest lower one that does not, or "none"
     energies: tuple[HoleEnergy, ...]
-    thrown_out: tuple[bool, ...]
+    thrown_out: tuple[bool, ...]  # whether a higher energy would have put them further than `FURTHEST` from the box of the rim
 
 
 def close_holes(
