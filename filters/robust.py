@@ -33,13 +33,12 @@ KernelName: TypeAlias = Literal["l2", "l1", "truncated_l2", "truncated_l1", "hub
 KERNEL_NAMES: tuple[KernelName, ...] = get_args(KernelName)
 #: The number of each kernel in compiled code.
 KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KERNEL_NAMES)}
-#: Hampel's a1, a2, a3 in units of sigma: psi is x up to a1, level up to a2, and falls to 0 at a3. His 2, 4, 8 in proportion.
-HAMPEL_KNOTS = (1.0, 2.0, 4.0)
 #: 1 / |x| is bounded by 1 / (SMALLEST_DEVIATION sigma), so that a sample that fits exactly has a weight that can be summed.
 SMALLEST_DEVIATION = 1e-6
-#: The numbers of the kernels and Hampel's, as compiled code reads them.
+#: The numbers of the kernels, as compiled code reads them.
 L2, L1, TRUNCATED_L2, TRUNCATED_L1, HUBER, LORENTZIAN, GAUSSIAN, TUKEY, HAMPEL = range(len(KERNEL_NAMES))
-A1, A2, A3 = HAMPEL_KNOTS
+#: Hampel's a1, a2, a3 in units of sigma: psi is x up to a1, level up to a2, and falls to 0 at a3. His 2, 4, 8 in proportion.
+A1, A2, A3 = 1.0, 2.0, 4.0
 # ln 2 as a sum: the first has so few digits that its multiples by whole numbers up to 2^20 are exact.
 _LN2_HIGH, _LN2_LOW = 0.69314718036912381649, 1.90821492927058770002e-10
 _PER_LN2 = 1.4426950408889634

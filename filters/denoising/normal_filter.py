@@ -116,10 +116,9 @@ class Weighting(NamedTuple):
 
     @staticmethod
     def of(settings: NormalFilter, distance: float) -> "Weighting":
-        """That of a filter, for a mean distance of centres.
+        """That of a filter, for a mean distance of centres; kernels are those of `robust`.
 
-        The Gaussian is exp(-x^2 / (2 sigma^2)) here as in the literature on bilateral filters, so its sigma is a standard
-        deviation, 1 / sqrt 2 of that of `robust`. All other kernels are as there.
+        But the Gaussian is exp(-x^2 / (2 sigma^2)), as in the literature on bilateral filters: sigma is a standard deviation.
         """
         space = "constant" if settings.method == "unilateral" else settings.space_kernel
         return Weighting(

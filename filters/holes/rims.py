@@ -24,8 +24,7 @@ SHORT_RIM = 1.0
 Outer: TypeAlias = Literal["no", "probably", "surely"]
 # An island may lie this far above or below the middle plane of its hole, as a share of the root of the hole's area.
 _HEIGHT = 0.5
-#: The largest number of edges of a hole and the islands in it together, or `max_edges` if that is larger: memory grows with its
-#: square.
+#: The most edges of a hole and the islands in it, or `max_edges` if that is larger: memory grows with the square.
 MOST_JOINED = 10_000
 #: Why a rim was left open: the hole has more edges than `max_edges`, or as `_WHY` has it; an "island" may be the rim around, too.
 Reason: TypeAlias = Literal[

@@ -1,7 +1,4 @@
-"""The nearest place on a surface, or in a cloud, to each of many points, and the side of the surface on which they lie.
-
-The triangles are in a balanced tree. Each place is exactly the nearest one.
-"""
+"""The nearest place on a surface, or in a cloud, to each of many points, exactly, and the side of the surface they lie on."""
 
 import math
 from dataclasses import dataclass

@@ -1,7 +1,6 @@
 """Connectivity from triangle lists: edges, one-rings, stars, faces at vertices and across edges, flips, boundary loops, parts."""
 
 from .boundary import (
-    Boundary,
     BoundaryLoop,
     BrokenBorder,
     Submesh,
@@ -47,7 +46,6 @@ __all__ = [
     "OPEN",
     "SLOTS",
     "BorderPolicy",
-    "Boundary",
     "BoundaryLoop",
     "BrokenBorder",
     "Kinds",

@@ -153,7 +153,8 @@ def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
     if faces_or_edges.shape[1] == 2:
         pairs = np.asarray(faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]], dtype=np.int32)
         offsets = np.concatenate([[0], np.cumsum(np.bincount(pairs.ravel(), minlength=n_vertices))])
-        ends = pairs[:, ::-1].ravel()[np.argsort(pairs, axis=None)]
+        ends = np.empty(2 * len(pairs), dtype=np.int32)
+        _fill_edges(pairs, offsets[:-1].copy(), ends)
     else:
         offsets, ends = ring_ends(faces_or_edges, n_vertices)
     ring_offsets = np.zeros(n_vertices + 1, dtype=np.int64)
@@ -164,6 +165,14 @@ def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
         face_counts = np.empty(ring_offsets[-1], dtype=np.int32)
         _compress(offsets, ends, ring_offsets, neighbours, face_counts)
     return OneRings(ring_offsets, neighbours, face_counts)
+
+
+@compiled
+def _fill_edges(pairs: Ints, at: Longs, ends: Ints) -> None:
+    for e in range(pairs.shape[0]):
+        for k in range(2):
+            ends[at[pairs[e, k]]] = pairs[e, 1 - k]
+            at[pairs[e, k]] += 1
 
 
 @compiled(parallel=True)
