@@ -247,17 +247,9 @@ def seen_from_one_side(vertices: Floats, faces: Ints) -> float:
     return float(np.linalg.norm(crosses.sum(axis=0))) / total if total > 0.0 else 0.0
 
 
-@compiled(nogil=True)
 def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
     """The number of faces whose normals turn by more than a right angle, from (n, 3) coordinates of ordinary size to new ones."""
-    count = 0
-    for f in range(len(faces)):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        x, y, z = cross_product(before, a, b, c)
-        u, v, w = cross_product(after, a, b, c)
-        if x * u + y * v + z * w < 0.0:
-            count += 1
-    return count
+    return int(((cross_products(before, faces) * cross_products(after, faces)).sum(axis=1) < 0.0).sum())
 
 
 @compiled(nogil=True)

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_choice
-from ..compilation import compiled
-from ..execution import blocks, over_range
+from ..execution import blocks
 from ..geometry import face_areas, face_normals, vector_lengths
 from ..libraries import spatial
 from ..mesh import Floats, Ints, Longs, check_mesh
@@ -108,21 +107,14 @@ def sample_places(vertices: Floats, faces: Ints, samples: Ints, rows: Longs) -> 
     if not len(faces):
         return vertices[samples[rows]]
     places = np.empty((len(rows), 3))
-    over_range(_place, len(rows), vertices, faces, samples, rows, places)
+    for part in blocks(len(rows)):
+        # The points of the sequence as weights of corners, those beyond the diagonal of the square mirrored at its middle.
+        s, t = (step * (rows[part, None] + 1) % 1.0 for step in _STEPS)
+        beyond = s + t > 1.0
+        s, t = np.where(beyond, 1.0 - s, s), np.where(beyond, 1.0 - t, t)
+        a, b, c = (vertices[corners] for corners in faces[samples[rows[part]]].T)
+        places[part] = a + s * (b - a) + t * (c - a)
     return places
-
-
-@compiled(nogil=True)
-def _place(vertices: Floats, faces: Ints, samples: Ints, rows: Longs, places: Floats, first: int, last: int) -> None:
-    for r in range(first, last):
-        s, t = (_STEPS[0] * (rows[r] + 1)) % 1.0, (_STEPS[1] * (rows[r] + 1)) % 1.0
-        if s + t > 1.0:
-            s, t = 1.0 - s, 1.0 - t
-        f = samples[rows[r]]
-        for d in range(3):
-            a = vertices[faces[f, 0], d]
-            to_second, to_third = vertices[faces[f, 1], d] - a, vertices[faces[f, 2], d] - a
-            places[r, d] = a + s * to_second + t * to_third
 
 
 @dataclass(frozen=True)
