@@ -20,7 +20,7 @@ HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_varia
 HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
 # The shares of the progress that triangulation takes, of all and of a refined patch.
 _TRIANGULATION, _PATCH_TRIANGULATION = 0.4, 0.3
-#: A hole at whose rim the surface bends by more than this many times as much as around it is refined further: to this share.
+#: A hole at whose rim the surface bends by more than this many times as much as around gets edges down to this share.
 SHARP, FINEST = 1.2, 0.25
 #: The most new vertices of patches that are solved for together.
 MOST_AT_ONCE = 100_000
