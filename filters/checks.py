@@ -1,8 +1,7 @@
 """Errors of the filters, and checks of single parameters with uniform messages.
 
 Checks of numbers return a plain `int` or `float`, also for a NumPy scalar. A whole number is an `int` or an integer of NumPy's:
-2.0 is refused like 2.5. `bool` is refused as a number. A message has the name of the parameter, the value, the allowed values and
-a note, if any.
+2.0 is refused like 2.5. `bool` is refused as a number.
 """
 
 import math
@@ -100,7 +99,6 @@ def check_choice(name: str, value: object, allowed: Any) -> None:
 
 
 def _real(value: object) -> float:
-    """The value as a float; NaN if it is no real number."""
     return float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -16,16 +14,11 @@ from .diffusion.implicit import LONGEST_STEP, BackwardEulerStep, time_step_of_de
 from .diffusion.stencil import curve_stencil
 from .execution import Progress, ignore_progress, part_of, threads_for
 from .linear_solvers import CompressedRows
-from .mesh import Bools, Floats, Ints, Longs, check_edges, check_points, mask_of, normalised_mesh, worth_reordering
-from .operators import OperatorName, curve_laplacian
+from .mesh import Bools, Floats, Ints, Longs, check_edges, check_points, mask_of, normalised_mesh
+from .operators import Laplacian, OperatorName, curve_laplacian
 from .topology import OneRings, one_rings
 
-__all__ = [
-    "CurveBorder",
-    "CurveMethod",
-    "CurveWeights",
-    "curve_smoothing",
-]
+__all__ = ["CurveBorder", "CurveMethod", "CurveWeights", "curve_smoothing"]
 
 
 CurveMethod: TypeAlias = Literal["explicit", "implicit", "taubin"]
@@ -100,29 +93,26 @@ def curve_smoothing(
     count = check_whole_number("iterations", iterations, least=0)
     mesh = normalised_mesh(points, check_edges(edges, len(points)), movable)
     rings = one_rings(mesh.cells, len(mesh))
-    sweeps = math.inf if method == "implicit" else count * (2 if method == "taubin" else 1)
-    if worth_reordering(mesh.cells, len(mesh), sweeps):
-        mesh = mesh.in_order(_along_the_curves(rings))
-        rings = one_rings(mesh.cells, len(mesh))
     moves = np.diff(rings.offsets) > (1 if border == "fixed" else 0)
     if mesh.movable is not None:
         moves &= mesh.movable
     with threads_for(len(mesh)):
         if method == "implicit":
             time, operator = _time_and_operator(weights, time_step, detail_size, mesh.scale, count)
-            now = implicit_curve_steps(mesh.points, mesh.cells, rings, operator, time, count, moves, progress)
+            laplacian = curve_laplacian(mesh.points, mesh.cells, operator)
+            now = implicit_curve_steps(mesh.points, laplacian, rings, time, count, moves, progress)
         else:
             if time_step is not None or detail_size is not None:
                 raise FilterInputError(f"time_step and detail_size are for the method 'implicit'; {method!r} takes a step")
             steps = _steps(method, step, mu, pass_band)
-            now = explicit_curve_steps(mesh.points, rings, weights, steps, count, moves, progress)
+            advance = curve_stencil(mesh.points, weights, moves.view(np.uint8), rings[:2])
+            now, following = mesh.points.copy(), mesh.points.copy()
+            for done in range(count):
+                for length in steps:
+                    advance(now, following, length)
+                    now, following = following, now
+                progress((done + 1) / count)
     return mesh.restored(now)
-
-
-def _along_the_curves(rings: OneRings) -> Ints:
-    """A permutation that puts the vertices of each unbranched stretch next to each other."""
-    simple = np.diff(rings.offsets) <= 2
-    return np.concatenate([trace_chains(rings, simple).order, np.flatnonzero(~simple).astype(np.int32)])
 
 
 def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None) -> tuple[float, ...]:
@@ -150,29 +140,8 @@ def _time_and_operator(
     return time_step, weights
 
 
-def explicit_curve_steps(
-    start: Floats, rings: OneRings, weights: OperatorName, steps: Sequence[float], count: int, moves: Bools, progress: Progress
-) -> Floats:
-    """(n, 3) the vertices after `count` rounds of the `steps`."""
-    advance = curve_stencil(start, weights, moves.view(np.uint8), rings[:2])
-    now, following = start.copy(), start.copy()
-    for done in range(count):
-        for step in steps:
-            advance(now, following, step)
-            now, following = following, now
-        progress((done + 1) / count)
-    return now
-
-
 def implicit_curve_steps(
-    start: Floats,
-    pairs: Ints,
-    rings: OneRings,
-    operator: OperatorName,
-    time: float,
-    count: int,
-    moves: Bools,
-    progress: Progress,
+    start: Floats, laplacian: Laplacian, rings: OneRings, time: float, count: int, moves: Bools, progress: Progress
 ) -> Floats:
     """(n, 3) the vertices after `count` steps (M - t C) d = t C p for the displacement d, t in the unit of one over the operator.
 
@@ -181,13 +150,12 @@ def implicit_curve_steps(
     quotients of positive numbers, so each is exact to rounding, however large t is and however long the chain. In a chain without
     fixed neighbour the currents sum up to 0: the current at its last vertex is minus the sum of those before.
     """
-    laplacian = curve_laplacian(start, pairs, operator)
     labels = laplacian.components()
     branched = _in_branched_component(rings, moves, labels)
     chains, t, stiffness = trace_chains(rings, moves & ~branched), min(time, LONGEST_STEP), laplacian.stiffness
     # Divided by 1 + t all conductances stay finite. A stiffness is negative on its diagonal alone.
     conductances = CompressedRows(stiffness.indptr, stiffness.indices, stiffness.data * (t / (1.0 + t)))
-    shares = _Shares(*(np.zeros(len(chains.order)) for _ in _Shares._fields))
+    shares = np.zeros((4, len(chains.order)))
     _eliminate(conductances, laplacian.mass / (1.0 + t), chains, shares)
     free = moves & branched
     network = BackwardEulerStep(laplacian, time, fixed=~free, components=labels, solves=count) if free.any() else None
@@ -212,10 +180,14 @@ def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools
 
 
 @compiled
-def _eliminate(network: CompressedRows, mass: Floats, chains: Chains, shares: _Shares) -> None:
-    """Fills `shares`. The first vertex of a ring is eliminated last; of a chain with ends, the last."""
+def _eliminate(network: CompressedRows, mass: Floats, chains: Chains, shares: Floats) -> None:
+    """Fills the shares of the current of each vertex in `Chains.order` when it is eliminated, and one over all its conductances.
+
+    They go to the next vertex, to the first one of a ring and to the ground. That one is eliminated last; of a chain with ends it
+    is the last.
+    """
     order, starts, closed, _ = chains
-    to_next, to_first, to_ground, resistance = shares
+    to_next, to_first, to_ground, resistance = shares[0], shares[1], shares[2], shares[3]
     for c in range(closed.shape[0]):
         start, stop = starts[c], starts[c + 1]
         first, ring = order[start], closed[c]
@@ -267,11 +239,11 @@ def _weight(network: CompressedRows, i: int, j: int) -> float:
 
 
 @compiled
-def _substitute(points: Floats, network: CompressedRows, chains: Chains, shares: _Shares, moved: Floats) -> None:
+def _substitute(points: Floats, network: CompressedRows, chains: Chains, shares: Floats, moved: Floats) -> None:
     """The currents forwards, then the potentials backwards; `moved` holds first the ones and then the others."""
     offsets, columns, weights = network
     order, starts, closed, floating = chains
-    to_next, to_first, to_ground, resistance = shares
+    to_next, to_first, to_ground, resistance = shares[0], shares[1], shares[2], shares[3]
     lost = np.zeros(3)
     for c in range(closed.shape[0]):
         start, stop = starts[c], starts[c + 1]
@@ -305,15 +277,6 @@ def _substitute(points: Floats, network: CompressedRows, chains: Chains, shares:
                 moved[i, d] = potential
 
 
-class _Shares(NamedTuple):
-    """The shares of the current of each vertex in `Chains.order`, when the vertex is eliminated."""
-
-    to_next: Floats  # the share that goes to the next vertex
-    to_first: Floats  # to the first vertex of a ring
-    to_ground: Floats  # to the ground
-    resistance: Floats  # one over the sum of the three conductances
-
-
 class Chains(NamedTuple):
     """The free vertices in the order in which they are eliminated, chain after chain."""
 
@@ -323,23 +286,15 @@ class Chains(NamedTuple):
     floating: Bools  # (c,) bool, whether no vertex of a chain has a fixed neighbour
 
 
+@compiled
 def trace_chains(rings: OneRings, free: Bools) -> Chains:
     """The chains that (n,) free vertices form, none of which has more than two free neighbours."""
-    n = len(free)
-    longest = Chains(np.empty(n, np.int32), np.empty(n + 1, np.int64), np.empty(n, dtype=np.bool_), np.empty(n, dtype=np.bool_))
-    placed, chains = _trace(rings, free, longest)
-    return Chains(longest.order[:placed], longest.starts[: chains + 1], longest.closed[:chains], longest.floating[:chains])
-
-
-@compiled
-def _trace(rings: OneRings, free: Bools, traced: Chains) -> tuple[int, int]:
-    """Fills `traced`; how many vertices and how many chains it holds."""
     offsets, neighbours, _ = rings
-    order, starts, closed, floating = traced
     n = free.shape[0]
+    order, starts = np.empty(n, dtype=np.int32), np.zeros(n + 1, dtype=np.int64)
+    closed, floating = np.empty(n, dtype=np.bool_), np.empty(n, dtype=np.bool_)
     done = ~free
     placed = chains = 0
-    starts[0] = 0
     # First from the ends; all other chains are rings.
     for only_ends in (True, False):
         for i in range(n):
@@ -366,4 +321,4 @@ def _trace(rings: OneRings, free: Bools, traced: Chains) -> tuple[int, int]:
                 at = following
             chains += 1
             starts[chains] = placed
-    return placed, chains
+    return Chains(order[:placed], starts[: chains + 1], closed[:chains], floating[:chains])

@@ -17,8 +17,7 @@ from .compilation import allowed_threads, set_threads, single_thread
 
 #: Called with the share of the work that is done, from 0 to 1; it may raise to stop the work.
 Progress = Callable[[float], None]
-#: Kernels on fewer vertices run on one thread: waking others costs more than it saves. Above, two threads take 0.6 of the time of
-#: one on a quiet machine, and on one that two other programs keep busy 1.3 times as long.
+#: Kernels on fewer vertices run on one thread: waking others costs more than it saves.
 SERIAL_BELOW = 20_000
 #: The parts for each thread of a loop over a large mesh, enough that no thread waits long for another.
 _PARTS = 8
@@ -69,14 +68,11 @@ def threads_for(size: int) -> Iterator[None]:
 
 
 def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], progress: Progress) -> None:
-    """Calls ``work(*task)`` for every task on as many threads as numba may use.
+    """Calls ``work(*task)`` for every task, which writes to a place of its own, on as many threads as numba may use.
 
-    The threads are Python's and the kernels release the GIL. ``prange`` would not do: here a thread that is done takes the next
-    task, `progress` is called after every task, and several threads of a program may work at once, which numba's own pool does
-    not survive everywhere.
-
-    Each writes its result to a place of its own. `progress` is called after every task and while a long one runs; if it raises,
-    the tasks that have not begun are dropped.
+    The threads are Python's and the kernels release the GIL: a thread that is done takes the next task, and several threads of a
+    program may work at once, which numba's own pool does not survive everywhere. `progress` is called after every task and while
+    a long one runs; if it raises, the tasks that have not begun are dropped.
     """
     with ThreadPoolExecutor(allowed_threads()) as pool:
         futures = [pool.submit(work, *task) for task in tasks]
@@ -94,10 +90,8 @@ def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], pro
 def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None:
     """Calls ``kernel(*arguments, first, last)`` so that the ranges cover 0 to `count`, on several threads if that is large.
 
-    One kernel without the GIL serves small meshes and large ones: waking numba's threads for a small mesh costs as much as the
-    work, even if one of them gets all of it. The calling thread works too, so that calls from threads of a full pool end.
-
-    The kernel writes the results of each number from `first` to before `last`, of vertices or faces, to places of their own.
+    The kernel releases the GIL and writes the results of each number from `first` to before `last`, of vertices or faces, to
+    places of their own. The calling thread works too, so that calls from threads of a full pool end.
     """
     parts = min(_PARTS * allowed_threads(), count // max(1, int(_LEAST_PART * SERIAL_BELOW)))
     others = min(allowed_threads(), parts) - 1
@@ -131,11 +125,10 @@ def _kept_pool(process: int) -> ThreadPoolExecutor:
 
 
 def abandonable(work: Callable[[], T], progress: Progress, done: float) -> T:
-    """The result of `work`, which runs in a thread of its own while `progress` is called.
+    """The result of `work`, which releases the GIL in a thread of its own, while `progress` is called ten times a second.
 
-    If `progress` raises, the thread is abandoned: it ends when its call returns, and its result is dropped. This helps only with
-    calls that release the GIL, as kernels and numpy's eigensolver do. `progress` is called about ten times a second with the
-    share of the whole work that was `done` before.
+    That is with the share of the whole work that was `done` before. If it raises, the thread is abandoned: it ends when its call
+    returns, and its result is dropped.
     """
     future: Future[T] = Future()
     threads = allowed_threads()

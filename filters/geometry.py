@@ -44,7 +44,7 @@ __all__ = [
 
 #: The columns of the table of `measure_faces`: the unit normal, the area, the centre; the eighth is unused.
 NORMAL, AREA, CENTRE = slice(0, 3), 3, slice(4, 7)
-#: Squares of lengths between these are ordinary numbers.
+# Squares of lengths between these are ordinary numbers.
 _SQUARED = 1e-140, 1e140
 # The most steps of one walk; queries start at most a few faces away.
 _LONGEST_WALK = 64
@@ -247,17 +247,9 @@ def seen_from_one_side(vertices: Floats, faces: Ints) -> float:
     return float(np.linalg.norm(crosses.sum(axis=0))) / total if total > 0.0 else 0.0
 
 
-@compiled(nogil=True)
 def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
     """The number of faces whose normals turn by more than a right angle, from (n, 3) coordinates of ordinary size to new ones."""
-    count = 0
-    for f in range(len(faces)):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        x, y, z = cross_product(before, a, b, c)
-        u, v, w = cross_product(after, a, b, c)
-        if x * u + y * v + z * w < 0.0:
-            count += 1
-    return count
+    return int(((cross_products(before, faces) * cross_products(after, faces)).sum(axis=1) < 0.0).sum())
 
 
 @compiled(nogil=True)
@@ -394,7 +386,6 @@ class WalkableSurface(NamedTuple):
 
 @compiled
 def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """The point of the triangle nearest to (x, y, z)."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     s, t = closest_weights(ux, uy, uz, vx, vy, vz, x - points[a, 0], y - points[a, 1], z - points[a, 2])
@@ -405,10 +396,7 @@ def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: fl
 def nearest_by_walk(
     surface: WalkableSurface, x: float, y: float, z: float, start: int, enough: float
 ) -> tuple[float, float, float, int, float]:
-    """`WalkableSurface.closest` of one point, for kernels: the nearest point, its face and the square of the distance.
-
-    `enough` is a squared distance, too.
-    """
+    """`WalkableSurface.closest` of one point, for kernels: the nearest point, its face, and as `enough` a squared distance."""
     points, faces, offsets, around = surface
     face = start
     nx, ny, nz = _closest_on_triangle(points, faces[face, 0], faces[face, 1], faces[face, 2], x, y, z)

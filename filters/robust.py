@@ -33,22 +33,19 @@ KernelName: TypeAlias = Literal["l2", "l1", "truncated_l2", "truncated_l1", "hub
 KERNEL_NAMES: tuple[KernelName, ...] = get_args(KernelName)
 #: The number of each kernel in compiled code.
 KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KERNEL_NAMES)}
-#: Hampel's a1, a2, a3 in units of sigma: psi is x up to a1, level up to a2, and falls to 0 at a3. His 2, 4, 8 in proportion.
-HAMPEL_KNOTS = (1.0, 2.0, 4.0)
 #: 1 / |x| is bounded by 1 / (SMALLEST_DEVIATION sigma), so that a sample that fits exactly has a weight that can be summed.
 SMALLEST_DEVIATION = 1e-6
-#: The numbers of the kernels and Hampel's, as compiled code reads them.
+#: The numbers of the kernels, as compiled code reads them.
 L2, L1, TRUNCATED_L2, TRUNCATED_L1, HUBER, LORENTZIAN, GAUSSIAN, TUKEY, HAMPEL = range(len(KERNEL_NAMES))
-A1, A2, A3 = HAMPEL_KNOTS
+#: Hampel's a1, a2, a3 in units of sigma: psi is x up to a1, level up to a2, and falls to 0 at a3. His 2, 4, 8 in proportion.
+A1, A2, A3 = 1.0, 2.0, 4.0
 # ln 2 as a sum: the first has so few digits that its multiples by whole numbers up to 2^20 are exact.
 _LN2_HIGH, _LN2_LOW = 0.69314718036912381649, 1.90821492927058770002e-10
 _PER_LN2 = 1.4426950408889634
 # Numbers of about this size are 1 apart, so that adding it rounds to a whole number, which stands in the last bits of the sum.
 _WHOLE = 1.5 * 2.0**52
-# The exponent of 1 in the bits of a number, and the number of bits below the exponent.
-_BIAS, _BELOW = 1023, 52
-# Exponentials of smaller numbers have fewer digits.
-_LEAST = -708.0
+# The exponent of 1 in the bits of a number, the number of bits below, and the least power that has all digits.
+_BIAS, _BELOW, _LEAST = 1023, 52, -708.0
 
 
 def rho(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
@@ -115,7 +112,6 @@ def _evaluate(code: int, x: Floats, sigma: float, cost: bool, result: Floats) ->
 
 
 def _evaluated(name: KernelName, x: ArrayLike, sigma: float, *, cost: bool) -> Floats:
-    """The costs or the weights of deviations of any shape."""
     check_choice("kernel", name, KERNEL_NAMES)
     scale = check_positive("sigma", sigma)
     deviations = np.asarray(x, dtype=np.float64)
@@ -174,10 +170,9 @@ _by_huber, _by_lorentzian, _by_gaussian, _by_tukey, _by_hampel = map(_loop, (HUB
 def weigh(
     weights: Floats, code: int, sigma: float, squares: Floats, floor: float, distances: Floats, per_distance: float, count: int
 ) -> None:
-    """Multiply weights by g(max(|x|, floor)) exp(-d c), for compiled code: a bilateral filter's, if d are squared distances.
+    """Multiply the first `count` weights by g(max(|x|, floor)) exp(-d c), for compiled code: a bilateral filter's for squared d.
 
-    The first `count` are multiplied; g is a kernel by its `KERNEL_CODES`, of scale `sigma`, the `squares` are x^2; d and c, the
-    `distances` and `per_distance`, are not below 0.
+    g is a kernel by its `KERNEL_CODES`, of scale `sigma`, the `squares` are x^2; the distances d and c are not below 0.
     """
     if code == L2:
         _by_l2(weights, sigma, squares, floor, distances, per_distance, count)
@@ -238,8 +233,7 @@ SIGMA_IN_DEVIATIONS: dict[KernelName, float] = dict(
     zip(KERNEL_NAMES, (1.0, 1.0, 2.795, 2.795, 1.345, 1.686, 2.985, 4.685, 2.0), strict=True)
 )
 
-_ITERATIONS = 2000
-_TOLERANCE = 1e-13
+_ITERATIONS, _TOLERANCE = 2000, 1e-13
 
 
 class Line(NamedTuple):
@@ -313,17 +307,14 @@ def _reweighted(design: Floats, values: Floats, start: Floats, kernel: KernelNam
     scale = robust_deviation(values - design @ start) * SIGMA_IN_DEVIATIONS[kernel] if sigma is None else sigma
     if scale == 0.0 and sigma is None:  # every sample is met exactly
         return start
-    result: Floats = start
     for _ in range(_ITERATIONS):
-        roots = np.sqrt(weight(kernel, values - design @ result, scale))
+        roots, before = np.sqrt(weight(kernel, values - design @ start, scale)), start
         if np.count_nonzero(roots) < design.shape[1]:  # too few samples within reach of sigma
-            return result
-        following: Floats = np.asarray(np.linalg.lstsq(design * roots[:, None], values * roots, rcond=None)[0], dtype=np.float64)
-        change = np.abs(design @ (following - result)).max()
-        result = following
-        if change <= _TOLERANCE * np.abs(values).max():
             break
-    return result
+        start = np.asarray(np.linalg.lstsq(design * roots[:, None], values * roots, rcond=None)[0], dtype=np.float64)
+        if np.abs(design @ (start - before)).max() <= _TOLERANCE * np.abs(values).max():
+            break
+    return start
 
 
 def _samples(x: ArrayLike, name: str) -> Floats:

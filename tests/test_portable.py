@@ -98,7 +98,7 @@ def test_compiling(portable: dict[str, str], tmp_path: Path) -> None:
     program = (
         "from pymeshfair.filters.compilation import compile_ahead, listed_signatures, stored\n"
         "if __name__ == '__main__':\n"
-        "    names = 'pymeshfair.filters.mesh', 'pymeshfair.filters.topology.parts'\n"
+        "    names = 'pymeshfair.filters.mesh', 'pymeshfair.filters.topology.boundary'\n"
         "    some = {name: listed_signatures()[name] for name in names}\n"
         "    print(compile_ahead(some, processes=2), stored().kept)\n"
     )

@@ -167,19 +167,16 @@ class Term(NamedTuple):
 
 
 def space_term(kernel: KernelName, sigma: float | None, scale: float, automatic: float) -> Term:
-    """The kernel of distances: of a sigma in mesh units, or None for the automatic one, in coordinates that are `scale` times as
-    large.
-    """
+    """The kernel of distances in coordinates that are `scale` times as large as the mesh; sigma None for the automatic one."""
     check_choice("space_kernel", kernel, KERNEL_NAMES)
     return Term(KERNEL_CODES[kernel], _scaled("space_sigma", sigma, scale, automatic))
 
 
 def range_term(kernel: KernelName, sigma: float | None, scale: float, heights: Floats, share: float) -> Term:
-    """The kernel of heights; arguments as `space_term`.
+    """The kernel of heights; as `space_term`, but that the automatic sigma is a share of that of 95 % efficiency.
 
-    The automatic sigma is a share of `SIGMA_IN_DEVIATIONS` times the deviation of the heights of neighbours. Most of a surface
-    being smooth, the median of their sizes is that of noise, not of features. A term with sigma 0 comes from heights that are all
-    0 but for the rounding of coordinates, of which the largest are about 1: there is nothing to remove.
+    Most of a surface being smooth, the deviation of the heights of neighbours is that of noise, not of features. A sigma of 0
+    comes from heights that are all 0 but for the rounding of coordinates, of which the largest are about 1: there is no noise.
     """
     check_choice("range_kernel", kernel, KERNEL_NAMES)
     deviation = robust_deviation(heights) if sigma is None and len(heights) else 0.0
@@ -198,7 +195,6 @@ def _scaled(name: str, sigma: float | None, scale: float, automatic: float) -> f
 
 
 def _moving(mesh: NormalisedMesh, border: BorderPolicy) -> Ints:
-    """The points that move."""
     moves = referenced_vertices(mesh.cells, len(mesh))
     if mesh.movable is not None:
         moves &= mesh.movable
@@ -208,15 +204,15 @@ def _moving(mesh: NormalisedMesh, border: BorderPolicy) -> Ints:
 
 
 class _HeightNeighbours(NamedTuple):
-    """The neighbours whose heights each vertex averages, and the faces that its normal is made of."""
+    """The vertices that move, the one-rings whose heights they average, and `ring_ends`, of which their normals are made."""
 
-    moving: Ints  # int32 the vertices that move
-    offsets: Longs  # with `neighbours` the one-rings of all vertices
+    moving: Ints
+    offsets: Longs
     neighbours: Ints
-    on_curve: Bools  # (n,) bool, the vertices that average over the border alone
-    curve_offsets: Longs  # with `curve_neighbours` their neighbours along the border
+    on_curve: Bools  # (n,) the vertices that average over their neighbours along the border alone
+    curve_offsets: Longs
     curve_neighbours: Ints
-    end_offsets: Longs  # with `ends` the two other vertices of each face of a vertex, for its normal
+    end_offsets: Longs
     ends: Ints
 
     @staticmethod
@@ -321,8 +317,7 @@ def _mean_height(
 class _Triangles(NamedTuple):
     """The triangles that have an area, in the order of their cells, which are as large as the kernel reaches.
 
-    They are found by place, not by connection. Those of a column of cells lie one after the other, so that the 27 cells around a
-    vertex are 9 ranges.
+    Those of a column of cells lie one after the other, so that the 27 cells around a vertex are 9 ranges.
     """
 
     centres: Floats  # (m, 3)
@@ -358,9 +353,9 @@ def _normals(points: Floats, faces: Ints) -> tuple[Floats, Bools]:
 
 
 def _estimated(points: Floats, which: Ints, triangles: _Triangles, space: Term, height: Term | None) -> Floats:
-    """(n, 3) the points, those in `which` at the mean of their projections to the planes of near triangles, or of the centres.
+    """(n, 3) the points, those in `which` at the weighted mean of their projections to the planes of near triangles.
 
-    The projections are weighted by areas and both kernels, the centres, where there is no kernel of heights, without that.
+    Without a kernel of heights the mean is that of the centres of the triangles.
     """
     out = points.copy()
     _estimate(points, out, which, triangles, space, height or space, height is None)
@@ -381,15 +376,7 @@ def _first_not_below(keys: Longs, key: int) -> int:
 
 
 @compiled(parallel=True)
-def _estimate(
-    points: Floats,
-    out: Floats,
-    which: Ints,
-    triangles: _Triangles,
-    space: Term,
-    term: Term,
-    to_centres: bool,
-) -> None:
+def _estimate(points: Floats, out: Floats, which: Ints, triangles: _Triangles, space: Term, term: Term, to_centres: bool) -> None:
     centres, normals, areas, keys, low, size, shape = triangles
     reach = (REACH * space.sigma) ** 2
     for m in prange(which.shape[0]):

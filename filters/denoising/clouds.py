@@ -10,14 +10,13 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, check_whole_number
 from ..compilation import compiled
 from ..evidence import height_of_quadric, tangents
-from ..execution import Progress, ignore_progress, over_range
+from ..execution import Progress, blocks, ignore_progress, over_range
 from ..geometry import unit_vectors
 from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..robust import KernelName, kernel_weight
 from .bilateral import REACH, Term, range_term, space_term
 
-_CHUNK = 100_000  # covariances decomposed at a time
 # Of the sigma of 95 % efficiency, as for the heights of one-rings in `bilateral_fleishman`.
 _SHARE = 0.5
 
@@ -133,20 +132,18 @@ def _heights_of(points: Floats, normals: Floats, indices: Ints) -> Floats:
 
 
 def normals_of(points: Floats, indices: Ints) -> Floats:
-    """(m, 3) unit normals, each the direction in which a point and its neighbours vary least.
+    """(m, 3) unit normals, each the direction in which a point and its neighbours vary least; signs are arbitrary.
 
-    Signs are arbitrary. Where neighbours coincide, or lie on a line, so is the direction.
-
-    The (m, k) neighbours are those of the first m points, at least 2 each. More are steadier and round off edges.
+    Where neighbours coincide, or lie on a line, so is the direction. The (m, k) neighbours are those of the first m points, at
+    least 2 each. More are steadier and round off edges.
     """
     normals = np.empty((len(indices), 3))
-    for first in range(0, len(indices), _CHUNK):
-        last = min(first + _CHUNK, len(indices))
-        covariances = np.empty((last - first, 3, 3))
-        over_range(_covariances, last - first, points, indices, first, covariances)
+    for part in blocks(len(indices)):
+        covariances = np.empty((part.stop - part.start, 3, 3))
+        over_range(_covariances, len(covariances), points, indices, part.start, covariances)
         # In units of their own, lest tiny neighbourhoods underflow; ascending eigenvalues, so the first vector varies least.
         sizes = np.abs(covariances).max(axis=(1, 2), keepdims=True)
-        normals[first:last] = np.linalg.eigh(covariances / np.where(sizes > 0.0, sizes, 1.0))[1][:, :, 0]
+        normals[part] = np.linalg.eigh(covariances / np.where(sizes > 0.0, sizes, 1.0))[1][:, :, 0]
     return normals
 
 
@@ -156,8 +153,7 @@ def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
     The (m, k) neighbours are those of the first m of (n, 3) unit normals of any sign.
     """
     smooth = np.empty((len(indices), 3))
-    for first in range(0, len(indices), _CHUNK):
-        part = slice(first, min(first + _CHUNK, len(indices)))
+    for part in blocks(len(indices)):
         own = normals[part]
         sums = own.copy()
         for theirs in indices[part].T:
@@ -212,7 +208,6 @@ def _heights(points: Floats, normals: Floats, indices: Ints, heights: Floats, be
 
 @compiled(nogil=True)
 def _height(points: Floats, normals: Floats, i: int, j: int) -> float:
-    """n_i . (p_j - p_i)."""
     height = 0.0
     for c in range(3):
         height += normals[i, c] * (points[j, c] - points[i, c])

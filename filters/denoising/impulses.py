@@ -1,7 +1,6 @@
 """Impulse noise taken away: few vertices that are off by far, as those of stray measurements. Filters that keep edges keep them.
 
-Everywhere here `vertices` are (n, 3) coordinates, `points` those in mean edges, `faces` (m, 3) triangles, `normals` (n, 3) unit
-normals of a smoothed copy, and what is true or false of vertices is an (n,) array; `movable` says which may move, None for all.
+`points` are vertices in mean edges, `normals` those of a smoothed copy; what is true or false of vertices is an (n,) array.
 """
 
 import math
@@ -27,7 +26,6 @@ Outliers: TypeAlias = Literal["keep", "replace", "only"]
 _LOOKS, _HARDLY_ANY = 4, 0.02
 # Those that stand out most hide others: so many passes, or until at most this share of all vertices is found.
 _PASSES, _HARDLY_MORE = 20, 1e-4
-# No move gains less than rounding.
 _ROUNDING = 1e-6
 
 
@@ -48,8 +46,8 @@ def without_outliers(
        putting them on z is `flattening`. Put them there, also along the surface, `put_back_along`, all others where they were,
        and filter once more; and again, a few times, since outliers that were missed mislead the filter.
 
-    With `outliers` "keep" `smooth` filters once, and that is all. The `certain` (n,) vertices are outliers whatever they look
-    like; with them the mesh is a trial, and the others are looked for but once.
+    With `outliers` "keep" `smooth` filters once. Vertices that are `certain` are outliers whatever they look like; with them the
+    mesh is a trial, and the others are looked for but once.
     """
     check_choice("outliers", outliers, Outliers)
     if outliers == "keep":
@@ -97,11 +95,9 @@ def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, o
 
 
 def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None) -> tuple[Floats, Bools]:
-    """Put the vertices that stand out where a quadric through those around them expects them.
+    """Put the vertices that stand out where a quadric through those around them expects them; the others keep every bit.
 
-    Returns:
-        vertices: (n, 3); those that do not stand out keep every bit.
-        outlying: (n,) which do, see `outlying_vertices`, and make the surface flatter there, see `flattening`.
+    Returns the (n, 3) vertices, and (n,) which are `outlying_vertices` and, so moved, `flattening`.
     """
     edge = mean_edge_length(vertices, faces)
     used = referenced_vertices(faces, len(vertices))
@@ -172,10 +168,9 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
 
 
 def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, scored: Bools) -> tuple[float, float]:
-    """The median sizes of `height_residuals` without outliers: of vertices beside one, and of all others that are `scored`.
+    """The median sizes of `height_residuals` of vertices beside an outlier and of all others that are `scored`; 0 without any.
 
     Spikes strike anywhere, so that both are alike. Uneven noise stands out where it is loud, and all vertices there are off.
-    0 without any.
     """
     sizes = np.abs(height_residuals(points, one_rings(faces, len(points)), normals, outlying))
     beside, counted = with_neighbours(outlying, edges(faces)), scored & ~outlying
@@ -215,7 +210,6 @@ def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bool
 def _measure_gains(
     points: Floats, moved: Floats, faces: Ints, at: VertexFaces, across: Ints, which: Ints, gains: Floats, first: int, last: int
 ) -> None:
-    """By how much moving each of the vertices alone lowers the roughness around it."""
     for i in which[first:last]:
         gains[i] = 0.0
         for f in at.rows[at.offsets[i] : at.offsets[i + 1], 0]:
@@ -229,7 +223,6 @@ def _measure_gains(
 
 @compiled(nogil=True)
 def _bend(points: Floats, places: Floats, faces: Ints, i: int, f: int, g: int) -> float:
-    """|n_f - n_g| with vertex i at its place."""
     corners = np.empty((6, 3))
     for corner in range(6):
         j = faces[f, corner] if corner < 3 else faces[g, corner - 3]

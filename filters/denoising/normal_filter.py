@@ -62,7 +62,7 @@ class NormalFilter:
             as far as the neighbourhood reaches. For "gaussian" the standard deviation.
         neighborhood: which faces are averaged over; see `Neighborhood`. Larger smooths larger details, and costs in proportion.
             With "vertex_normals" rings of vertices: one for "edge" and "vertex", two, or three; distances are then in mean edges.
-        radius: for the neighbourhoods "radius" and "geodesic", in mean distances of the centres of the input.
+        radius: for the neighbourhood "radius", in mean distances of the centres of the input.
         normal_iterations: filter passes. More smooth more.
 
     Raises:
@@ -116,10 +116,9 @@ class Weighting(NamedTuple):
 
     @staticmethod
     def of(settings: NormalFilter, distance: float) -> "Weighting":
-        """That of a filter, for a mean distance of centres.
+        """That of a filter, for a mean distance of centres; kernels are those of `robust`.
 
-        The Gaussian is exp(-x^2 / (2 sigma^2)) here as in the literature on bilateral filters, so its sigma is a standard
-        deviation, 1 / sqrt 2 of that of `robust`. All other kernels are as there.
+        But the Gaussian is exp(-x^2 / (2 sigma^2)), as in the literature on bilateral filters: sigma is a standard deviation.
         """
         space = "constant" if settings.method == "unilateral" else settings.space_kernel
         return Weighting(
@@ -149,26 +148,19 @@ def weighted_normals(
     guide: Floats | None = None,
     cut_off: Ints | None = None,
 ) -> Floats:
-    """One pass of n_i' = normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j).
+    """One pass of n_i' = normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j), (m, 3); where all weights are 0 the normal as it was.
 
-    Args:
-        normals: (m, 3) the normals n to average.
-        table: (m, 8) of `measure_faces`: areas A and centres c. Its normals are overwritten: a copy is large.
-        neighbourhoods: which faces j are averaged over.
-        weighting: f and g.
-        guide: (m, 3) the normals on which the deviation x_ij is measured; None for n themselves.
-        cut_off: faces whose neighbours lie to one side, at which the mean follows a trend, see `_follow_trend`; None for none.
-
-    Returns:
-        (m, 3) unit normals; where all weights are 0 the normal as it was.
+    The (m, 8) table of `measure_faces` has the areas A and the centres c; its normals are overwritten, since a copy is large.
+    The deviation x_ij is that of the (m, 3) guide, None for that of the normals n themselves. At the faces that are `cut_off`,
+    whose neighbours lie to one side, the mean follows a trend, see `_follow_trend`.
     """
     result = np.empty_like(normals)
-    # One row of 8 numbers, the guide in the place of the table's normal, is all that the kernel fetches of a guide's neighbour.
+    # One row of 8 numbers, in which deviations are measured on the normal, is most that the kernel fetches of a neighbour.
     table[:, NORMAL] = normals if guide is None else guide
     # The arrays of `_neighbour_weights` hold the neighbours of any one face, and some more.
     size = _MORE + int(np.diff(neighbourhoods.offsets).max(initial=0)) + weighting.itself
-    arguments = normals, table, neighbourhoods, weighting, size, result
-    over_range(_weighted_means, len(normals), guide is None, *arguments)
+    arguments = table if guide is None else normals, table, neighbourhoods, weighting, size, result
+    over_range(_weighted_means, len(normals), *arguments)
     if cut_off is not None and len(cut_off):
         over_range(_follow_trend, len(cut_off), cut_off, *arguments)
     return result
@@ -201,22 +193,14 @@ def _means(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats, first
 
 @compiled(nogil=True)
 def _weighted_means(
-    unguided: bool,
-    normals: Floats,
-    rows: Floats,
-    neighbourhoods: FaceNeighbourhoods,
-    weighting: Weighting,
-    size: int,
-    result: Floats,
-    first: int,
-    last: int,
+    normals: Floats, rows: Floats, around: FaceNeighbourhoods, weighting: Weighting, size: int, out: Floats, first: int, last: int
 ) -> None:
     room = _make_room(size)
-    near, weights, offsets, itself = room.near, room.weights, neighbourhoods.offsets, weighting.itself
+    near, weights, offsets, itself = room.near, room.weights, around.offsets, weighting.itself
     begin = first
     while begin < last:
         end = _faces_with_room(offsets, begin, last, itself, size)
-        _neighbour_weights(begin, end, rows, neighbourhoods, weighting, room)
+        _neighbour_weights(begin, end, rows, around, weighting, room)
         stop = np.uint64(0)
         for i in range(np.uint64(begin), np.uint64(end)):
             start = stop
@@ -224,19 +208,14 @@ def _weighted_means(
             x = y = z = 0.0
             for k in range(start, stop):
                 j, weight = np.uint32(near[k]), weights[k]
-                if unguided:
-                    x += weight * rows[j, 0]
-                    y += weight * rows[j, 1]
-                    z += weight * rows[j, 2]
-                else:
-                    x += weight * normals[j, 0]
-                    y += weight * normals[j, 1]
-                    z += weight * normals[j, 2]
+                x += weight * normals[j, 0]
+                y += weight * normals[j, 1]
+                z += weight * normals[j, 2]
             length = math.sqrt(x * x + y * y + z * z)
             if length > 1e-300:
-                result[i, 0], result[i, 1], result[i, 2] = x / length, y / length, z / length
+                out[i, 0], out[i, 1], out[i, 2] = x / length, y / length, z / length
             else:
-                result[i, 0], result[i, 1], result[i, 2] = normals[i, 0], normals[i, 1], normals[i, 2]
+                out[i, 0], out[i, 1], out[i, 2] = normals[i, 0], normals[i, 1], normals[i, 2]
         begin = end
 
 
@@ -256,7 +235,7 @@ def _make_room(size: int) -> _Room:
 
 @compiled(nogil=True)
 def _faces_with_room(offsets: Longs, first: int, last: int, itself: bool, room: int) -> int:
-    """The end of the faces, from `first` and up to `last`, whose neighbours have room; that of one face at least."""
+    """The end of the faces from `first` on whose neighbours have room; one face at least."""
     stop = first + 1
     while stop < last and offsets[stop + 1] - offsets[first] + (stop + 1 - first if itself else 0) <= room:
         stop += 1
@@ -269,11 +248,9 @@ def _faces_with_room(offsets: Longs, first: int, last: int, itself: bool, room: 
 def _neighbour_weights(
     first: int, last: int, rows: Floats, neighbourhoods: FaceNeighbourhoods, weighting: Weighting, room: _Room
 ) -> int:
-    """The neighbours of some faces, of one after the other, and their weights: their areas times both kernels.
+    """How many neighbours the faces from `first` to before `last` have; writes them and their weights, area times both kernels.
 
-    The faces are those from `first` to before `last`, as `_faces_with_room` says; the rows those of `measure_faces`, with the
-    normals on which deviations are measured. Of the neighbours of a face it is the first itself, if it is among them. Returns
-    how many there are; they stand in the `room`.
+    The faces are as many as `_faces_with_room` says. Of the neighbours of a face it is the first itself, if it is among them.
     """
     offsets, neighbours = neighbourhoods
     range_code, range_scale, measure, floor, space_code, space_scale, itself = weighting
@@ -320,10 +297,10 @@ def _follow_trend(
     which: Ints,
     normals: Floats,
     rows: Floats,
-    neighbourhoods: FaceNeighbourhoods,
+    around: FaceNeighbourhoods,
     weighting: Weighting,
     size: int,
-    result: Floats,
+    out: Floats,
     first: int,
     last: int,
 ) -> None:
@@ -339,7 +316,7 @@ def _follow_trend(
     second, mixed, trend = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     for at in range(first, last):
         i = which[at]
-        count = _neighbour_weights(i, i + 1, rows, neighbourhoods, weighting, room)
+        count = _neighbour_weights(i, i + 1, rows, around, weighting, room)
         total = squares = 0.0
         mean[:], mean_x[:], second[:], mixed[:] = 0.0, 0.0, 0.0, 0.0
         for k in range(count):
@@ -391,7 +368,7 @@ def _follow_trend(
         length = math.sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2])
         if length > 1e-300:
             for v in range(3):
-                result[i, v] = mean[v] / length
+                out[i, v] = mean[v] / length
 
 
 @compiled(nogil=True)

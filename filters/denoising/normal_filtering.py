@@ -15,17 +15,11 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, check_choice, check_whole_number
 from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
-from ..geometry import AREA, CENTRE, NORMAL, looking_away, mean_normals_at_vertices, measure_faces, squared_length
+from ..geometry import AREA, CENTRE, NORMAL, looking_away, mean_normals_at_vertices, measure_faces, squared_length, unit_vectors
 from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, Whole, check_mesh, normalised_mesh
 from ..topology import BORDER_POLICIES, BorderPolicy, one_rings
-from .face_neighbourhoods import (
-    RINGS_OF_NEIGHBORHOOD,
-    Adjacency,
-    FaceNeighbourhoods,
-    centre_distance_sums,
-    mean_centre_distance,
-)
+from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, Adjacency, FaceNeighbourhoods, centre_distance_sums, mean_centre_distance
 from .normal_filter import NormalFilter, Weighting, mean_normals, weighted_normals
 from .vertex_update import VertexUpdate, fit_vertices
 
@@ -105,21 +99,11 @@ def normal_filtering(
 
 
 def filter_face_normals(
-    vertices: ArrayLike,
-    faces: ArrayLike,
-    *,
-    progress: Progress = ignore_progress,
-    **normal_filter: Any,
+    vertices: ArrayLike, faces: ArrayLike, *, progress: Progress = ignore_progress, **normal_filter: Any
 ) -> Floats:
-    """(m, 3) the filtered unit normals of the faces, the vertices left alone.
+    """(m, 3) the filtered unit normals of the faces, the vertices left alone; arguments as of `normal_filtering`.
 
     A face without area, whose own normal is 0, gets the normal of its surroundings, or 0 if it has none.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        progress: called after every pass; may raise to stop.
-        **normal_filter: the attributes of `NormalFilter`, by name.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -152,12 +136,10 @@ def rounds(
     distance: float | None = None,
     progress: Progress = ignore_progress,
 ) -> Iterator[Floats]:
-    """The points after one round, after two, and so on without end; none if no point may move. See `normal_filtering`.
-
-    Vertices slide along the surface until faces have hardly any area, which then turn over: such faces are not made.
+    """The points after one round of `normal_filtering`, after two, and so on without end; none if no point may move.
 
     The mesh is in the order of `adjacency`, the `distance` that of `NormalPasses`; `progress` is called with the share of a round
-    after each of its passes over the normals.
+    after each of its passes over the normals. Corners of a face that a round would turn over keep their place.
     """
     moves = np.diff(adjacency.at_vertices.offsets) > 0
     if mesh.movable is not None:
@@ -192,18 +174,16 @@ def rounds(
 
 
 def _folded(adjacency: Adjacency, table: Floats) -> Bools:
-    """(m,) which faces are folded over, for a table of `measure_faces`."""
     return looking_away(table[:, [AREA]] * table[:, NORMAL], adjacency.faces, len(adjacency.at_vertices.offsets) - 1)
 
 
 class NormalPasses:
-    """The passes of a filter of face normals over a measured mesh."""
+    """The passes of a filter of face normals over a mesh of (n, 3) points, in the order of `adjacency`.
+
+    The `distance` is the mean distance of the centres of faces that share an edge, if this is a part of a mesh.
+    """
 
     def __init__(self, points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> None:
-        """Over a mesh of (n, 3) points, in the order of `adjacency`.
-
-        The `distance` is the mean distance of the centres of faces that share an edge, if this is a part of a mesh.
-        """
         self._settings, self._adjacency, self._distance, faces = settings, adjacency, distance, adjacency.faces
         self._cut_off = None
         if settings.method == "vertex_normals":
@@ -215,21 +195,16 @@ class NormalPasses:
             self._cut_off = adjacency.cut_off(settings.neighborhood, settings.radius)
 
     def filtered(self, points: Floats, table: Floats, progress: Progress) -> Floats:
-        """(m, 3) the filtered unit normals of the faces.
-
-        The (m, 8) table is that of `measure_faces` for the points; its normals are overwritten.
-        """
+        """(m, 3) the filtered unit normals of the faces; the normals of the table of `measure_faces` are overwritten."""
         if self._settings.method != "vertex_normals":
             return self._passed(table, progress)
         faces = self._adjacency.faces
         normals = self._passed(measure_vertices(points, faces, table), progress)
-        sums = normals[faces].sum(axis=1)
-        lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+        means = unit_vectors(normals[faces].sum(axis=1))
         # A face whose vertices' normals cancel out keeps its own.
-        return np.where(lengths > 0.0, sums / np.where(lengths > 0.0, lengths, 1.0), table[:, NORMAL])
+        return np.where(means.any(axis=1, keepdims=True), means, table[:, NORMAL])
 
     def _passed(self, table: Floats, progress: Progress) -> Floats:
-        """The normals of the table of faces or vertices after all passes."""
         settings, around = self._settings, self._adjacency.around
         distance = mean_centre_distance(table, self._edge) if self._distance is None else self._distance
         weighting = Weighting.of(settings, distance)
@@ -254,9 +229,8 @@ def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, e
     The patch of face i is i and its neighbours in `patches`. It is the more even the smaller H = D R, with D the largest
     |n_j - n_k| of two of its faces and R the largest over the sum of |n_j - n_k| over the edges inside it: R is small where the
     bends are spread and near 1 where one edge has them all. Among the patches of i and of the faces in its patch, the one with
-    the smallest H gives the guide, the mean of its normals weighted by area.
-
-    The patches are the neighbourhoods "vertex", `edge_neighbours` those of "edge"; the areas are in the table of `measure_faces`.
+    the smallest H gives the guide, the mean of its normals weighted by area. The patches are the neighbourhoods "vertex",
+    `edge_neighbours` those of "edge"; the areas are in the table of `measure_faces`.
     """
     measures, means, guides = np.empty(len(normals)), np.empty_like(normals), np.empty_like(normals)
     with threads_for(len(patches.neighbours)):
@@ -320,10 +294,8 @@ def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, g
 
 def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeighbourhoods:
     """The vertices at most that many edges away from every vertex, ascending, without itself."""
-    near = one_rings(faces, n_vertices)
-    step = sparse.csr_matrix(
-        (np.ones(len(near.neighbours), dtype=np.bool_), near.neighbours, near.offsets), (n_vertices, n_vertices)
-    )
+    near, shape = one_rings(faces, n_vertices), (n_vertices, n_vertices)
+    step = sparse.csr_matrix((np.ones(len(near.neighbours), dtype=np.bool_), near.neighbours, near.offsets), shape)
     around = step
     for _ in range(rings - 1):
         around = around + around @ step
@@ -376,39 +348,25 @@ def round_of_part(
     mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)
     adjacency = Adjacency.of(mesh)
     mesh = mesh.in_order(adjacency.places)
-    found = rounds(
-        mesh,
-        adjacency,
-        settings,
-        vertex_iterations=vertex_iterations,
-        vertex_update=vertex_update,
-        border=border,
-        distance=distance,
-    )
+    how: dict[str, Any] = {"vertex_iterations": vertex_iterations, "vertex_update": vertex_update, "border": border}
+    found = rounds(mesh, adjacency, settings, distance=distance, **how)
     moved = points.copy()
     moved[mesh.used] = next(found, mesh.points)
     return moved
 
 
 def distances_of_part(points: Floats, faces: Ints, own: Bools) -> tuple[list[float], int]:
-    """The sum of the distances of the centres of faces that share an edge, and their number, over the faces of a part.
+    """Numbers with the exact sum of the distances of the centres of faces that share an edge, and how many distances that are.
 
-    The numbers of all parts, in one `math.fsum`, give the exact sum over the whole, rounded once.
-
-    Those are the `own` faces, with two rings around them; the points are normalised. Returns numbers whose exact sum is that of
-    the distances, and how many distances that are.
+    They go over the `own` faces of a part, which have two rings around them; the points are normalised. The numbers of all parts,
+    in one `math.fsum`, give the sum over the whole, rounded once.
     """
     mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)
     kept = np.isin(faces, mesh.used).all(axis=1)
     adjacency = Adjacency.of(mesh)
     edge = adjacency.around("edge")
     sums = centre_distance_sums(measure_faces(mesh.in_order(adjacency.places).points, adjacency.faces), edge)[own[kept]]
-    return _expansion(sums), int(np.diff(edge.offsets)[own[kept]].sum())
-
-
-def _expansion(values: Floats) -> list[float]:
-    """A few numbers with the exact sum of the values."""
     found: list[float] = []
-    while rest := math.fsum([*values.tolist(), *(-part for part in found)]):
+    while rest := math.fsum([*sums.tolist(), *(-part for part in found)]):
         found.append(rest)
-    return found
+    return found, int(np.diff(edge.offsets)[own[kept]].sum())

@@ -5,7 +5,7 @@ Taubin's steps before normal filtering calm noise that would turn faces over.
 
 import math
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -26,10 +26,8 @@ RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # Noise in all directions scatters the vertices as much along the surface as along its normals; an uneven mesh only adds to that.
 _ALL_DIRECTIONS = 0.85
-#: All of it would put spikes that were taken away back: twelve_i5 0.428 degrees in place of 0.416.
-HALF_WAY = 0.5
-#: rings of faces around a vertex that decide whether it goes back
-RINGS_OF_UNFOLDING = 3
+#: The share of the way back from a fold, of which all would put spikes back; and the rings of faces that decide on it.
+HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 
 def denoised(
@@ -111,9 +109,9 @@ def relaxed(
 ) -> Floats:
     """(n, 3) the vertices after as many pairs of Taubin's steps, of 0.5 and -0.53.
 
-    With the border "along", its vertices go along their normals alone, as in normal filtering: an outline that is jagged by
-    itself would be smoothed, and the triangles at it be squashed.
-    In the direction "normal" every vertex keeps the part of its way along its normal, that of a smoothed copy.
+    With the border "along" its vertices are `outline_kept`: else an outline that is jagged by itself would be smoothed, and the
+    triangles at it be squashed. In the direction "normal" every vertex keeps the part of its way along its normal, that of a
+    smoothed copy.
     """
     check_choice("relaxation_direction", direction, RelaxationDirection)
     if iterations == 0:
@@ -149,48 +147,33 @@ def share_along(p: float, q: float) -> float:
     return min(1.0, q / p) if p > 0.0 else 1.0
 
 
-class RelaxedPart(NamedTuple):
-    """What the vertices of a part of a mesh are after Taubin's steps, as `relaxed` in the whole but for one number.
+def relaxed_part(
+    vertices: Floats,
+    faces: Ints,
+    own: Bools,
+    *,
+    iterations: int,
+    direction: RelaxationDirection,
+    border: BorderPolicy,
+    whole: Whole,
+    is_open: bool,
+) -> tuple[Floats, Floats, tuple[tuple[float, int], tuple[float, int]]]:
+    """What `relaxed` makes of the vertices of a part of a mesh, but for one number.
 
-    Attributes:
-        moved: (n, 3) where they are.
-        across: (n, 3) where those of the outline are without their way along the surface; the others as `moved`.
-        outline: (n,) which are on the outline.
-        squares: of p and of q of `outline_kept` the sum over the `own` vertices, and their number.
+    They are where the (n, 3) first say, and those of the outline without their way along the surface where the second say. Of p
+    and of q of `outline_kept` the sums over the `own` vertices follow, which have `rings_of_relaxation` around them, and how many
+    these are. `is_open` says whether the whole has borders.
     """
-
-    moved: Floats
-    across: Floats
-    outline: Bools
-    squares: tuple[tuple[float, int], tuple[float, int]] = ((0.0, 0), (0.0, 0))
-
-    @staticmethod
-    def of(
-        vertices: Floats,
-        faces: Ints,
-        own: Bools,
-        *,
-        iterations: int,
-        direction: RelaxationDirection,
-        border: BorderPolicy,
-        whole: Whole,
-        is_open: bool,
-    ) -> "RelaxedPart":
-        """Take the steps; arguments as of `relaxed`, and whether the whole has borders.
-
-        The `own` vertices of the part have `rings_of_relaxation` around them.
-        """
-        fair = taubin_fairing(vertices, faces, iterations=iterations, border=border, whole=whole)
-        outline = border_vertices(faces, len(vertices)) & (border == "along") & (direction == "all")
-        if direction == "all" and (border != "along" or not is_open):
-            return RelaxedPart(fair, fair, outline)
-        across = along_normals(vertices, fair, smooth_normals(vertices, faces, whole=whole))
-        if direction == "normal":
-            return RelaxedPart(across, across, outline)
-        along = fair - across
-        squares, went = np.einsum("ij,ij->i", along, along), (fair != vertices).any(axis=1) & own
-        p, q = ((math.fsum(squares[went & which]), int((went & which).sum())) for which in (outline, ~outline))
-        return RelaxedPart(fair, np.where(outline[:, None], across, fair), outline, (p, q))
+    fair, nothing = taubin_fairing(vertices, faces, iterations=iterations, border=border, whole=whole), ((0.0, 0), (0.0, 0))
+    if direction == "all" and (border != "along" or not is_open):
+        return fair, fair, nothing
+    across = along_normals(vertices, fair, smooth_normals(vertices, faces, whole=whole))
+    if direction == "normal":
+        return across, across, nothing
+    along, outline = fair - across, border_vertices(faces, len(vertices))
+    squares, went = np.einsum("ij,ij->i", along, along), (fair != vertices).any(axis=1) & own
+    p, q = ((math.fsum(squares[went & which]), int((went & which).sum())) for which in (outline, ~outline))
+    return fair, np.where(outline[:, None], across, fair), (p, q)
 
 
 def rings_of_relaxation(iterations: int) -> int:

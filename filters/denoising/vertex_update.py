@@ -8,7 +8,7 @@ import numpy as np
 from ..checks import check_choice
 from ..compilation import compiled, prange
 from ..execution import over_range, threads_for
-from ..geometry import NORMAL
+from ..geometry import NORMAL, cross_product
 from ..mesh import Bools, Floats, Ints
 from ..topology import VertexFaces
 
@@ -20,8 +20,7 @@ VertexUpdate: TypeAlias = Literal["sun", "ohtake", "conjugate_gradient"]
 _HALVINGS = 3
 # Below 1 by more than rounding: what is called too short to turn a face is so in the sums of `_share_without_flips` too.
 _SAFE = 0.999
-# The columns of what is known of each face: the normal m that is wanted, m . c of its centre c, its weight, and the square of how
-# far a corner can move without turning it.
+# The columns of each face: the normal m that is wanted, m . c of its centre c, its weight, the square of the longest safe step.
 _OFFSET, _WEIGHT, _REACH, _COLUMNS = 3, 4, 5, 6
 
 
@@ -41,20 +40,12 @@ def fit_vertices(
     """(n, 3) the vertices after `iterations` steps towards faces with the given normals.
 
     "sun" and "ohtake" take p_i to p_i + sum_j w_j n_j (n_j . (c_j - p_i)) / sum_j w_j over the faces j at i, of centre c_j, with
-    w_j = 1 or the area of j, all vertices at once. Steps of faces that have no area yet weigh 0 in "ohtake".
+    w_j = 1 or the area of j, all vertices at once. Steps of faces that have no area yet weigh 0 in "ohtake". With `avoid_flips`
+    a step that turns a face away from its wanted normal is halved, and in the end left out.
 
-    Args:
-        vertices: (n, 3) coordinates of ordinary size.
-        faces: (m, 3) triangles.
-        at_vertices: `vertex_faces`.
-        normals: (m, 3) the unit normals that are wanted.
-        update: the rule.
-        iterations: number of steps. More fit more closely.
-        moves: (n,) which vertices move.
-        along_normal: (n,) which vertices move along the mean of their faces' wanted normals only, as those of borders.
-        avoid_flips: halve, and in the end leave out, a step that turns a face that looks to the side of its wanted normal away
-            from it.
-        overwrite: (m, 8) a table of `measure_faces` that is not needed any more: a new one is large.
+    The (n, 3) vertices are of ordinary size, `at_vertices` their `vertex_faces`; the (n,) ones that are `along_normal` move along
+    the mean of their faces' wanted normals only, as those of borders. An (m, 8) table of `measure_faces` that is not needed any
+    more may be overwritten: a new one is large.
     """
     check_choice("vertex_update", update, VertexUpdate)
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
@@ -85,8 +76,7 @@ def _descend(
     now = vertices.copy()
     gradient, direction = np.zeros_like(now), np.zeros_like(now)
     energy = fitting_energy(now, faces, normals)
-    before = 0.0
-    step = 0.0
+    before = step = 0.0
     for iteration in range(iterations):
         fresh = np.zeros_like(now)
         with threads_for(len(vertices)):
@@ -117,10 +107,7 @@ def _descend(
 @compiled(parallel=True)
 def _energies(vertices: Floats, faces: Ints, normals: Floats, terms: Floats) -> None:
     for f in prange(faces.shape[0]):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        ux, uy, uz = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
-        vx, vy, vz = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1], vertices[c, 2] - vertices[a, 2]
-        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        x, y, z = cross_product(vertices, faces[f, 0], faces[f, 1], faces[f, 2])
         # A |n - m|^2 = 2 A - 2 A n . m
         terms[f] = math.sqrt(x * x + y * y + z * z) - (x * normals[f, 0] + y * normals[f, 1] + z * normals[f, 2])
 
@@ -178,17 +165,9 @@ def _measure(now: Floats, faces: Ints, by_area: bool, planes: Floats, first: int
 # Unsigned indices need no look whether they count from the end.
 @compiled(nogil=True, error_model="numpy")
 def _step(
-    now: Floats,
-    around: VertexFaces,
-    planes: Floats,
-    moves: Bools,
-    bound: Bools,
-    avoid_flips: bool,
-    then: Floats,
-    first: int,
-    last: int,
+    now: Floats, at: VertexFaces, planes: Floats, moves: Bools, bound: Bools, careful: bool, then: Floats, first: int, last: int
 ) -> None:
-    offsets, rows = around
+    offsets, rows = at
     for i in range(np.uint64(first), np.uint64(last)):
         px, py, pz = now[i, 0], now[i, 1], now[i, 2]
         x = y = z = total = 0.0
@@ -210,7 +189,7 @@ def _step(
             if bound[i]:
                 x, y, z = _along_mean_normal(x, y, z, rows, int(start), int(stop), planes)
             # Most steps are too short to turn any face: no need to look again.
-            if avoid_flips and not x * x + y * y + z * z < _SAFE * least:
+            if careful and not x * x + y * y + z * z < _SAFE * least:
                 share = _share_without_flips(now, i, rows, int(start), int(stop), planes, (x, y, z))
                 x, y, z = share * x, share * y, share * z
         then[i, 0] = px + x if x != 0.0 else px

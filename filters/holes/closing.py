@@ -15,18 +15,13 @@ from .refinement import MOST_VERTICES, ForbiddenEdges, Patch, refined_patch, uni
 from .rims import ISLAND_IN_IT, MOST_JOINED, OpenRim, broken_left_open, left_open_as, sorted_rims
 from .triangulation import joined_corners, polygon, triangulate_polygon, vertex_pairs
 
-#: How the new vertices are placed: by `fair_region` with this energy, or for "none" where refinement put them. From the lowest
-#: order to the highest.
+#: How new vertices are placed: by `fair_region` with this energy, or for "none" by refinement. From the lowest order on.
 HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_variation"]
 HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
-# The share of the progress that triangulation takes.
-_TRIANGULATION = 0.4
-#: A hole at whose rim the surface bends by more than this many times as much as around it is refined further.
-SHARP = 1.2
-#: The least share to which its edges are shortened.
-FINEST = 0.25
-# The share of the progress of a refined patch that triangulation takes.
-_PATCH_TRIANGULATION = 0.3
+# The shares of the progress that triangulation takes, of all and of a refined patch.
+_TRIANGULATION, _PATCH_TRIANGULATION = 0.4, 0.3
+#: A hole at whose rim the surface bends by more than this many times as much as around gets edges down to this share.
+SHARP, FINEST = 1.2, 0.25
 #: The most new vertices of patches that are solved for together.
 MOST_AT_ONCE = 100_000
 #: The largest distance of new vertices from the box of their rim, in diagonals of that box. Fillings of smooth surfaces reach
@@ -42,22 +37,17 @@ class HoleFilling(NamedTuple):
     The closed mesh is ``np.concatenate([vertices, new_vertices])`` and ``np.concatenate([faces, new_faces])``.
     """
 
-    new_vertices: Floats  # (a, 3) float64
-    # (b, 3) int32, indices from 0 to n + a - 1: from n on they mean `new_vertices`. Oriented as the faces around.
-    new_faces: Ints
-    hole_of_face: Ints  # (b,) int32, ascending, the index in `closed` of the hole that each new face closes
-    hole_of_vertex: Ints  # (a,) int32, ascending, the same of each new vertex
-    # for every closed hole (k,) int32 the vertices of its rim in order along it, in the direction of the new faces
-    closed: tuple[Ints, ...]
-    # for every closed hole (k,) int32 the vertices of the rims of the islands that its new faces join; mostly none
-    islands: tuple[Ints, ...]
+    new_vertices: Floats  # (a, 3)
+    new_faces: Ints  # (b, 3) oriented as the faces around; indices from n on mean `new_vertices`
+    hole_of_face: Ints  # (b,) ascending, the index in `closed` of the hole that each new face closes
+    hole_of_vertex: Ints  # (a,) ascending, the same of each new vertex
+    closed: tuple[Ints, ...]  # of every closed hole (k,) the vertices of its rim in order, in the direction of the new faces
+    islands: tuple[Ints, ...]  # of every closed hole (k,) the vertices of the rims of islands that its faces join; mostly none
     left_open: tuple[OpenRim, ...]  # the other rims, and why they were left
-    # for every closed hole the energy that placed its new vertices: `energy`, or if its equations are too ill-conditioned or
-    # throw the filling out, the highest lower one that does not, or "none"
+    # of every closed hole the energy that placed its new vertices: `energy`, or if its equations are too ill-conditioned or throw
+    # the filling out, the highest lower one that does not, or "none"
     energies: tuple[HoleEnergy, ...]
-    # for every closed hole whether a higher energy would have put new vertices outside of the box of its rim, by more than the
-    # diagonal of that box
-    thrown_out: tuple[bool, ...]
+    thrown_out: tuple[bool, ...]  # whether a higher energy would have put them further than `FURTHEST` from the box of the rim
 
 
 def close_holes(
@@ -120,7 +110,7 @@ def close_holes(
     points, scale = scaled_to_unit(np.where(mask_of(triangles, len(original))[:, None], original, 0.0))
     forwards = rising(progress)  # work that is repeated in another way counts again
     rims, broken = boundary_loops(points, triangles)
-    holes, others = sorted_rims(rims, points, triangles, max_edges, selection, islands)
+    holes, others = sorted_rims(rims, points, triangles, max_edges, selection, islands == "join")
     left_open = [*map(broken_left_open, broken), *others]
     patches = Patches(points, triangles, rims)
     closed, with_islands = [], []
@@ -141,17 +131,8 @@ def close_holes(
     new_vertices, new_faces, hole_of_vertex, hole_of_face = patches.gathered()
     left_open.sort(key=lambda rim: int(rim.vertices.min()))
     progress(1.0)
-    return HoleFilling(
-        new_vertices / scale,
-        new_faces,
-        hole_of_face,
-        hole_of_vertex,
-        tuple(closed),
-        tuple(with_islands),
-        tuple(left_open),
-        tuple(energies),
-        tuple(thrown_out),
-    )
+    of_holes = tuple(closed), tuple(with_islands), tuple(left_open), tuple(energies), tuple(thrown_out)
+    return HoleFilling(new_vertices / scale, new_faces, hole_of_face, hole_of_vertex, *of_holes)
 
 
 class _PlacedPatch(NamedTuple):
@@ -168,10 +149,9 @@ class _PlacedPatch(NamedTuple):
 
 
 class Patches:
-    """A mesh and the patches that close its holes so far."""
+    """A mesh, of which some rims may be closed, and the patches that close its holes so far."""
 
     def __init__(self, points: Floats, faces: Ints, rims: list[BoundaryLoop]) -> None:
-        """No patches yet, for a mesh of which these rims may be closed."""
         self._points, self._faces = points, faces
         self._rings = one_rings(faces, len(points))
         met = np.zeros(len(points), dtype=np.int32)
@@ -232,10 +212,8 @@ class Patches:
         All patches of one energy are solved for together, the highest energy first. If their equations cannot be solved, the set
         is halved until each patch that causes it stands alone. Such a patch gets the next lower energy, in this round and all
         later ones, and so does one that leaves the box of its rim by more than `FURTHEST`. The last energy, "none", leaves
-        vertices among those around. The progress falls where patches are solved for again.
-
-        Returns:
-            For each patch the energy that placed it last, and whether a higher one would have put it further than `FURTHEST`.
+        vertices among those around. Returns for each patch the energy that placed it last, and whether a higher one would have
+        put it further than `FURTHEST`.
         """
         energies, thrown_out = [energy] * len(self._placed), [False] * len(self._placed)
         for done in range(rounds):
@@ -279,10 +257,7 @@ class Patches:
         return dict.fromkeys(far, True) | self._place([k for k in group if k not in far], energy, progress)
 
     def refine_again(self, smooth: bool, progress: Progress) -> None:
-        """Refine all patches with their current points; if `smooth`, more where the surface bends at the rim.
-
-        `progress` is called now and then with a share of 0, and may raise to stop.
-        """
+        """Refine all patches with their current points; if `smooth`, more where the surface bends at the rim."""
         for k, placed in enumerate(self._placed):
             patch = placed.patch
             bend = bend_at_rim(patch, placed.sides, placed.normals)
@@ -295,13 +270,11 @@ class Patches:
             self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))
 
     def move(self, new_vertices: Floats) -> None:
-        """Set the coordinates of the new vertices, in the order of `gathered`."""
         for k, (own, new) in enumerate(zip(self._placed, self._parts(new_vertices), strict=True)):
             points = np.concatenate([own.patch.points[: len(own.own)], new])
             self._placed[k] = own._replace(patch=own.patch._replace(points=points))
 
     def _parts(self, new_vertices: Floats) -> list[Floats]:
-        """The part of each patch of all new vertices."""
         return np.split(new_vertices, np.cumsum(self._new_counts())[:-1])
 
     def _new_counts(self) -> list[int]:
@@ -310,19 +283,15 @@ class Patches:
     def gathered(self) -> tuple[Floats, Ints, Ints, Ints]:
         """The new vertices, the new faces, and the index of the patch of each of these vertices and faces."""
         vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int32)]
-        total = len(self._points)
-        for (own, patch, *_), more in zip(self._placed, self._new_counts(), strict=True):
+        counts, total = self._new_counts(), len(self._points)
+        for (own, patch, *_), more in zip(self._placed, counts, strict=True):
             numbers = np.concatenate([own, np.arange(total, total + more, dtype=np.int32)]).astype(np.int32)
             vertices.append(patch.points[len(own) :])
             faces.append(numbers[patch.triangles])
             total += more
-        holes = np.arange(len(self._placed), dtype=np.int32)
-        return (
-            np.concatenate(vertices),
-            np.concatenate(faces),
-            np.repeat(holes, self._new_counts()),
-            np.repeat(holes, [len(part) for part in faces[1:]]),
-        )
+        holes = np.arange(len(counts), dtype=np.int32)
+        sizes = [len(part) for part in faces[1:]]
+        return np.concatenate(vertices), np.concatenate(faces), np.repeat(holes, counts), np.repeat(holes, sizes)
 
 
 def _reach(rim: Floats, new: Floats) -> float:
@@ -333,10 +302,7 @@ def _reach(rim: Floats, new: Floats) -> float:
 
 
 def bends_around(points: Floats, faces: Ints, marked: Bools) -> tuple[Floats, Floats]:
-    """(n,) the angles between the normals of the two faces of every edge, summed at its ends in radians, and (n,) their number.
-
-    Only those of the (n,) `marked` vertices are complete.
-    """
+    """(n,) the sum and (n,) the number of the angles between the two faces of each edge at the (n,) `marked` vertices."""
     n = len(points)
     near = faces[marked[faces].any(axis=1)]
     pairs, shared = face_adjacency(near)

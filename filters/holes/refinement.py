@@ -20,20 +20,18 @@ _CRACK = 0.25
 _MOST_ROUNDS = 60
 # The most vertices of a patch. Widths by `uniform_width` keep far below.
 _MOST_POINTS = 300_000
-# After this many rounds half of the work counts as done: their number is unpredictable.
+# After this many rounds, whose number is unpredictable, half of the work counts as done.
 _HALF = 8
 # An edge is flipped if its opposite angles sum to more than pi plus this, and the sum falls by more than this. Else rounding
-# could flip an edge between two equal choices back and forth for ever.
+# could flip it between two equal choices for ever.
 _GAIN = 1e-7
 # No flip makes a triangle with a doubled area below this share of the sum of two squared sides.
 _THINNEST = 1e-7
 _MOST_SWEEPS = 200
 #: A hole is filled with triangles as small as those at its rim if these have at most about so many vertices.
 MOST_VERTICES = 60_000
-#: Otherwise edges are as short as there within some distance of the rim, and beyond it grow by this share of the distance.
-SLOPE = 0.4
-#: That distance is at least so many edges.
-_LEAST_WIDTH = 1.0
+#: Else edges are so short within a band of at least so many edges, and beyond grow by this share of the distance from the rim.
+_LEAST_WIDTH, SLOPE = 1.0, 0.4
 
 
 class ForbiddenEdges(NamedTuple):
@@ -54,11 +52,7 @@ class Patch(NamedTuple):
 
 
 def refined_patch(
-    patch: Patch,
-    *,
-    forbidden: ForbiddenEdges,
-    uniform: float = np.inf,
-    progress: Progress = ignore_progress,
+    patch: Patch, *, forbidden: ForbiddenEdges, uniform: float = np.inf, progress: Progress = ignore_progress
 ) -> Patch:
     """Splits triangles at their centroids until they are as small as the edges of the rim, and flips edges, in turn [liepa2003].
 
@@ -95,7 +89,6 @@ def refined_patch(
 def _split_diagonals(
     points: Floats, sizes: Floats, triangles: Ints, n_rim: int, forbidden: ForbiddenEdges
 ) -> tuple[Floats, Floats, Ints]:
-    """Splits every edge inside the patch that joins two vertices of the rim, except in cracks, at its middle."""
     # Only the triangles with an edge between vertices of the rim can change.
     concerned = (triangles < n_rim).sum(axis=1) > 1
     rows = triangles[concerned].tolist()
@@ -120,15 +113,11 @@ def _split_diagonals(
             rows[t] = [start, v, apex]
             rows.append([v, end, apex])
     ends = np.array(middles, dtype=np.int32).reshape(-1, 2)
-    return (
-        np.concatenate([points, points[ends].mean(axis=1)]),
-        np.concatenate([sizes, sizes[ends].mean(axis=1)]),
-        np.concatenate([triangles[~concerned], np.array(rows, dtype=np.int32)]),
-    )
+    points, sizes = (np.concatenate([values, values[ends].mean(axis=1)]) for values in (points, sizes))
+    return points, sizes, np.concatenate([triangles[~concerned], np.array(rows, dtype=np.int32)])
 
 
 def _height(triangle: Floats) -> float:
-    """The least height of a triangle; 0 if its vertices coincide."""
     a, b, c = triangle
     longest = float(side_lengths(triangle).max())
     return float(np.linalg.norm(np.cross(b - a, c - a))) / longest if longest > 0.0 else 0.0
@@ -191,7 +180,6 @@ def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
 
 @compiled
 def _is_forbidden(forbidden: ForbiddenEdges, c: int, d: int) -> bool:
-    """Whether the points c and d must not be joined."""
     pairs, apart, alone = forbidden
     n = apart.shape[0]
     if (c < n and alone[c]) or (d < n and alone[d]):
@@ -201,7 +189,6 @@ def _is_forbidden(forbidden: ForbiddenEdges, c: int, d: int) -> bool:
 
 @compiled
 def _is_thin(points: Floats, a: int, b: int, c: int) -> bool:
-    """Whether a triangle is nearly degenerate."""
     nx, ny, nz = cross_product(points, a, b, c)
     squares = squared_length(points, a, b) + squared_length(points, a, c)
     return not nx * nx + ny * ny + nz * nz > (_THINNEST * squares) ** 2

@@ -13,21 +13,18 @@ from ..topology import BoundaryLoop, BrokenBorder, boundary_loops, connected_com
 #: 0 for the end of a tube, 2 pi cos t for a cap of the sphere up to the angle t from its pole.
 OUTER_TURN = 1.5 * np.pi
 #: A rim that spans more than this share of the area of its component is probably an outer border. The share is (1 + cos t) / 2
-#: for the cap above, so the borders of caps of up to 109 degrees are outer ones. For a sheet scanned from one side it is the mean
-#: cosine of the angle between its normals and the view.
+#: for the cap above, so the borders of caps of up to 109 degrees are outer ones.
 OUTER_SHARE = 1 / 3
-#: But a rim whose total geodesic curvature is below this is a hole: the inner border of a narrow frame. A sheet that covers more
-#: than three quarters of a ball has such a border, too.
+#: But one whose curvature is below this is a hole: the inner border of a narrow frame, or of three quarters of a ball and more.
 FRAME_TURN = -np.pi
-#: And a rim with a squared length below this share of the area of its sheet is a hole, whatever its curvature.
-#: The share is 4 pi for the border of a flat disc, the least of flat sheets, and 4.2 for the cap of a ball of 109 degrees.
+#: And so is one with a squared length below this share of the area of its sheet: that is 4 pi for the border of a flat disc, the
+#: least of flat sheets, and 4.2 for the cap of 109 degrees.
 SHORT_RIM = 1.0
 #: Whether a rim goes round the outside of a sheet.
 Outer: TypeAlias = Literal["no", "probably", "surely"]
 # An island may lie this far above or below the middle plane of its hole, as a share of the root of the hole's area.
 _HEIGHT = 0.5
-#: The largest number of edges of a hole and the islands in it together, or `max_edges` if that is larger: memory grows with its
-#: square.
+#: The most edges of a hole and the islands in it, or `max_edges` if that is larger: memory grows with the square.
 MOST_JOINED = 10_000
 #: Why a rim was left open: the hole has more edges than `max_edges`, or as `_WHY` has it; an "island" may be the rim around, too.
 Reason: TypeAlias = Literal[
@@ -53,15 +50,13 @@ _WHY: dict[Reason, str] = {
 class OpenRim(NamedTuple):
     """A rim that was left open."""
 
-    # (k,) int32 its vertices, in order along the rim; ascending for the reasons "orientation" and "non_manifold", where there is
-    # no such order
-    vertices: Ints
+    vertices: Ints  # (k,) int32 in order along the rim; ascending for "orientation" and "non_manifold", which have no such order
     reason: Reason  # why, one word
     message: str  # why, one sentence with the numbers
 
 
 def left_open_as(rim: BoundaryLoop, reason: Reason, more: str = "") -> OpenRim:
-    """The rim with its reason, and a message; `more` replaces the usual explanation of this reason."""
+    """The rim with its reason and a message, in which `more` replaces the usual explanation."""
     edges, why = len(rim.vertices), more or _WHY[reason]
     return OpenRim(rim.vertices, reason, f"the rim of {edges} edges through vertex {rim.vertices[0]} was left{why}")
 
@@ -132,22 +127,14 @@ def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> li
 
 
 def sorted_rims(
-    rims: list[BoundaryLoop],
-    points: Floats,
-    triangles: Ints,
-    max_edges: int,
-    selected: Bools | None,
-    islands: Literal["join", "leave"],
+    rims: list[BoundaryLoop], points: Floats, triangles: Ints, max_edges: int, selected: Bools | None, join: bool
 ) -> tuple[list[tuple[BoundaryLoop, list[BoundaryLoop]]], list[OpenRim]]:
-    """The holes to close, each with the rims of the islands in it, and the other rims with the reason.
-
-    Separates holes from outer borders and islands first, then drops the holes that are too large, seams or not selected.
-    """
+    """The holes to close, each with the rims of the islands in it, and the other rims with the reason."""
     outer = outer_borders(rims, points, triangles)
     holes = [rim for rim, outside in zip(rims, outer, strict=True) if outside == "no"]
     borders = [(rim, outside) for rim, outside in zip(rims, outer, strict=True) if outside != "no"]
     around = [-1] * len(borders)
-    if islands == "join" and borders and holes:
+    if join and borders and holes:
         around = _holes_around([rim for rim, _ in borders], holes, points, triangles)
     groups: list[tuple[BoundaryLoop, list[BoundaryLoop]]] = [(hole, []) for hole in holes]
     left = []
@@ -201,7 +188,6 @@ def _holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertic
 
 
 def _size_if_inside(island: Floats, hole: Floats) -> float:
-    """The area of the hole's projection, infinite if the island is not in it."""
     middle, normal = hole.mean(axis=0), area_vector(hole)
     size = float(np.linalg.norm(normal))
     # An island oriented as the surface around has a rim that runs the other way round than that of the hole.

@@ -1,6 +1,5 @@
 """Inspection of surfaces: measures, scalars and colours."""
 
-from .alignment import Alignment, align
 from .color_maps import Limits, diverging_colors, robust_limits, sequential_colors, symmetric_limits
 from .curvature import (
     CurvatureOperator,
@@ -12,18 +11,21 @@ from .curvature import (
 )
 from .distances import (
     SAMPLES,
+    Alignment,
     Correspondence,
     Displacement,
     DistanceStatistics,
     SurfaceDistance,
+    Thickness,
+    align,
     displacement,
     sample_places,
     surface_distance,
+    wall_thickness,
 )
 from .face_changes import SHARP, SharpEdges, folded_faces, share_kept, sharp_edges, side_changes, triangle_shapes
 from .surface import NearestPlaces, Surface
 from .surface_measures import SurfaceMeasures, surface_measures
-from .thickness import Thickness, wall_thickness
 
 __all__ = [
     "SAMPLES",

@@ -64,7 +64,6 @@ def sequential_colors(values: Floats, limits: Limits) -> Floats:
 
 
 def _places(values: Floats, limits: Limits) -> NDArray[np.intp]:
-    """The place of each value in a table; the middle where limits coincide or the value is not a number."""
     low, high = limits
     # Halved: the difference of two large numbers of either sign would overflow.
     half = 0.5 * high - 0.5 * low
@@ -77,7 +76,7 @@ def _places(values: Floats, limits: Limits) -> NDArray[np.intp]:
 
 
 def _table(stops: Iterable[tuple[float, float, float, float]]) -> Floats:
-    """(k, 4) gamma-coded colours of a map between its stops, along straight lines of Oklab, cut to what a screen shows."""
+    """(k, 4) gamma-coded colours of a map, along straight lines of Oklab between its stops."""
     at, lightness, chroma, hue = np.array(list(stops)).T
     angle = np.radians(hue)
     lab = (lightness, chroma * np.cos(angle), chroma * np.sin(angle))

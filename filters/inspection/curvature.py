@@ -18,11 +18,7 @@ _SOFTNESS = 0.25
 
 
 def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
-    """(n, 3) the `vertex_normals` of a mesh of any size and place; 0 at vertices without a face.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles; one that names a vertex twice is none.
+    """(n, 3) the unit normals of the vertices, face normals weighted with angles; 0 at vertices without a face.
 
     Raises:
         FilterInputError: not a mesh.

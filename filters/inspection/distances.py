@@ -1,4 +1,7 @@
-"""Distances of one surface from another: of vertices, and of samples by area with a bound for the places between them."""
+"""Distances of one surface from another: of vertices, and of samples by area with a bound for the places between them.
+
+Alignment to another surface by iterated nearest places, point to plane [chen1992], and the wall thickness of closed ones.
+"""
 
 import math
 from dataclasses import dataclass
@@ -8,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_choice
-from ..compilation import compiled
-from ..execution import blocks, over_range
-from ..geometry import face_areas, vector_lengths
+from ..execution import blocks
+from ..geometry import face_areas, face_normals, vector_lengths
+from ..libraries import spatial
 from ..mesh import Floats, Ints, Longs, check_mesh
 from .surface import NearestPlaces, Surface
 
@@ -21,6 +24,14 @@ Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
 SAMPLES = 100_000
 #: Percentiles of the sizes of distances.
 PERCENTILES = (50, 90, 95, 99)
+#: Samples that are aligned, and the share of them, the nearest ones, that determines the motion: only one scan may have the rest.
+_ALIGNED, _TRUSTED = 20_000, 0.8
+#: The most iterations of an alignment, and the step at which it ends, as a share of the size of the surface.
+_ITERATIONS, _SMALLEST = 200, 3e-6
+#: A wall is opposite if its normal is turned by this angle at least, in radians: two faces at an edge are not.
+LEAST_ANGLE = 2.0 * np.pi / 3.0
+#: The most balls that are tried at a place, and the share of the radius that is rounding.
+_BALLS, _SAME = 30, 1e-9
 #: The search for the largest distance ends when no other can be larger by more than this factor.
 _PROVEN = 1.01
 #: The steps of the sequence whose points fill a square most evenly of all such sequences: 1 / g and 1 / g^2, g^3 = g + 1
@@ -50,14 +61,8 @@ def displacement(
 ) -> Displacement:
     """Measure how far the vertices of a mesh or a cloud lie from a reference.
 
-    Exact to the digits that the coordinates have, far from the origin, too: differences come before squares.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles, none for a cloud; used for the correspondence alone.
-        reference_vertices: (k, 3) coordinates.
-        reference_faces: (l, 3) triangles, none for a cloud.
-        correspondence: see `Correspondence`.
+    Exact to the digits that the coordinates have, far from the origin, too: differences come before squares. A cloud has no
+    faces. Those of the mesh matter for the correspondence alone.
 
     Raises:
         FilterInputError: not a mesh, an empty reference, or vertices that cannot correspond as they differ in number.
@@ -81,27 +86,20 @@ def displacement(
     return Displacement(vectors, vector_lengths(vectors), heights, by_vertex=True)
 
 
-class FaceSamples(NamedTuple):
-    """k samples of a surface; for their coordinates see `sample_places`."""
+def face_samples(vertices: Floats, faces: Ints, count: int) -> tuple[Ints, Floats]:
+    """The faces of about `count` samples, ascending, more where there are more faces, and the area for which each stands.
 
-    faces: Ints  # (k,) the face of each, ascending; in a cloud the vertex
-    areas: Floats  # (k,) the area for which each stands; together that of the surface
-
-
-def face_samples(vertices: Floats, faces: Ints, count: int) -> FaceSamples:
-    """About `count` samples, more where there are more faces; the same ones at every call.
-
-    Each face has as many as its share of the area asks for, at least one, at places that are spread evenly and belong to no
-    pattern of the mesh. So a mean that is weighted with the areas misses that over the surface by no more than that of as many
-    random samples. Those of a cloud, which has no faces, are its vertices. Coordinates are best near the origin.
+    Each face has as many as its share of the area asks for, at least one; `sample_places` spreads them evenly, in no pattern of
+    the mesh. So a mean that is weighted with the areas misses that over the surface by no more than that of as many random
+    samples. Those of a cloud, which has no faces, are its vertices. Coordinates are best near the origin.
     """
     if not len(faces):
-        return FaceSamples(np.arange(len(vertices), dtype=np.int32), np.ones(len(vertices)))
+        return np.arange(len(vertices), dtype=np.int32), np.ones(len(vertices))
     measured = face_areas(vertices, faces)
     shares = measured * (count / total) if (total := measured.sum()) > 0.0 else measured
     per_face = np.maximum(np.rint(shares), 1.0).astype(np.int64)
     of = np.repeat(np.arange(len(faces), dtype=np.int32), per_face)
-    return FaceSamples(of, (measured / per_face)[of])
+    return of, (measured / per_face)[of]
 
 
 def sample_places(vertices: Floats, faces: Ints, samples: Ints, rows: Longs) -> Floats:
@@ -109,22 +107,14 @@ def sample_places(vertices: Floats, faces: Ints, samples: Ints, rows: Longs) -> 
     if not len(faces):
         return vertices[samples[rows]]
     places = np.empty((len(rows), 3))
-    over_range(_place, len(rows), vertices, faces, samples, rows, places)
+    for part in blocks(len(rows)):
+        # The points of the sequence as weights of corners, those beyond the diagonal of the square mirrored at its middle.
+        s, t = (step * (rows[part, None] + 1) % 1.0 for step in _STEPS)
+        beyond = s + t > 1.0
+        s, t = np.where(beyond, 1.0 - s, s), np.where(beyond, 1.0 - t, t)
+        a, b, c = (vertices[corners] for corners in faces[samples[rows[part]]].T)
+        places[part] = a + s * (b - a) + t * (c - a)
     return places
-
-
-@compiled(nogil=True)
-def _place(vertices: Floats, faces: Ints, samples: Ints, rows: Longs, places: Floats, first: int, last: int) -> None:
-    """The points of the sequence as weights of corners, those beyond the diagonal of the square mirrored at its middle."""
-    for r in range(first, last):
-        s, t = (_STEPS[0] * (rows[r] + 1)) % 1.0, (_STEPS[1] * (rows[r] + 1)) % 1.0
-        if s + t > 1.0:
-            s, t = 1.0 - s, 1.0 - t
-        f = samples[rows[r]]
-        for d in range(3):
-            a = vertices[faces[f, 0], d]
-            to_second, to_third = vertices[faces[f, 1], d] - a, vertices[faces[f, 2], d] - a
-            places[r, d] = a + s * to_second + t * to_third
 
 
 @dataclass(frozen=True)
@@ -155,16 +145,10 @@ class SurfaceDistance:
     at_vertices: Floats  # (n,) how far to its outer side the vertices lie
     largest: float  # the largest distance that a search of all faces came upon, without sign
     furthest: Floats  # (3,) where that is
-    # no place of the surface lies further than that; `largest` is at most a hundredth less, unless that would have taken more
-    # searching than the samples
-    at_most: float
+    at_most: float  # no place lies further; `largest` is a hundredth less at most, unless that took more searches than samples
 
     def statistics(self, tolerance: float | None = None) -> DistanceStatistics:
-        """Statistics of the distances of the samples.
-
-        Args:
-            tolerance: a distance, for `DistanceStatistics.within`.
-        """
+        """Statistics of the distances of the samples; `tolerance` is for `DistanceStatistics.within`."""
         d, weights = self.distances, self.weights
         sizes = np.abs(d)
         independent = 2.0 * math.sqrt(float((weights**2).sum()))
@@ -184,7 +168,7 @@ class SurfaceDistance:
             mean_size=mean_size,
             rms=rms,
             standard_deviation=math.sqrt(float(weights @ (d - mean) ** 2)),
-            percentiles=dict(zip(map(str, PERCENTILES), _percentiles(sizes, weights), strict=True)),
+            percentiles=_percentiles(sizes, weights),
             within=within,
             mean_error=mean_error,
             mean_size_error=mean_size_error,
@@ -194,33 +178,25 @@ class SurfaceDistance:
 
 
 def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int = SAMPLES) -> SurfaceDistance:
-    """Measure how far a mesh or a cloud lies from a surface.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles; none of a cloud, whose vertices are the samples.
-        to: the other surface.
-        count: samples, at least one on every face.
+    """Measure how far a mesh lies from a surface, by `count` samples, at least one on every face; or a cloud, by its vertices.
 
     Raises:
         FilterInputError: not a mesh.
     """
     points, triangles = check_mesh(vertices, faces)
     at_vertices = to.nearest(points)
-    samples = face_samples(points - to.mesh.middle, triangles, count)
-    area = float(samples.areas.sum())
-    weights = samples.areas / area if area > 0.0 else np.full(len(samples.areas), 1.0 / len(samples.areas))
+    samples, areas = face_samples(points - to.mesh.middle, triangles, count)
+    area = float(areas.sum())
+    weights = areas / area if area > 0.0 else np.full(len(areas), 1.0 / len(areas))
     sampled = at_vertices
     if len(triangles):
-        sampled = to.nearest(sample_places(points, triangles, samples.faces, np.arange(len(weights))))
-    largest, furthest, at_most = _largest(points, triangles, at_vertices.signed, samples.faces, sampled, to)
-    return SurfaceDistance(
-        samples.faces, weights, sampled.signed, sampled.elements, at_vertices.signed, largest, furthest, at_most
-    )
+        sampled = to.nearest(sample_places(points, triangles, samples, np.arange(len(weights))))
+    proven = _largest(points, triangles, at_vertices.signed, samples, sampled, to)
+    return SurfaceDistance(samples, weights, sampled.signed, sampled.elements, at_vertices.signed, *proven)
 
 
 class _Parts(NamedTuple):
-    """(t, 3, 3) corners of parts of faces, (t, 3) their distances from the other surface, and (t,) bounds of all distances."""
+    """(t, 3, 3) corners of parts of faces, (t, 3) their distances from the other surface, (t,) bounds of all distances."""
 
     corners: Floats
     distances: Floats
@@ -288,9 +264,98 @@ def _above(bound: float, parts: _Parts) -> tuple[_Parts, float]:
     return _Parts(*(values[high] for values in parts)), float(parts.bounds[~high].max(initial=0.0))
 
 
-def _percentiles(sizes: Floats, weights: Floats) -> list[float]:
-    """The sizes that so many percent of the weight keep below."""
+def _percentiles(sizes: Floats, weights: Floats) -> dict[str, float]:
     order = np.argsort(sizes, kind="stable")
     below = np.cumsum(weights[order])
     at = np.searchsorted(below, [p / 100.0 * below[-1] for p in PERCENTILES])
-    return [float(sizes[order[min(k, len(order) - 1)]]) for k in at]
+    return {str(p): float(sizes[order[min(k, len(order) - 1)]]) for p, k in zip(PERCENTILES, at, strict=True)}
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """The rigid motion of a surface onto another one."""
+
+    vertices: Floats  # (n, 3) where its vertices are now
+    degrees: float  # by which it was turned
+    shift: float  # by which its middle was moved, in mesh units
+    residual: float  # the root mean square of the distances of the 80 % of its samples that lie nearest
+    iterations: int  # how many it took
+    converged: bool  # whether the last step was below 3e-6 of the size
+
+
+def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
+    """Turn and move a mesh or a cloud so that it lies on a surface with faces; it is some degrees off at most [chen1992]."""
+    middle = vertices.mean(axis=0)
+    local = vertices - middle
+    of, _ = face_samples(local, faces, _ALIGNED)
+    samples = sample_places(local, faces, of, np.arange(0, len(of), max(1, len(of) // _ALIGNED)))
+    size = float(np.linalg.norm(np.ptp(samples, axis=0))) or 1.0
+    turn, shift = np.eye(3), np.zeros(3)
+    residual, iterations, step = math.inf, 0, math.inf
+    while iterations < _ITERATIONS and step > _SMALLEST:
+        iterations += 1
+        places = samples @ turn.T + shift
+        nearest = to.nearest(places + middle, vectors=True)
+        trusted = np.argsort(nearest.distances, kind="stable")[: max(6, int(_TRUSTED * len(places)))]
+        residual = math.sqrt(float((nearest.distances[trusted] ** 2).mean()))
+        normals, p = to.normals_of(nearest.elements[trusted]), places[trusted] / size
+        # Least squares of n (p + w x p + t - q): the turn w and the shift t, both small.
+        rows = np.column_stack([np.cross(p, normals), normals])
+        heights = np.einsum("ij,ij->i", nearest.vectors[trusted], normals) / size
+        motion = np.linalg.lstsq(rows.T @ rows, -rows.T @ heights, rcond=1e-12)[0]
+        more = spatial.transform.Rotation.from_rotvec(motion[:3]).as_matrix()
+        turn, shift = more @ turn, more @ shift + size * motion[3:]
+        step = float(np.linalg.norm(motion))
+    angle = math.degrees(float(spatial.transform.Rotation.from_matrix(turn).magnitude()))
+    moved = local @ turn.T + shift + middle
+    return Alignment(moved, angle, float(np.linalg.norm(shift)), residual, iterations, step <= _SMALLEST)
+
+
+class Thickness(NamedTuple):
+    """The thickness at k places of a surface, in mesh units."""
+
+    values: Floats  # (k,) the diameters of the balls; infinite where no other wall is opposite
+    places: Floats  # (k, 3) where they touch
+    areas: Floats  # (k,) the area for which each stands
+
+    def below(self, share: float) -> float:
+        """The thickness that this share of the area stays below, of the area where there is one; infinite without any."""
+        order = np.argsort(self.values)
+        reached = np.cumsum(self.areas[order]) >= share * self.areas[np.isfinite(self.values)].sum()
+        return float(self.values[order][reached.argmax()])
+
+
+def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000) -> Thickness:
+    """The thickness of the body inside a closed surface, at places spread evenly over it [ma2012].
+
+    A ball of the size of the box touches the place p with normal n, its centre c = p - r n. While the surface comes nearer to c
+    than r, at q, it is replaced by the ball that touches both, r = |p - q|^2 / (2 n . (p - q)). The last of these counts whose q
+    lies on a wall that is opposite, by `LEAST_ANGLE`: a sheet is as thick as it is near its rim, too. The faces, at least one,
+    look outwards. There are about `count` places, twice as many at most.
+
+    Raises:
+        FilterInputError: not a mesh.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    surface = Surface.of(points, triangles)
+    samples, areas = face_samples(points, triangles, count)
+    step = -(-len(samples) // (2 * count))
+    places = sample_places(points, triangles, samples, np.arange(0, len(samples), step))
+    of_faces = face_normals(points, triangles)
+    normals = of_faces[samples[::step]]
+    radii = np.full(len(normals), float(np.linalg.norm(np.ptp(points, axis=0))))
+    thickness = np.full(len(normals), np.inf)
+    active = np.flatnonzero((normals != 0.0).any(axis=1))
+    for _ in range(_BALLS):
+        to_place = radii[active, None] * normals[active]
+        nearest = surface.nearest(places[active] - to_place, vectors=True)
+        inside = nearest.distances < (1.0 - _SAME) * radii[active]
+        active, way = active[inside], to_place[inside] + nearest.vectors[inside]
+        rise = np.einsum("ij,ij->i", way, normals[active])
+        opposite = np.einsum("ij,ij->i", of_faces[nearest.elements[inside]], normals[active]) <= np.cos(LEAST_ANGLE)
+        active, way, rise, opposite = (a[rise > 0.0] for a in (active, way, rise, opposite))
+        if not len(active):
+            break
+        radii[active] = np.einsum("ij,ij->i", way, way) / (2.0 * rise)
+        thickness[active[opposite]] = 2.0 * radii[active[opposite]]
+    return Thickness(thickness, places, step * areas[::step])

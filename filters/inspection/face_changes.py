@@ -34,18 +34,13 @@ def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
 
     Noise of half an edge makes every edge sharp: on a noisy scan this measures the noise.
 
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-
     Raises:
         FilterInputError: not a mesh.
     """
     points, triangles = check_mesh(vertices, faces)
     mesh = normalised_mesh(points, triangles)
-    local = (points - mesh.middle) * mesh.scale
     neighbours, shared = face_adjacency(triangles)
-    normals = face_measures(local, triangles)[0]
+    normals = face_measures((points - mesh.middle) * mesh.scale, triangles)[0]
     sharp = np.degrees(dihedral_angles(normals, triangles, neighbours)) >= SHARP  # false for faces without area
     pairs = shared[sharp]
     ends = points[pairs]
@@ -56,10 +51,7 @@ def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
 def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float | None:
     """The share of the length of the sharp edges of `before` near which `after` has one; None if there were none.
 
-    Args:
-        before: the sharp edges of one surface.
-        after: those of the other.
-        within: how far the middle of an edge may be from the nearest one, in mesh units; larger finds more of them kept.
+    The middles of edges may be `within` so many mesh units; larger finds more of them kept.
     """
     total = math.fsum(before.lengths)
     if total == 0.0:
@@ -78,14 +70,10 @@ def side_changes(before: ArrayLike, after: ArrayLike, faces: ArrayLike) -> Float
     change of shape and stays in S; noise that was taken off, or came, is averaged away. q - S(q - p) is then what the surface
     was before, with the noise that it has after, so that both boxes are as much larger by noise at their ends.
 
-    Args:
-        before: (n, 3) coordinates.
-        after: (n, 3) coordinates of the same vertices.
-        faces: (m, 3) triangles; other vertices do not count.
-
     Returns:
         (3,) the changes along x, y and z; nan where there was no side. -0.02 is 2 % shorter. With independent noise of 0.5 mean
-        edges taken off they are right within 0.01 on shapes 27 edges thick, where the boxes themselves differ by 0.1.
+        edges taken off they are right within 0.01 on shapes 27 edges thick, where the boxes themselves differ by 0.1. Vertices
+        without a face do not count.
 
     Raises:
         FilterInputError: not a mesh.
@@ -117,9 +105,7 @@ def triangle_shapes(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
     """(m,) which faces look away from the mean of the normals of the faces at their vertices, weighted by area.
 
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles. Where they do not agree on the outside, those of the smaller side count.
+    Where faces do not agree on the outside, those of the smaller side count.
 
     Raises:
         FilterInputError: not a mesh.

@@ -1,7 +1,4 @@
-"""The nearest place on a surface, or in a cloud, to each of many points, and the side of the surface on which they lie.
-
-The triangles are in a balanced tree. Each place is exactly the nearest one.
-"""
+"""The nearest place on a surface, or in a cloud, to each of many points, exactly, and the side of the surface they lie on."""
 
 import math
 from dataclasses import dataclass
@@ -27,7 +24,7 @@ _LEAF = 4
 _STACK = 64
 #: Boxes that are further by this share than the nearest triangle so far are left out: more than all rounding.
 _SLACK = 1.0 + 1e-9
-#: Of the size of the coordinates: differences of squares below are rounding.
+#: Of the squared size of the coordinates: differences of squares below are rounding.
 _ROUNDING = (8.0 * np.finfo(np.float64).eps) ** 2
 
 
@@ -56,10 +53,9 @@ class TriangleTree(NamedTuple):
         return cls(triangles, indices, boxes, leaves, _ROUNDING * float(np.abs(boxes[1]).max()) ** 2)
 
     def nearest(self, queries: Floats) -> tuple[Longs, Floats, Floats]:
-        """The nearest place to each of (q, 3) points; among places as near as each other that of the lowest face.
+        """The faces nearest to (q, 3) points, (q, 2) weights of their second and third corners there, and (q,) distances.
 
-        Returns:
-            (q,) the face, (q, 2) the weights of its second and third corner there, and (q,) the distance.
+        Among places as near as each other it is that of the lowest face.
         """
         faces, weights, distances = np.empty(len(queries), np.int64), np.empty((len(queries), 2)), np.empty(len(queries))
         over_range(_search, len(queries), self, np.ascontiguousarray(queries), faces, weights, distances)
@@ -141,7 +137,6 @@ def _search(tree: TriangleTree, queries: Floats, faces: Longs, weights: Floats, 
 
 @compiled(nogil=True)
 def _measure(triangles: Floats, r: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """The weights of the nearest place of a triangle, and its squared distance."""
     px, py, pz = x - triangles[r, 0], y - triangles[r, 1], z - triangles[r, 2]
     ux, uy, uz = triangles[r, 3], triangles[r, 4], triangles[r, 5]
     vx, vy, vz = triangles[r, 6], triangles[r, 7], triangles[r, 8]
@@ -215,7 +210,6 @@ class Surface:
         return places
 
     def _nearest(self, queries: Floats) -> tuple[Floats, Longs, Floats]:
-        """Signed distances and elements of `NearestPlaces`, and the local vectors."""
         mesh = self.mesh
         local = self.local(queries)
         if not len(mesh.cells):
@@ -229,7 +223,7 @@ class Surface:
         return np.where(outwards < 0.0, -1.0, 1.0) * distances / mesh.scale, self.faces[cells], vectors
 
     def local(self, places: Floats) -> Floats:
-        """Places about the middle of the surface and of its scale, in which `search` and `largest_distances` work."""
+        """Places about the middle of the surface in its scale."""
         return np.ascontiguousarray((places - self.mesh.middle) * self.mesh.scale)
 
     def search(self, local: Floats) -> tuple[Longs, Floats]:
@@ -238,11 +232,10 @@ class Surface:
         return cells, distances
 
     def largest_distances(self, corners: Floats, distances: Floats, beside: Longs) -> Floats:
-        """(t,) bounds above the local distances of all places of triangles from the surface.
+        """(t,) bounds above the local distances of all places of triangles, by corners (t, 3, 3) at distances (t, 3).
 
-        A place lies at most as much further as it is from a corner: the longest side over the root of 3 (Jung's theorem). And
-        the distance from one triangle of the surface is convex, so that it is largest at a corner. The triangles are given by the
-        (t, 3, 3) local places of their corners, with (t, 3) distances, and by (t, k) triangles of `mesh` beside them.
+        A place lies at most as much further as it is from a corner: the longest side over the root of 3 (Jung's theorem). And the
+        distance from each of the (t, k) triangles of `mesh` beside is convex, so that it is largest at a corner.
         """
         bounds, rows = np.empty(len(corners)), self._row_of[beside]
         over_range(_bound, len(corners), self._tree.triangles, np.ascontiguousarray(corners), distances, rows, bounds)
@@ -261,7 +254,6 @@ class Surface:
         return at_vertices(self.mesh, self._vertex_normals)
 
     def _normals_at(self, cells: Longs, weights: Floats) -> Floats:
-        """(q, 3) a direction to the outer side at places of triangles."""
         normals = self._normals[cells]
         s, t = weights.T
         # Edge k goes from corner k to the next; a place on two of them is their common corner.
@@ -282,7 +274,6 @@ class Surface:
 
     @cached_property
     def _row_of(self) -> Longs:
-        """The place of each triangle in the tree."""
         return np.argsort(self._tree.indices)
 
     @cached_property

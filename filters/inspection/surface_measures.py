@@ -1,8 +1,4 @@
-"""Measures of a surface: size, topology, roughness and the quality of its triangles.
-
-The time is linear in the size of the mesh, except for sorting the edges at each vertex. Coordinates are taken relative to the
-middle of the mesh, so that meshes far from the origin (UTM, ECEF) lose no precision.
-"""
+"""Measures of a surface: size, topology, roughness and the quality of its triangles; exact far from the origin (UTM), too."""
 
 import math
 from dataclasses import dataclass
@@ -32,37 +28,24 @@ class SurfaceMeasures:
     faces: int  # all of them
     edges: int  # edges of the faces, or in a mesh without faces of the polylines, each once
     unreferenced_vertices: int  # vertices that no face and no edge uses
-    # faces of no area: a vertex named twice, coincident vertices, three vertices on a line. They are left out of `roughness` and
-    # count as 0 in `triangle_quality`.
-    degenerate_faces: int
-    # faces whose normals point away from the normals at their vertices, see `pymeshfair.filters.inspection.folded_faces`
-    folded_faces: int
+    degenerate_faces: int  # faces of no area, left out of `roughness` and 0 in `triangle_quality`
+    folded_faces: int  # faces whose normals point away from those at their vertices, see `folded_faces`
     border_edges: int  # edges with exactly one face
     non_manifold_edges: int  # edges with more than two faces
-    # vertices of a non-manifold edge, and those whose faces form more than one fan, such as the tip where two cones touch
-    non_manifold_vertices: int
-    # connected components of the faces, or in a mesh without faces of the edges; isolated vertices are not counted
-    components: int
+    non_manifold_vertices: int  # those of such an edge, and those whose faces form more than one fan, as where two cones touch
+    components: int  # of the faces, or in a mesh without faces of the edges; isolated vertices are not counted
     closed: bool  # there are faces and every edge has two
     oriented: bool  # the two faces of an inner edge traverse it in opposite directions, so that they agree on the outside
     euler_characteristic: int  # vertices with an edge - edges + faces
-    # the number of handles, all components together: components - euler_characteristic / 2. Only for closed, oriented meshes
-    # without non-manifold vertices.
-    genus: int | None
+    genus: int | None  # handles, components - euler_characteristic / 2; of closed, oriented meshes with manifold vertices
     diagonal: float  # of the bounding box of all vertices
     area: float  # of all faces
-    # sum of det(a, b, c) / 6 over the faces, positive if they are counter-clockwise seen from outside. Only for closed, oriented
-    # meshes.
-    volume: float | None
+    volume: float | None  # sum of det(a, b, c) / 6 over faces counter-clockwise seen from outside; of closed, oriented meshes
     mean_edge: float | None  # the mean length of the edges
-    # the mean angle between the normals of two faces that share an edge: 0 for a plane, larger is rougher. The orientation of the
-    # faces does not matter.
+    # the mean angle between the normals of two faces that share an edge, however oriented: 0 for a plane, larger is rougher
     roughness: float | None
-    # the mean of l / (sqrt(3) R) over the faces, l the shortest edge and R the circumradius: 1 if all are equilateral, towards 0
-    # for slivers
-    triangle_quality: float | None
-    # the mean distance from a point to its nearest neighbour; only for meshes of two points or more without faces and edges
-    mean_spacing: float | None
+    triangle_quality: float | None  # the mean of `triangle_shapes`: 1 if all are equilateral, towards 0 for slivers
+    mean_spacing: float | None  # the mean distance of points from their nearest neighbours; of clouds of two points or more
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +72,7 @@ class Connectivity:
 
 
 def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
-    """The connectivity of vertices by (m, 3) faces and (e, 2) edges, both int32."""
+    """That of vertices by (m, 3) faces and (e, 2) edges, both int32."""
     all_proper = proper_faces(faces)
     proper = faces if all_proper.all() else faces[all_proper]
     by_edge = faces_by_edge(proper)
@@ -150,13 +133,9 @@ def _fans(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> tuple
 
 
 def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = ()) -> SurfaceMeasures:
-    """Measure a triangle mesh, polylines (no faces) or a point cloud (no faces and no edges).
+    """Measure a triangle mesh, polylines of (e, 2) edges (no faces) or a point cloud (no faces and no edges).
 
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) indices of vertices.
-        edges: (e, 2) indices of vertices, the edges of polylines. An edge from a vertex to itself only makes that vertex
-            a referenced one.
+    An edge from a vertex to itself only makes that vertex a referenced one.
 
     Raises:
         FilterInputError: a coordinate that is not finite, or an index that names no vertex.
@@ -167,10 +146,7 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike 
 def measures_and_connectivity(
     vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = (), former: Connectivity | None = None
 ) -> tuple[SurfaceMeasures, Connectivity]:
-    """The measures of `surface_measures`, and the connectivity, which takes half of the time.
-
-    `former` is the connectivity of another mesh, such as this one before its vertices moved: reused if faces and edges are equal.
-    """
+    """The measures of `surface_measures`, and the connectivity, which takes half of the time: a former one is reused."""
     points, triangles = check_mesh(vertices, faces)
     n_vertices, n_faces = len(points), len(triangles)
     segments = check_edges(edges, n_vertices)
@@ -232,7 +208,7 @@ def box_diagonal(points: Floats) -> float:
 
 
 def face_measures(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
-    """The normals of the faces, twice their area long; twice their areas; and their quality, 0 where the area is 0."""
+    """The normals of the faces, twice their area long, twice their areas, and their quality, 0 without area."""
     normals, doubled, quality = np.empty((len(faces), 3)), np.empty(len(faces)), np.zeros(len(faces))
     over_range(_measure, len(faces), points, faces, normals, doubled, quality)
     return normals, doubled, quality

@@ -1,9 +1,7 @@
 """Outliers of point clouds and of reconstructions, by the distances to their neighbours."""
 
-from .gaps import cloud_spacings, gaps
 from .local_outlier_probability import (
     SPREAD_BLOCK,
-    compare,
     compare_rows,
     local_outlier_probability,
     outlier_factors,
@@ -11,8 +9,8 @@ from .local_outlier_probability import (
     spread_of,
     standard_distances,
 )
+from .spacing import cloud_spacings, gaps, grid_cells, surplus_points
 from .stray_points import JOINED, NO_LINK, StrayRule, cut_links, linked_parts, linked_to, part_sums, stray_points, thicknesses
-from .thinning import grid_cells, surplus_points
 
 __all__ = [
     "JOINED",
@@ -20,7 +18,6 @@ __all__ = [
     "SPREAD_BLOCK",
     "StrayRule",
     "cloud_spacings",
-    "compare",
     "compare_rows",
     "cut_links",
     "gaps",

@@ -78,7 +78,8 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
         distances[rows] = standard_distances(squared)
 
     def judge(first: int, last: int) -> None:
-        compare(distances, positions, first * LEAF, min(last * LEAF, tree.size), factors)
+        part = slice(first * LEAF, min(last * LEAF, tree.size))
+        factors[part] = compare_rows(distances[part], distances.take(positions[part]))
 
     in_parallel(find, leaf_ranges(tree, k), part_of(progress, 0.2, 0.9))
     in_parallel(judge, leaf_ranges(tree, k), part_of(progress, 0.9, 1.0))
@@ -94,20 +95,6 @@ def standard_distances(squared: Floats) -> Floats:
     for r in range(squared.shape[0]):
         distances[r] = math.sqrt(_sum(squared[r]) / squared.shape[1])
     return distances
-
-
-@compiled(nogil=True)
-def compare(distances: Floats, positions: Ints, start: int, stop: int, factors: Floats) -> None:
-    """Write the (n,) PLOF of the points at the positions from `start` to before `stop`.
-
-    They have (n,) standard distances, in the unit of a tree, and (n, k) neighbours.
-    """
-    k = positions.shape[1]
-    others = np.empty(k)
-    for p in range(start, stop):
-        for i in range(k):
-            others[i] = distances[positions[p, i]]
-        factors[p] = _factor(distances[p], others)
 
 
 @compiled(nogil=True)

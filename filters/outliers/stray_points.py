@@ -16,8 +16,7 @@ from .local_outlier_probability import standard_distances
 
 # Surfaces are thinner than this where noise is less than half of the spacing, and so are 3 % of points that fill space.
 _FLAT = 0.06
-# A part with a greater mean thickness fills space: with 16 neighbours those have 0.17 to 0.19, surfaces up to 0.09. It is kept
-# only with so many times as many points.
+# A part with a greater mean thickness, 0.17 to 0.19 where surfaces have 0.09, is kept only with so many times as many points.
 _FULL, _MORE = 0.14, 3
 # With links points may be so many times sparser: foliage has 2.7 median spacings where a scan has 25 points in a square metre.
 _FOLIAGE = 2.0
@@ -120,8 +119,7 @@ def thicknesses(places: Floats, numbers: Longs, neighbours: Ints) -> Floats:
     """(m,) the least of the variances of each point and its neighbours along three axes, over their sum.
 
     With 16 neighbours 0 on a plane or a line, 0.07 on a plane with noise of half of the spacing, 0.18 where points fill space.
-    The (m, k) neighbours are rows of the nearest of (n, 3) places to the first m; they are put into order by distance, then by
-    their (n,) numbers, in place.
+    The (m, k) neighbours of the first m of (n, 3) places are put into order by distance, then by their (n,) numbers, in place.
     """
     shares: Floats = np.empty(len(neighbours))
     over_range(_measure, len(neighbours), places, numbers, neighbours, shares)

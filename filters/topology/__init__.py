@@ -1,7 +1,15 @@
 """Connectivity from triangle lists: edges, one-rings, stars, faces at vertices and across edges, flips, boundary loops, parts."""
 
-from .boundary import Boundary, BoundaryLoop, BrokenBorder, boundary_loops, is_seam
-from .flips import corner_at, diamond, faces_across, fan_size, flip, relink
+from .boundary import (
+    BoundaryLoop,
+    BrokenBorder,
+    Submesh,
+    boundary_loops,
+    connected_components,
+    is_seam,
+    root_of,
+    submesh_around,
+)
 from .incidence import (
     BORDER_POLICIES,
     BorderPolicy,
@@ -9,10 +17,15 @@ from .incidence import (
     VertexFaces,
     border_edges,
     border_vertices,
+    corner_at,
+    diamond,
     edge_face_counts,
     edges,
     face_adjacency,
+    faces_across,
     faces_by_edge,
+    fan_size,
+    flip,
     listed_edges,
     non_manifold_edges,
     one_rings,
@@ -23,7 +36,6 @@ from .incidence import (
     sort_slice,
     vertex_faces,
 )
-from .parts import Submesh, connected_components, root_of, submesh_around
 from .vertex_stars import CLOSED, IRREGULAR, NO_STAR, OPEN, SLOTS, Kinds, Stars, distinct_ends, slot_of, stars
 
 __all__ = [
@@ -34,7 +46,6 @@ __all__ = [
     "OPEN",
     "SLOTS",
     "BorderPolicy",
-    "Boundary",
     "BoundaryLoop",
     "BrokenBorder",
     "Kinds",
@@ -63,7 +74,6 @@ __all__ = [
     "position",
     "proper_faces",
     "referenced_vertices",
-    "relink",
     "ring_ends",
     "root_of",
     "slot_of",

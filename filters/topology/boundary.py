@@ -1,9 +1,9 @@
-"""The boundary loops of a mesh: closed loops of border edges, each in the direction of the faces that would close it.
+"""Boundary loops, connected components, and the submesh around a region.
 
-A vertex at which several fans of faces meet is passed once for every gap between two of them, from each fan to the next one
-round the vertex. So two holes that share one or several vertices have two loops. A loop meets a vertex twice only where a part
-of the surface is attached to the rest by that vertex alone. Closed as one polygon, the vertex has a single fan again, which it
-would not have if such a loop were cut in two.
+A loop has the direction of the faces that would close it. A vertex at which several fans of faces meet is passed once for every
+gap between two of them, from each fan to the next one round the vertex. So two holes that share vertices have two loops. A loop
+meets a vertex twice only where a part of the surface is attached to the rest by that vertex alone: closed as one polygon, the
+vertex has a single fan again, which it would not have if the loop were cut in two.
 """
 
 from collections import defaultdict
@@ -11,12 +11,12 @@ from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
+from ..compilation import compiled
 from ..libraries import sparse
-from ..mesh import Bools, Floats, Ints, mask_of
+from ..mesh import Bools, Floats, Ints, Longs, mask_of
 from .incidence import faces_by_edge, listed_edges, proper_faces
 
-#: Why a border cannot be followed at a vertex: an edge with more than two faces ends there, or its faces are not coherently
-#: oriented.
+#: Why a border cannot be followed at a vertex: an edge with more than two faces ends there; its faces are not oriented alike.
 BreakReason: TypeAlias = Literal["non_manifold", "orientation"]
 
 
@@ -33,8 +33,6 @@ class BrokenBorder(NamedTuple):
     """Connected border edges that lie on no loop."""
 
     vertices: Ints  # (k,) int32 their vertices, ascending
-    # "non_manifold": an edge with more than two faces ends at `vertex`. "orientation": the faces at `vertex` are not coherently
-    # oriented.
     reason: BreakReason
     vertex: int  # the lowest vertex at which the border cannot be followed for this reason
 
@@ -97,7 +95,6 @@ def _cycles(following: Ints) -> tuple[list[list[int]], list[int]]:
 
 
 def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[BrokenBorder]:
-    """The edges that lie on no loop, by connected component."""
     if len(starts) == 0:
         return []
     own, at_edges = np.unique([starts, ends], return_inverse=True)
@@ -179,3 +176,89 @@ def _fans(v: int, onwards: dict[int, int], vertices: Floats) -> list[list[int]] 
     x = across - normal * (across @ normal) / size**2
     y = np.cross(normal, x) / size
     return sorted(fans, key=lambda fan: float(np.arctan2(around[fan[0]] @ y, around[fan[0]] @ x) % (2.0 * np.pi)))
+
+
+def connected_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
+    """(n,) the component of every vertex, counted from 0 in order of the lowest vertex, -1 if unreferenced; and their number."""
+    labels, count = _label_components(np.ascontiguousarray(faces, dtype=np.int32), n_vertices)
+    return labels, int(count)
+
+
+@compiled
+def root_of(parent: Ints | Longs, i: int) -> int:
+    """The root of the tree that i is in, by (n,) parents, those of roots being themselves; the way there is halved in place."""
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
+@compiled
+def _label_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
+    parent = np.arange(n_vertices).astype(np.int32)
+    labels = np.full(n_vertices, -1, dtype=np.int32)
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        if a != b and b != c and c != a:
+            labels[a] = labels[b] = labels[c] = 0
+            for v in (b, c):
+                u, w = root_of(parent, a), root_of(parent, v)
+                # The lower root wins, so that a component's root is its lowest vertex.
+                if u < w:
+                    parent[w] = u
+                else:
+                    parent[u] = w
+    count = 0
+    for i in range(n_vertices):
+        if labels[i] == 0:
+            root = root_of(parent, i)
+            if root == i:
+                labels[i] = count
+                count += 1
+            else:
+                labels[i] = labels[root]
+    return labels, count
+
+
+class Submesh(NamedTuple):
+    """Free vertices with rings of fixed vertices around them."""
+
+    vertices: Ints  # (n,) ascending, the vertices of the mesh in it
+    faces: Ints  # (m, 3) triangles of these vertices by their index here, in the order of the mesh
+    points: Floats  # (n, 3) coordinates
+    free: Bools  # (n,) which of them are free: no border vertex is
+    border: Bools  # (n,) which of them lie on the border of the mesh; false on the outermost ring
+
+
+def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:
+    """The (n,) free vertices with 1 or more rings around them: all faces with a vertex within the inner rings - 1 rings.
+
+    Takes one pass over the faces for each ring, and otherwise time in proportion to the submesh. Vertices on the border of the
+    mesh, and those without a triangle, are not free in the result.
+    """
+    inside = free.copy()
+    chosen = _touching(faces, inside)
+    for _ in range(rings - 1):
+        inside[chosen] = True
+        chosen = _touching(faces, inside)
+    # A mark for each vertex gives them in ascending order without sorting.
+    vertices = np.flatnonzero(mask_of(chosen, len(points))).astype(np.int32)
+    number = np.empty(len(points), dtype=np.int32)
+    number[vertices] = np.arange(len(vertices), dtype=np.int32)
+    local = number.take(chosen)
+    # An edge with one face and no end inside may have another face outside of the submesh.
+    edges = listed_edges(*faces_by_edge(local, len(vertices)), 1, 1)[0]
+    border = mask_of(edges[inside.take(vertices)[edges].any(axis=1)], len(vertices))
+    return Submesh(vertices, local, points.take(vertices, axis=0), free.take(vertices) & ~border, border)
+
+
+@compiled
+def _touching(faces: Ints, marked: Bools) -> Ints:
+    """The triangles with a marked vertex, in their order."""
+    touching = np.empty((faces.shape[0] + 1, 3), dtype=np.int32)  # the system gives memory only to the part that is written
+    at = 0
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        touching[at, 0], touching[at, 1], touching[at, 2] = a, b, c
+        at += (marked[a] | marked[b] | marked[c]) & (a != b) & (b != c) & (c != a)  # branches would be unpredictable
+    return touching[:at].copy()

@@ -1,7 +1,9 @@
-"""What meets at each vertex and at each edge of a triangle list, as compressed rows, in time linear in the mesh.
+"""What meets at each vertex and at each edge of a triangle list, as compressed rows, in time linear in the mesh; edge flips.
 
 A face that names a vertex twice is not proper: it has no edges and references no vertex, so the faces on both sides of a
 collapsed triangle share an edge. An edge with exactly one face is a border edge, one with more than two is non-manifold.
+
+Flips work in two tables: the vertices of every face, and the faces across its edges; edge k goes from corner k to the next.
 """
 
 from collections.abc import Callable
@@ -114,7 +116,6 @@ def _fill_keys(faces: Ints, offsets: Longs, keys: Longs) -> None:
 
 @compiled(nogil=True)
 def _list_edges(offsets: Longs, keys: Longs, least: int, most: int, pairs: Ints, more: Ints) -> int:
-    """See `listed_edges`; returns how many there are."""
     count = 0
     for i in range(offsets.shape[0] - 1):
         start, stop = offsets[i], offsets[i + 1]
@@ -150,11 +151,10 @@ class OneRings(NamedTuple):
 def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
     """The one-ring of every vertex, and the number of faces at each of its edges; (e, 2) edges count as faces."""
     if faces_or_edges.shape[1] == 2:
-        pairs = np.ascontiguousarray(faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]], dtype=np.int32)
-        offsets, ends = np.zeros(n_vertices + 2, dtype=np.int64), np.empty(2 * len(pairs), dtype=np.int32)
-        np.cumsum(np.bincount(pairs.ravel(), minlength=n_vertices), out=offsets[2:])
-        _fill_edges(pairs, offsets, ends)
-        offsets = offsets[:-1]
+        pairs = np.asarray(faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]], dtype=np.int32)
+        offsets = np.concatenate([[0], np.cumsum(np.bincount(pairs.ravel(), minlength=n_vertices))])
+        ends = np.empty(2 * len(pairs), dtype=np.int32)
+        _fill_edges(pairs, offsets[:-1].copy(), ends)
     else:
         offsets, ends = ring_ends(faces_or_edges, n_vertices)
     ring_offsets = np.zeros(n_vertices + 1, dtype=np.int64)
@@ -168,12 +168,11 @@ def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
 
 
 @compiled
-def _fill_edges(pairs: Ints, offsets: Longs, ends: Ints) -> None:
+def _fill_edges(pairs: Ints, at: Longs, ends: Ints) -> None:
     for e in range(pairs.shape[0]):
         for k in range(2):
-            i = pairs[e, k]
-            ends[offsets[i + 1]] = pairs[e, 1 - k]
-            offsets[i + 1] += 1
+            ends[at[pairs[e, k]]] = pairs[e, 1 - k]
+            at[pairs[e, k]] += 1
 
 
 @compiled(parallel=True)
@@ -215,13 +214,9 @@ def vertex_faces(faces: Ints, n_vertices: int) -> VertexFaces:
 
 
 def ring_ends(faces: Ints, n_vertices: int) -> tuple[Longs, Ints]:
-    """`vertex_faces` without the numbers of the faces: at every vertex the two other vertices of each of its faces.
+    """`vertex_faces` without the numbers of the faces: (n + 1,) offsets, and the (6 m,) other vertices at every vertex.
 
     Those of vertex i are the pairs in ``ends[offsets[i]:offsets[i + 1]]``: a face (i, a, b) has the two entries a, b.
-
-    Returns:
-        offsets: (n + 1,) int64, even numbers.
-        ends: (6 m,) int32, fewer if faces name a vertex twice.
     """
     return _faces_by_vertex(faces, n_vertices, 2)
 
@@ -245,10 +240,10 @@ def _listed_by_vertex(
 
 
 def _faces_by_vertex(faces: Ints, n_vertices: int, width: int) -> tuple[Longs, Ints]:
-    """The faces at every vertex by `width` entries each: 2 for the other vertices, 3 for the face and these."""
     return _listed_by_vertex(faces, n_vertices, partial(_count_faces, width), partial(_fill_faces, width), np.int32)
 
 
+# Of each face the `width` entries are the 2 other vertices, or 3 with its own number before.
 @compiled
 def _count_faces(width: int, faces: Ints, offsets: Longs) -> None:
     for f in range(faces.shape[0]):
@@ -299,3 +294,96 @@ def position(neighbours: Ints, start: int, stop: int, j: int) -> int:
         else:
             stop = middle
     return start
+
+
+def faces_across(faces: Ints) -> Ints:
+    """(m, 3) int32 the face across edge k of every face, the edge from its corner k to the next.
+
+    -1 where the edge has other than two faces, and where its two faces are not coherently oriented.
+    """
+    triangles = np.ascontiguousarray(faces, dtype=np.int32)
+    pairs, shared = face_adjacency(triangles)
+    across = np.full(triangles.shape, -1, dtype=np.int32)
+    _link(triangles, pairs, shared, across)
+    return across
+
+
+@compiled
+def _link(faces: Ints, pairs: Ints, shared: Ints, across: Ints) -> None:
+    for p in range(pairs.shape[0]):
+        f, g = pairs[p, 0], pairs[p, 1]
+        u, v = shared[p, 0], shared[p, 1]
+        j, k = _edge_from(faces, f, u, v), _edge_from(faces, g, v, u)
+        if j < 0:
+            j, k = _edge_from(faces, f, v, u), _edge_from(faces, g, u, v)
+        if k >= 0:
+            across[f, j], across[g, k] = g, f
+
+
+@compiled
+def _edge_from(faces: Ints, f: int, u: int, v: int) -> int:
+    """Which edge of face f goes from u to v; -1 if none does."""
+    for k in range(3):
+        if faces[f, k] == u and faces[f, (k + 1) % 3] == v:
+            return k
+    return -1
+
+
+@compiled
+def corner_at(faces: Ints, f: int, vertex: int) -> int:
+    """The corner, 0 to 2, of face f at one of its vertices."""
+    if faces[f, 0] == vertex:
+        return 0
+    return 1 if faces[f, 1] == vertex else 2
+
+
+@compiled
+def diamond(faces: Ints, across: Ints, f: int, k: int) -> tuple[int, int, int, int]:
+    """The ends a, b of edge k of face f = (a, b, c), c, and the vertex d of the face (b, a, d) across, which must exist."""
+    a, b, c = faces[f, k], faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+    g = across[f, k]
+    return a, b, c, faces[g, (corner_at(faces, g, b) + 2) % 3]
+
+
+@compiled
+def fan_size(faces: Ints, across: Ints, f: int, k: int, other: int) -> int:
+    """The number of faces in the fan round corner k of face f; -1 if one of them has the vertex `other`.
+
+    The walk goes across the edges in `across`: both ways to a border, or once round.
+    """
+    vertex = faces[f, k]
+    size, g, closed = 0, f, False
+    for way in range(2):
+        while g >= 0 and not closed:
+            size += 1
+            i = corner_at(faces, g, vertex)
+            if faces[g, (i + 1) % 3] == other or faces[g, (i + 2) % 3] == other:
+                return -1
+            g = across[g, i] if way == 0 else across[g, (i + 2) % 3]
+            closed = g == f
+        if way == 0 and not closed:
+            g = across[f, (k + 2) % 3]
+    return size
+
+
+@compiled
+def flip(faces: Ints, across: Ints, f: int, k: int) -> None:
+    """Replace the edge of a `diamond` by its other diagonal: f and the face across become (a, d, c) and (d, b, c)."""
+    a, b, c, d = diamond(faces, across, f, k)
+    g = across[f, k]
+    j = corner_at(faces, g, b)
+    ad, db = across[g, (j + 1) % 3], across[g, (j + 2) % 3]
+    bc, ca = across[f, (k + 1) % 3], across[f, (k + 2) % 3]
+    faces[f, 0], faces[f, 1], faces[f, 2] = a, d, c
+    across[f, 0], across[f, 1], across[f, 2] = ad, g, ca
+    faces[g, 0], faces[g, 1], faces[g, 2] = d, b, c
+    across[g, 0], across[g, 1], across[g, 2] = db, bc, f
+    _relink(faces, across, ad, a, d, f)
+    _relink(faces, across, bc, b, c, g)
+
+
+@compiled
+def _relink(faces: Ints, across: Ints, f: int, a: int, b: int, now: int) -> None:
+    """Enter face `now` across the edge from b to a of face f; nothing to do for f = -1."""
+    if f >= 0:
+        across[f, _edge_from(faces, f, b, a)] = now

@@ -35,19 +35,17 @@ _NOTHING = _U(2**64 - 1)
 class Stars(NamedTuple):
     """The neighbours of every vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once.
 
-    A star depends neither on the order of the faces nor on their orientation.
+    Closed: round the vertex from its lowest neighbour, towards the lower of the two beside that. Open: from border to border, the
+    lower end first. Irregular (non-manifold edges, several fans, more than 64 triangles): ascending. Low and high are so by the
+    names of the vertices; neither the order of the faces nor their orientation matters.
     """
 
     kinds: Kinds  # (n,) uint8, one of `NO_STAR`, `CLOSED`, `OPEN`, `IRREGULAR`
-    offsets: Longs  # (n + 1,) int64
-    # (2 e,) int32. Closed: round the vertex from its lowest neighbour, towards the lower of the two beside that. Open: from
-    # border to border, the lower end first. Irregular (non-manifold edges, several fans, more than 64 triangles): ascending. Low
-    # and high by the names of the vertices.
-    neighbours: Ints
-    irregular: Ints  # int32 the vertices with an irregular star
-    end_offsets: Longs  # int64, one more than irregular vertices
-    # int64, for each face of vertex ``irregular[k]`` the indices in `neighbours` of its other two vertices, from
-    # ``end_offsets[k]`` to ``end_offsets[k + 1]``
+    offsets: Longs  # (n + 1,)
+    neighbours: Ints  # (2 e,)
+    irregular: Ints  # the vertices with an irregular star
+    end_offsets: Longs
+    # for each face of vertex ``irregular[k]`` the indices in `neighbours` of its other two vertices, from ``end_offsets[k]`` on
     ends: Longs
 
     def face_counts(self) -> Ints:
@@ -72,11 +70,8 @@ class Stars(NamedTuple):
 def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     """The star of every vertex, empty at vertices that no face uses.
 
-    Args:
-        faces: (m, 3) triangles.
-        n_vertices: n.
-        names: (n,) int32, a different one for every vertex, from which each star's first vertex and direction follow; None for
-            the numbers of the vertices. Vertices that are numbered anew and keep their names keep their stars.
+    From the (n,) int32 names of the vertices, all different, follow each star's first vertex and direction; None for their
+    numbers. Vertices that are numbered anew and keep their names keep their stars.
     """
     ring_offsets, ring = ring_ends(faces, n_vertices)
     del faces  # frees the memory for the arrays below, if the caller holds no reference
@@ -93,9 +88,7 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
         irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
         offsets = np.zeros(n_vertices + 1, dtype=np.int64)
         sizes = offsets[1:]
-        np.subtract(ring_offsets[1:], ring_offsets[:-1], out=sizes)
-        sizes //= 2
-        sizes[kinds == OPEN] += 1
+        sizes[:] = np.diff(ring_offsets) // 2 + (kinds == OPEN)
         measure_irregular(ring_offsets, ring, irregular, sizes)
         np.cumsum(sizes, out=sizes)
         neighbours = np.empty(offsets[-1], dtype=np.int32)
@@ -108,7 +101,7 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
 
 @compiled(parallel=True)
 def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> None:
-    """Write the closed stars that `order_ends` wrote to `walks` among the ends, from where their pairs begin."""
+    """Write the closed stars from `walks` among the ends, where their pairs begin."""
     for i in prange(kinds.shape[0]):
         if kinds[i] == CLOSED:
             start, size = _U(end_offsets[i]), _U((end_offsets[i + 1] - end_offsets[i]) // 2)
@@ -118,7 +111,7 @@ def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> Non
 
 @compiled(parallel=True)
 def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, names: Ints | None, offsets: Longs, neighbours: Ints) -> None:
-    """The stars of all vertices; low and high vertices are those of low and high names, or numbers if there are no names."""
+    """The stars of all vertices, from the ends that `order_ends` and `take_walks` have left."""
     for i in prange(kinds.shape[0]):
         start, stop, at, end = _U(end_offsets[i]), _U(end_offsets[i + 1]), _U(offsets[i]), _U(offsets[i + 1])
         if kinds[i] == CLOSED:
@@ -158,10 +151,7 @@ def _name(names: Ints | None, i: int) -> int:
 
 @compiled(parallel=True)
 def order_ends(end_offsets: Longs, ends: Ints, names: Ints | None, kinds: Kinds, walks: Ints) -> None:
-    """Write the kinds of the stars; order the pairs of open ones in place.
-
-    A closed star is written to `walks`, from half of where its pairs begin, in the order that `Stars` states.
-    """
+    """Write the kinds of the stars, closed ones to `walks` from half of where their pairs begin; order pairs of open ones."""
     n = kinds.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         table = np.full(SLOTS, _NOTHING, dtype=np.uint64)
@@ -189,9 +179,8 @@ def slot_of(vertex: int) -> int:
 def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: Any, tag: int, walks: Ints) -> bool:
     """Whether the pairs from `start` to `stop` are found to be a walk ab, bc, cd ... za once round; it is written to `walks`.
 
-    So they are where all triangles turn the same way. At the slot of each vertex `table` has the vertex, where its pair is, the
-    tag, and the slot of the next vertex, so that the walk needs no search; entries with another tag are those of other vertices.
-    Where two vertices share a slot the walk is given up.
+    At the slot of each vertex `table` has the vertex, where its pair is, the tag of this star, and the slot of the next vertex,
+    so that no search is needed. Where triangles turn different ways or two vertices share a slot the walk is given up.
     """
     first, last = _U(start), _U(stop)
     begin, before = ends[first], ends[first]  # the vertex of the lowest name, and the one before it

@@ -94,10 +94,10 @@ class FilteringTiles:
         self.surface.before.write(begin, self.surface.cells.points.read(begin, end))
 
     def relax(self, first: int, last: int) -> tuple[tuple[float, int], tuple[float, int]]:
-        """Taubin's steps; of `RelaxedPart` the squares."""
+        """Taubin's steps; the sums of `relaxed_part`."""
         filtering = self.filtering
         tile = tile_with_rings(self.surface, first, last, denoising.rings_of_relaxation(filtering.relaxation))
-        part = denoising.RelaxedPart.of(
+        moved, across, squares = denoising.relaxed_part(
             tile.vertices,
             tile.faces,
             tile.own,
@@ -107,9 +107,9 @@ class FilteringTiles:
             whole=self.whole,
             is_open=self.is_open,
         )
-        tile.write(self.surface.moved, part.moved)
-        tile.write(self.surface.state, part.across)
-        return part.squares
+        tile.write(self.surface.moved, moved)
+        tile.write(self.surface.state, across)
+        return squares
 
     def keep(self, share: float, first: int, last: int) -> None:
         """Put the vertices where they are after these, the outline with that share of its way along the surface."""

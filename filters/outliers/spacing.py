@@ -1,11 +1,11 @@
-"""The distance of the vertices of a reconstruction from the points of its cloud: surface without data."""
+"""What the spacing of a cloud tells: where a reconstruction has surface without data, and which points are surplus."""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_positive
 from ..libraries import spatial
-from ..mesh import Floats, check_mesh
+from ..mesh import Bools, Floats, check_mesh, check_points
 from ..neighbours import nearest_neighbours
 
 #: The spacing at a point is the mean distance to this many neighbours.
@@ -13,10 +13,12 @@ _NEIGHBOURS = 6
 #: The spacing around a point is this share of the median over so many points: at borders, where neighbours lie on one side, and
 #: where points are strewn at random, spacings are up to half as large again.
 _AROUND, _SHARE = 20, 2.0 / 3.0
+# Whole numbers up to this are exact.
+_LARGEST = 2.0**53
 
 
 def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None) -> Floats:
-    """The distance of each vertex from the nearest point, in spacings of the cloud.
+    """(n,) the distance of each vertex from the nearest point, in spacings of the cloud.
 
     The spacing at a point is the mean distance to its six nearest neighbours, that of the cloud the median over its points. A
     vertex is measured in that of the cloud, or, where the cloud is sparse, as the far ground of a terrestrial scan is, in two
@@ -26,10 +28,7 @@ def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None
     Args:
         vertices: (n, 3) finite coordinates.
         points: (p, 3) those of the cloud, at least 7.
-        at_points: (p,) the spacings at the points, those of `cloud_spacings`, if the caller has them.
-
-    Returns:
-        (n,) float64.
+        at_points: (p,) the spacings of `cloud_spacings`, if the caller has them.
 
     Raises:
         FilterInputError: too few points, coordinates that are not finite.
@@ -55,3 +54,28 @@ def cloud_spacings(points: Floats) -> Floats:
     if spacing == 0.0:
         raise FilterInputError("half of the points of the cloud coincide, so that it has no spacing: remove duplicates first")
     return np.asarray(np.maximum(spacing, _SHARE * np.median(own[around], axis=1)))
+
+
+def grid_cells(points: Floats, side: float) -> Floats:
+    """(n, 3) whole numbers: the cell of each point in the grid of cubes of that side which has a corner at the origin.
+
+    Raises:
+        FilterInputError: the side is too small to tell cells apart so far from the origin.
+    """
+    cells = np.floor(points / side)
+    if len(cells) and not np.abs(cells).max() < _LARGEST:
+        raise FilterInputError(f"cells of {side:g} are too small for coordinates up to {np.abs(points).max():g}")
+    return np.asarray(cells)
+
+
+def surplus_points(points: ArrayLike, side: float) -> Bools:
+    """(n,) the points in whose cell of `grid_cells` another one comes before; larger cells leave fewer.
+
+    Raises:
+        FilterInputError: a side that is not above 0 or too small, coordinates that are not finite.
+    """
+    cells = grid_cells(check_points(points), check_positive("side", side))
+    order = np.lexsort(cells.T)
+    surplus = np.zeros(len(cells), np.bool_)
+    surplus[order[1:]] = (cells[order[1:]] == cells[order[:-1]]).all(axis=1)
+    return surplus
