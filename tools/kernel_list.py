@@ -16,6 +16,7 @@ from pymeshfair.errors import PymeshfairError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.outputs import save_mesh
 from pymeshfair.filters.compilation import loaded_kernels
+from pymeshfair.filters.compilation.kernel import LIST as LIST
 from pymeshfair.filters.diffusion import implicit_fairing
 from pymeshfair.filters.spectral import lowest_eigenpairs, spectral_problem
 from pymeshfair.looking.comparison import compare, state_of

@@ -37,6 +37,7 @@ from pymeshfair.meshlab.base import (
     UnknownFilterError,
     UnknownLayerError,
 )
+from pymeshfair.meshlab.builtin_filters import checked
 from pymeshfair.meshset import MeshSet
 from pymeshfair.registry import custom_filters, find_filter
 from pymeshfair.scripts import Step
@@ -131,7 +132,7 @@ def test_lengths_can_be_said_in_every_way(length: Any, distance: float) -> None:
     corners = np.array([[x, y, z] for x in (0, 2) for y in (0, 2) for z in (0, 2)], dtype=float)
     meshes.add_mesh(pymeshlab.Mesh(corners, np.array([[0, 1, 3], [4, 5, 7]])))  # halves of two sides of a cube
     expected = distance * ((2.0 + 2.0 + 8**0.5) / 3 if "edge" in str(length) else 1.0)
-    given = meshes._filters.check(apply_coord_shift, {} if length is None else {"distance": length})
+    given = checked(apply_coord_shift, {} if length is None else {"distance": length})
     assert meshes.apply_step(Step(apply_coord_shift, given))["distance"] == pytest.approx(expected, rel=1e-12)
 
 

@@ -58,8 +58,7 @@ def test_the_log_applies_its_steps_in_order_and_names_the_one_that_fails(tmp_pat
     """Steps are handed over one by one; an error names step, file and line, and carries the words of its cause."""
     file = tmp_path / "two.mlx"
     file.write_text('<FilterScript>\n<filter name="Taubin Fairing"/>\n<filter name="Taubin Smooth"/>\n</FilterScript>\n')
-    log = ScriptLog()
-    log.load(str(file))
+    log = ScriptLog.of(str(file))
     seen: list[Step] = []
     log.apply(seen.append)
     assert [step.filter.name for step in seen] == ["Taubin Fairing", "Taubin Smooth"]
@@ -70,5 +69,4 @@ def test_the_log_applies_its_steps_in_order_and_names_the_one_that_fails(tmp_pat
 
     with pytest.raises(StepFailedError, match=r"^step 2 of 2, 'Taubin Smooth' \(two.mlx:3\): no$"):
         log.apply(fail)
-    log.clear()
-    assert log.steps == []
+    assert ScriptLog.of(None).steps == []

@@ -171,12 +171,11 @@ def test_a_hidden_layer_stays_hidden(tmp_path: Path) -> None:
     document.add(read_file(BONE).mesh)
     document.add(read_file(BONE).mesh)
     assert document.state is not None
-    meshes, _, *rest = document.state
-    document.restore((meshes, {0: False, 1: True}, *rest))
+    document.restore(document.state._replace(visible={0: False, 1: True}))
     document.apply(step("apply_coord_taubin_smoothing"))
     document.mesh(0), document.mesh(1)
     assert document.state is not None
-    assert document.state[1] == {0: False, 1: True}
+    assert document.state.visible == {0: False, 1: True}
 
 
 def test_layers_have_the_ids_of_meshlab(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -22,9 +22,14 @@ if TYPE_CHECKING:
     from ..door import Door
 
 
-#: the layers of a document at one time: meshes and whether each is visible, by id; the id of the current layer and that of the
-#: next one; contents that MeshLab did not take so far
-State: TypeAlias = tuple[Mapping[int, MeshData], Mapping[int, bool], int | None, int, Sequence[str]]
+class State(NamedTuple):
+    """The layers of a document at one time."""
+
+    meshes: Mapping[int, MeshData]  # by id
+    visible: Mapping[int, bool]  # whether each is, by id
+    current_id: int | None  # of the current layer; None if there is none
+    next_id: int  # that of the next layer
+    losses: Sequence[str]  # contents that MeshLab did not take so far
 
 
 class Document:
@@ -66,7 +71,7 @@ class Document:
         meshes = {number: mesh for number, mesh in self._meshes.items() if mesh is not None}
         if len(meshes) < len(self._meshes):
             return None
-        return meshes, self._visible.copy(), self.current_id, self._next_id, self.losses.copy()
+        return State(meshes, self._visible.copy(), self.current_id, self._next_id, self.losses.copy())
 
     def restore(self, state: State) -> None:
         """Take the layers of another time."""

@@ -62,7 +62,7 @@ class OutlierTiles(PointTiles):
             asked.append(nearest.slots)
         rows, factors = np.concatenate(asking), np.zeros(len(tile.slots))
         if len(rows) < len(factors):
-            outliers.compare(tile.distances, tile.nearest, 0, len(factors), factors)
+            factors = outliers.compare_rows(tile.distances, tile.distances.take(tile.nearest))
         self.distances.write(tile.begin, tile.by_slot(tile.distances))
         self.results.write(tile.begin, tile.numbers, factors)
         np.savez(self.aside(first), numbers=tile.numbers[rows], own=tile.distances[rows], slots=np.concatenate(asked))
