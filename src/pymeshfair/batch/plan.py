@@ -5,7 +5,6 @@ They are named by files, folders, patterns, lists and tables. No two outputs are
 
 import csv
 import glob
-import math
 import os
 import sys
 from collections import Counter, defaultdict
@@ -14,12 +13,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..declaration import nearest
-from ..errors import ParameterError, RunError
+from ..errors import ParameterError
 from ..files.formats import READABLE, WRITABLE, extension
 from ..files.provenance import provenance_path, read_provenance
 from ..recipe import Recipe
 from ..running.job import Job
-from ..running.read import read_mesh
 from ..scripts.warnings import traps
 
 #: extensions that are skipped in a folder, as they are rarely scans; a pattern takes them all the same
@@ -276,34 +274,8 @@ def _check_collisions(scans: Sequence[Scan]) -> None:
         )
 
 
-#: so many scans are opened for each one that is chosen
-_OPENED = 4
-
-
 def sample(scans: Sequence[Scan], count: int) -> list[Scan]:
-    """The `count` (at least 1) scans that lie furthest apart in the ranks of size and of noise, in the order of the batch.
-
-    Size is that of the file; noise is the mean angle between neighbouring faces, of a few scans that are spread by size. One that
-    cannot be opened is chosen for its size alone.
-    """
-    if count >= len(scans):
-        return list(scans)
+    """`count` (at least 1) of the scans, spread over the sizes of their files, in the order of the batch."""
     by_size = sorted(scans, key=lambda scan: (scan.input.stat().st_size if scan.input.is_file() else 0, scan.number))
-    steps = min(len(by_size), _OPENED * count) - 1
-    opened = [by_size[i] for i in sorted({round(k * (len(by_size) - 1) / max(1, steps)) for k in range(steps + 1)})]
-    noise = [_noise(scan.input) for scan in opened]
-    by_noise = sorted(range(len(opened)), key=noise.__getitem__)
-    places = [(k / len(opened), by_noise.index(k) / len(opened)) for k in range(len(opened))]
-    chosen = [0]  # the smallest
-    while len(chosen) < count:
-        left = (k for k in range(len(opened)) if k not in chosen)
-        chosen.append(max(left, key=lambda k: (min(math.dist(places[k], places[c]) for c in chosen), k)))
-    return sorted((opened[k] for k in chosen), key=lambda scan: scan.number)
-
-
-def _noise(path: Path) -> float:
-    try:
-        measures = read_mesh(path).measures
-    except RunError:
-        return 0.0
-    return float(measures["roughness"] or measures["mean_spacing"] or 0.0)
+    chosen = {round(k * (len(by_size) - 1) / max(1, count - 1)) for k in range(count)}
+    return sorted((by_size[i] for i in chosen), key=lambda scan: scan.number)

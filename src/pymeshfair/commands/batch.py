@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -52,7 +52,7 @@ def batch(
     jobs: Annotated[int | None, Option(metavar="N", help="Scans at a time; by default one a processor.", min=1)] = None,
     stop: Annotated[bool, Option("--stop/--keep-going", help="Whether to stop at the first scan that fails.")] = False,
     resume: Annotated[bool, Option("--resume", help="Skip scans that are done already, compared by content.")] = False,
-    sample: Annotated[int | None, Option(metavar="N", help="Clean only N scans, spread over size and noise.", min=1)] = None,
+    sample: Annotated[int | None, Option(metavar="N", help="Clean only N scans, spread over the sizes of files.", min=1)] = None,
     report: Annotated[bool, Option("--report", help="Write batch.html, with a row a scan, and a page of each scan.")] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Check everything, and show what would be done.")] = False,
     overwrite: Annotated[bool, Option("--overwrite", help="Replace outputs that no run has written.")] = False,
@@ -116,9 +116,9 @@ class BatchLines(ExitStack):
         self._ended += 1
         self.note(f"[{self._ended:>{len(str(self._total))}}/{self._total}] {_line(scan, outcome)}")
 
-    def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
-        if "problem" in made:
-            self.note(f"{scan.label}: no page: {made['problem']}")
+    def page(self, scan: Scan, problem: str) -> None:
+        if problem:
+            self.note(f"{scan.label}: no page: {problem}")
 
 
 class BatchBar(BatchLines):
@@ -156,8 +156,8 @@ class BatchBar(BatchLines):
         moved = f", moved most: {self._worst[1]}, {self._worst[0]:.2g} edges" if self._worst[0] else ""
         self._describe(f"{rate:.3g} a minute, {self._failed} failed{moved}", completed=self._ended)
 
-    def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
-        super().page(scan, made)
+    def page(self, scan: Scan, problem: str) -> None:
+        super().page(scan, problem)
         self._describe(f"page of {scan.label}")
 
     def _describe(self, words: str, **changed: Any) -> None:
