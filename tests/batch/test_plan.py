@@ -87,6 +87,7 @@ def test_a_sample_is_spread_by_size(folder: Path) -> None:
     scans = plan_scans(expand(["s*.ply"]), load_recipe("smooth_taubin"), folder / "out")
     for count, chosen in ((1, [3]), (2, [1, 3]), (3, [1, 2, 3]), (5, [0, 1, 2, 3, 4]), (9, [0, 1, 2, 3, 4])):
         assert [scan.number - 1 for scan in sample(scans, count)] == chosen
+    assert sample([], 2) == []
 
 
 def planned(*arguments: str, name: str = "", out: str = "out") -> list[str]:

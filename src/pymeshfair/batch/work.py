@@ -309,13 +309,12 @@ class Task:
                     check_output(scan.output, job.made_from, overwrite=template.overwrite)
             except (RunError, OSError) as error:
                 problems[scan.number] = str(error)
-        numbers = [scan.number for scan in self.scans]
-        states = {n: "done" if n in done else "cannot be done" if n in problems else "to do" for n in numbers}
+        states = {scan.number: "done" if scan.number in done else "to do" for scan in self.scans}
         free = None
         with suppress(OSError):
             there = next((parent for parent in (self.folder, *self.folder.parents) if parent.exists()), self.folder)
             free = shutil.disk_usage(there).free
-        return Prospect(states, problems, size, free)
+        return Prospect(states | dict.fromkeys(problems, "cannot be done"), problems, size, free)
 
     def _check_own_files(self) -> None:
         """Refuse a folder with files that have the names of those about the batch as a whole, and are not of a former batch.

@@ -23,7 +23,7 @@ from ..filters.mesh import Bools, Floats, Longs
 from ..filters.neighbours import tree_scale
 from .cells import Bucket, Cells, Column, Ranges, Results, Stored, divide
 from .neighbours import NormalTiles, PointTiles, StrayTiles, TilePoints
-from .plan import DUPLICATES, LOOP, POINT_NORMALS, STRAYS, SURPLUS, PlannedStep, cloud_points, points_with_normals, slice_rows
+from .plan import DUPLICATES, LOOP, POINT_NORMALS, STRAYS, SURPLUS, PlannedStep, cloud_points, slice_rows
 from .sources import Source
 from .workers import Tasks
 
@@ -170,8 +170,7 @@ def do_step(
     progress(0.02)
     folder, target = cloud.folder / f"step-{step.step}", Column(cloud.folder / f"kept-{step.step}", "u1")
     folder.mkdir(exist_ok=True)
-    fitting = points_with_normals if step.filter == POINT_NORMALS else cloud_points
-    points = fitting(tile, step.neighbors) if most is None else most
+    points = most or cloud_points(tile, step.neighbors, normals=step.filter == POINT_NORMALS)
     grid = None
     if step.filter == SURPLUS:
         grid = step.values["side"].resolve(diagonal=box_diagonal(np.stack([low, high])), mean_edge=lambda: 0.0)
