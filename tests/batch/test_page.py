@@ -38,12 +38,10 @@ def test_warnings_are_grouped_by_kind(tmp_path: Path) -> None:
     assert "04.ply and 7 more" in page
 
 
-def test_the_ten_most_moved_have_pictures(tmp_path: Path) -> None:
-    """The pictures are those of the ten scans that moved most; the pages of the others are linked all the same."""
-    summary = summary_of(tmp_path, 14)
-    made = {
-        o.output: {"source": f"data:image/png;base64,{Path(o.output).stem}", "width": 8, "height": 8} for o in summary.outcomes
-    }
-    page = write_page(tmp_path, summary, made).read_text("utf-8")
-    assert re.findall(r'src="data:image/png;base64,(\d+)"', page) == [f"{k:02}" for k in range(13, 3, -1)]
-    assert len(re.findall(r'<a href="reports/', page)) == 14
+def test_pages_that_were_drawn_are_linked(tmp_path: Path) -> None:
+    """The scan that moved most comes first; one without a page has none to follow, or the reason why."""
+    summary = summary_of(tmp_path, 4)
+    outputs = [outcome.output for outcome in summary.outcomes]
+    page = write_page(tmp_path, summary, {outputs[0]: "", outputs[3]: "", outputs[1]: "no room"}).read_text("utf-8")
+    assert re.findall(r'<a href="reports/(.*?).ply.html', page) == ["03", "00"]
+    assert page.count("no page: no room") == 1

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.batch.plan import expand, plan_scans
+from pymeshfair.batch.plan import expand, plan_scans, sample
 from pymeshfair.errors import ParameterError
 from pymeshfair.recipe import load_recipe
 
@@ -78,6 +78,16 @@ def test_what_means_nothing_is_refused(folder: Path, argument: str) -> None:
     (folder / "empty").mkdir()
     with pytest.raises(ParameterError):
         expand([argument])
+
+
+def test_a_sample_is_spread_by_size(folder: Path) -> None:
+    """The smallest and the largest file are among those that are chosen, in the order of the batch."""
+    for number, size in enumerate((5, 900, 40, 1, 300)):
+        (folder / f"s{number}.ply").write_text("x" * size)
+    scans = plan_scans(expand(["s*.ply"]), load_recipe("smooth_taubin"), folder / "out")
+    for count, chosen in ((1, [3]), (2, [1, 3]), (3, [1, 2, 3]), (5, [0, 1, 2, 3, 4]), (9, [0, 1, 2, 3, 4])):
+        assert [scan.number - 1 for scan in sample(scans, count)] == chosen
+    assert sample([], 2) == []
 
 
 def planned(*arguments: str, name: str = "", out: str = "out") -> list[str]:

@@ -32,7 +32,7 @@ enum_val1="fixed"/></filter>
 SMALL = """
 import os, time
 import pymeshfair.tiles.plan as memory
-memory.cloud_points = lambda tile, neighbors: 300
+memory.cloud_points = lambda tile, neighbors, **more: 300
 memory.surface_vertices = lambda tile, each, rings: 400
 import pymeshfair.tiles.mesh as mesh
 import pymeshfair.tiles.cloud as outliers

@@ -10,13 +10,11 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
 from distributed import Client, Reschedule, Worker, WorkerPlugin, get_worker
 
-from ..errors import PymeshfairError
 from ..processes.cluster import Conditions, LostSchedulerError, Scheduler, check_workers, conditions, open_client
 from ..running.job import Job
 from .plan import Scan
@@ -31,26 +29,15 @@ def workers_of_scheduler(scheduler: Scheduler, template: Job, scans: Sequence[Sc
     """The workers of a scheduler."""
     name = f"pymeshfair-batch-{secrets.token_hex(8)}"
     firsts = {scan.input.parent: scan.input for scan in reversed(scans)}
-    recipe = partial(recipe_problems, pickle.dumps(template.recipe), template.recipe.digest)
-    with open_client(scheduler) as client, conditions(folder, [*firsts.values(), *template.others], recipe) as wanted:
+    inputs = [*firsts.values(), *template.others]
+    with open_client(scheduler) as client, conditions(folder, template.recipe, inputs) as wanted:
         check_workers(client, wanted)
-        client.register_plugin(_Plugin(name, pickle.dumps(template), folder, wanted), name=name)
+        client.register_plugin(_Plugin(name, pickle.dumps(template), wanted), name=name)
         try:
             yield OfScheduler(client, name)
         finally:
             if client.status == "running":
                 client.unregister_worker_plugin(name)
-
-
-def recipe_problems(recipe: bytes, digest: str) -> list[str]:
-    """The reasons why this process cannot run a pickled recipe of that digest."""
-    try:
-        here: str = pickle.loads(recipe).digest
-    except PymeshfairError as error:
-        return [f"it cannot read the recipe: {error}"]
-    if here != digest:
-        return [f"the recipe means something else there (checksum {here[:12]} in place of {digest[:12]})"]
-    return []
 
 
 class OfScheduler:
@@ -85,7 +72,6 @@ class _Plugin(WorkerPlugin):
 
     name: str  # of the batch, with which the names of its tasks begin
     template: bytes  # a pickled `Job`
-    folder: Path
     wanted: Conditions
     station: Station | None = None
 
@@ -96,7 +82,7 @@ class _Plugin(WorkerPlugin):
             worker.loop.add_callback(worker.close, reason="pymeshfair-batch-unfit")
             return
         pool = pool_of(worker.state.nthreads, rest_after=_IDLE)
-        self.station = Station(pickle.loads(self.template), self.folder, pool)
+        self.station = Station(pickle.loads(self.template), self.wanted.probe.parent, pool)
 
     def teardown(self, worker: Worker) -> None:
         """Called by dask when the batch or the worker ends."""

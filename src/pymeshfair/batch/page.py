@@ -1,6 +1,5 @@
 """``batch.html``, one page with a row a scan, failures first; and the page of each scan, made in a process of its own."""
 
-import json
 import math
 import re
 from collections.abc import Callable, Mapping
@@ -11,7 +10,7 @@ from urllib.parse import quote
 
 from ..files.errors import InputError
 from ..files.provenance import read_provenance
-from ..files.writing import StagedFile, check_target, clear_up, place, stage_file, staging_folder
+from ..files.writing import StagedFile, check_target, clear_up, place, staging_folder
 from ..processes.process import Pool
 from ..processes.worker import Order
 from ..report.comparison_page import Verdict
@@ -30,8 +29,8 @@ from .outcomes import (
 
 #: the folder of pages, in that of the batch
 PAGES = "reports"
-#: pixels of a small picture
-_SMALL = 128
+#: what every page has
+_BRAND = b'<p class="brand">pymeshfair</p>'
 
 
 def page_path(folder: Path, output: Path) -> Path:
@@ -40,63 +39,37 @@ def page_path(folder: Path, output: Path) -> Path:
     return folder / PAGES / place.with_name(f"{place.name}.html")
 
 
-def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Pool) -> dict[str, Any]:
-    """Write the page of a scan that was done. Nothing is drawn if it was there before, and nothing has changed.
-
-    Returns:
-        A small picture: ``"source"``, as a ``data:`` address, ``"width"`` and ``"height"`` in pixels.
-    """
+def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Pool) -> None:
+    """Write the page of a scan that was done. Nothing is drawn if a page with the digests of its files is there."""
     record = read_provenance(output)
     if record is None:
         raise InputError(output, "no provenance says what it was made from")
-    digests, kept = digests_of(record), page.with_suffix(".json")
     page.parent.mkdir(parents=True, exist_ok=True)
-    former = _former(kept)
-    if page.exists() and former.pop("digests", None) == digests:
-        return former
-    check_target(kept, ("json",), overwrite=overwrite or bool(former))
-    check_target(page, ("html",), overwrite=overwrite or bool(former))
+    former = page.read_bytes() if page.is_file() else b""
+    if former and all(digest.encode() in former for digest in digests_of(record).values()):
+        return
+    check_target(page, ("html",), overwrite=overwrite or _BRAND in former)
     with staging_folder(page) as stage:
-        order = Order.of(_drawn, input, output, stage, memory_limit=memory, if_lost=partial(clear_up, stage, page))
+        made = stage / "new" / page.name
+        order = Order.of(_draw, input, output, made, memory_limit=memory, if_lost=partial(clear_up, stage, page))
         with workers.lend() as worker:
             answer = worker.do(order)
         if answer.error is not None:
             raise answer.error
-        small: dict[str, Any] = answer.result
-        picture = stage_file(stage / "new" / "small.json", kept, json.dumps({"digests": digests, **small}).encode())
-        place([picture, StagedFile(stage / "new" / "page.html", page)], stage)
-    return small
+        place([StagedFile(made, page)], stage)
 
 
-def _former(kept: Path) -> dict[str, Any]:
-    """The digests and picture of a page that was made before; empty if there is none."""
-    try:
-        record = json.loads(kept.read_bytes())
-    except (OSError, ValueError):
-        return {}
-    return record if isinstance(record, dict) and {"digests", "source", "width", "height"} <= record.keys() else {}
-
-
-def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
-    """Write the page into the staging folder; the small picture."""
-    from ..looking.picture import Appearance, draw_meshes
+def _draw(input: Path, output: Path, page: Path) -> None:
     from ..report.comparison_page import run_page
-    from ..report.page import figure_of
     from ..running.read import read_mesh
 
     meshes = [read_mesh(path, allow_outside=True, unchecked=True) for path in (input, output)]
     record = read_provenance(output)
     assert record is not None
-    page = run_page(record, *meshes)
-    (stage / "new" / "page.html").write_bytes(page)
-    picture = draw_meshes([read.mesh for read in meshes], ["", ""], Appearance(width=_SMALL, height=_SMALL, titles=False))
-    small = figure_of(picture, "", "")
-    return {"source": small.source, "width": small.width, "height": small.height}
+    page.write_bytes(run_page(record, *meshes))
 
 
 NAME = "batch.html"
-#: so many scans, those that moved most, have pictures on the page
-_PICTURES = 10
 #: so many scans are named with each kind of warning
 _EXAMPLES = 5
 #: of each column of numbers the head, in which of `QUESTIONS` it tells outliers, and its number of a scan
@@ -111,10 +84,8 @@ _COLUMNS: tuple[tuple[str, str, Callable[[Outcome], float | None]], ...] = (
 )
 
 
-def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, Any]]) -> Path:
-    """Write the page; `made` has of each output what `draw` gave back, ``"problem"``, or nothing."""
-    moved = sorted(summary.outcomes, key=lambda outcome: -(displacement_in_edges(outcome) or 0.0))
-    pictured = {outcome.output for outcome in [o for o in moved if "source" in made.get(o.output, {})][:_PICTURES]}
+def write_page(folder: Path, summary: Summary, pages: Mapping[str, str]) -> Path:
+    """Write the page; `pages` has of outputs why there is no page of them, empty if there is one."""
     recipe = summary.template.recipe
     text = render(
         "batch.html",
@@ -123,9 +94,7 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
         subtitle=f"The recipe {recipe.name}, to {folder}, from {summary.started} to {summary.finished}.",
         verdict=_verdict(summary),
         headers=("scan", "state", *(head for head, _, _ in _COLUMNS)),
-        rows=[
-            _row(folder, row, made.get(row[0].output, {}), has_picture=row[0].output in pictured) for row in summary.worst_first
-        ],
+        rows=[_row(folder, row, pages.get(row[0].output)) for row in summary.worst_first],
         warnings=warning_kinds(summary),
         made=f"Made by pymeshfair on {summary.finished}. This page needs no network.",
     )
@@ -164,20 +133,18 @@ def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
     return sorted(found, key=lambda one: -one["count"])
 
 
-def _row(folder: Path, row: Row, made: Mapping[str, Any], *, has_picture: bool) -> dict[str, Any]:
+def _row(folder: Path, row: Row, problem: str | None) -> dict[str, Any]:
     outcome, label, far = row
-    drawn = "source" in made
     page = page_path(folder, Path(outcome.output)).relative_to(folder).as_posix()
     return {
         "name": label,
         "status": outcome.status,
-        "picture": made if has_picture else None,
-        "page": quote(page) if drawn else None,
+        "page": quote(page) if problem == "" else None,
         "cells": [_cell(number_of(outcome), asked in far) for _, asked, number_of in _COLUMNS],
         "errors": [
             *([outcome.error["message"]] if outcome.error else [breach["message"] for breach in outcome.breaches]),
             *([outcome.former] if outcome.former else []),
-            *([f"no page: {made['problem']}"] if "problem" in made else []),
+            *([f"no page: {problem}"] if problem else []),
         ],
         "warnings": outcome.warnings,
     }

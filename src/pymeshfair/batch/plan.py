@@ -5,7 +5,6 @@ They are named by files, folders, patterns, lists and tables. No two outputs are
 
 import csv
 import glob
-import math
 import os
 import sys
 from collections import Counter, defaultdict
@@ -14,12 +13,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..declaration import nearest
-from ..errors import ParameterError, RunError
+from ..errors import ParameterError
 from ..files.formats import READABLE, WRITABLE, extension
 from ..files.provenance import provenance_path, read_provenance
 from ..recipe import Recipe
 from ..running.job import Job
-from ..running.read import read_mesh
 from ..scripts.warnings import traps
 
 #: extensions that are skipped in a folder, as they are rarely scans; a pattern takes them all the same
@@ -54,23 +52,16 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Asked
 
 
 def without_outputs(scans: Sequence[Asked], folder: Path) -> tuple[list[Asked], list[Path]]:
-    """Scans without the outputs of earlier runs on them, and these outputs.
-
-    Of the files of folders and patterns those are left out that lie in the folder of outputs, or that a run made of another scan.
-    A file that the command line names stays.
-    """
-    inputs = {scan.input for scan in scans}
-    outputs = [
-        scan for scan in scans if scan.folder is not None and (folder in scan.input.parents or _source(scan.input) in inputs)
-    ]
-    left_out = set(outputs)
-    return [scan for scan in scans if scan not in left_out], [scan.input for scan in outputs]
-
-
-def _source(path: Path) -> Path | None:
-    """The file that a run made this one of; None where no record says that."""
-    record = read_provenance(path)
-    return None if record is None else Path(str(record["input"].get("path")))
+    """Scans without those of folders and patterns that a run made of another one, or that lie in the folder of outputs; these."""
+    inputs, kept, outputs = {scan.input for scan in scans}, list[Asked](), list[Path]()
+    for scan in scans:
+        record = None if scan.folder is None else read_provenance(scan.input)
+        is_made = record is not None and Path(str(record["input"].get("path"))) in inputs
+        if scan.folder is not None and (folder in scan.input.parents or is_made):
+            outputs.append(scan.input)
+        else:
+            kept.append(scan)
+    return kept, outputs
 
 
 def labels(inputs: Sequence[Path], outputs: Sequence[Path]) -> list[str]:
@@ -78,18 +69,13 @@ def labels(inputs: Sequence[Path], outputs: Sequence[Path]) -> list[str]:
 
     An input with several outputs has the name of the output, too.
     """
-    ends = Counter(end for path in set(inputs) for end in _ends(path))
-    rows = Counter(inputs)
-    names = [next((end for end in _ends(path) if ends[end] == 1), str(path)) for path in inputs]
+    ends = {path: [Path(*path.parts[-k:]).as_posix() for k in range(1, len(path.parts) + 1)] for path in inputs}
+    counts, rows = Counter(end for own in ends.values() for end in own), Counter(inputs)
+    names = [next((end for end in ends[path] if counts[end] == 1), str(path)) for path in inputs]
     return [
         name if rows[input] == 1 else f"{name} to {output.name}"
         for name, input, output in zip(names, inputs, outputs, strict=True)
     ]
-
-
-def _ends(path: Path) -> list[str]:
-    """The last part of a path, its last two, and so on."""
-    return [Path(*path.parts[-count:]).as_posix() for count in range(1, len(path.parts) + 1)]
 
 
 def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[Asked]:
@@ -276,34 +262,10 @@ def _check_collisions(scans: Sequence[Scan]) -> None:
         )
 
 
-#: so many scans are opened for each one that is chosen
-_OPENED = 4
-
-
 def sample(scans: Sequence[Scan], count: int) -> list[Scan]:
-    """The `count` (at least 1) scans that lie furthest apart in the ranks of size and of noise, in the order of the batch.
-
-    Size is that of the file; noise is the mean angle between neighbouring faces, of a few scans that are spread by size. One that
-    cannot be opened is chosen for its size alone.
-    """
+    """`count` (at least 1) of the scans, spread over the sizes of their files, in the order of the batch."""
     if count >= len(scans):
         return list(scans)
     by_size = sorted(scans, key=lambda scan: (scan.input.stat().st_size if scan.input.is_file() else 0, scan.number))
-    steps = min(len(by_size), _OPENED * count) - 1
-    opened = [by_size[i] for i in sorted({round(k * (len(by_size) - 1) / max(1, steps)) for k in range(steps + 1)})]
-    noise = [_noise(scan.input) for scan in opened]
-    by_noise = sorted(range(len(opened)), key=noise.__getitem__)
-    places = [(k / len(opened), by_noise.index(k) / len(opened)) for k in range(len(opened))]
-    chosen = [0]  # the smallest
-    while len(chosen) < count:
-        left = (k for k in range(len(opened)) if k not in chosen)
-        chosen.append(max(left, key=lambda k: (min(math.dist(places[k], places[c]) for c in chosen), k)))
-    return sorted((opened[k] for k in chosen), key=lambda scan: scan.number)
-
-
-def _noise(path: Path) -> float:
-    try:
-        measures = read_mesh(path).measures
-    except RunError:
-        return 0.0
-    return float(measures["roughness"] or measures["mean_spacing"] or 0.0)
+    chosen = {round(k * (len(by_size) - 1) / max(1, count - 1)) for k in range(count)}
+    return sorted((by_size[i] for i in chosen), key=lambda scan: scan.number)

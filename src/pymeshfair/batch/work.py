@@ -72,16 +72,17 @@ class Station:
         return None
 
     def do(self, kind: Kind, scan: Scan) -> Any:
-        """Do a task in this thread: an `Outcome`, or what `draw` gives, with ``"problem"`` the reason why there is no page."""
+        """Do a task in this thread: the `Outcome`, or the reason why there is no page, empty if there is one."""
         usable = this_system().usable_memory()
         share = None if usable is None else usable // self.pool.most
         if kind == "clean":
             return self._clean(scan, share)
         page, memory = page_path(self.folder, scan.output), self.template.memory_limit or share
         try:
-            return draw(scan.input, scan.output, page, memory=memory, overwrite=self.template.overwrite, workers=self.pool)
+            draw(scan.input, scan.output, page, memory=memory, overwrite=self.template.overwrite, workers=self.pool)
         except Exception as error:
-            return {"problem": str(error)}
+            return str(error) or type(error).__name__
+        return ""
 
     def _clean(self, scan: Scan, memory: int | None) -> Outcome:
         started, host = time.monotonic(), socket.gethostname()
@@ -130,7 +131,7 @@ class Listener(Protocol):
 
     def begin(self, total: int) -> None: ...  # so many scans are to do
     def outcome(self, scan: Scan, outcome: Outcome) -> None: ...  # a scan has ended; its outcome is in the journal
-    def page(self, scan: Scan, made: Mapping[str, Any]) -> None: ...  # a page was drawn: what `Station.do` gives
+    def page(self, scan: Scan, problem: str) -> None: ...  # a page was drawn, or not: what `Station.do` gives
     def note(self, text: str) -> None: ...  # a message about the workers for the user
 
 
@@ -145,7 +146,7 @@ class Course:
     outcomes: dict[int, Outcome]  # takes those of the scans by their numbers
     draws: bool  # whether pages are drawn
     stop: bool  # after the first scan that fails
-    pages: dict[int, Mapping[str, Any]] = field(default_factory=dict)  # those that were drawn
+    pages: dict[str, str] = field(default_factory=dict)  # by output what `Station.do` gave
     tasks: dict[Future[Any], tuple[Kind, Scan]] = field(default_factory=dict)  # those that have not ended
 
     def run(self, scans: Sequence[Scan], drawn: Sequence[Scan]) -> None:
@@ -190,9 +191,9 @@ class Course:
         except Exception as error:
             self.workers.look()
             lost = ClusterError(f"it was lost with its workers: {error}")
-            made = {"problem": str(lost)} if kind == "draw" else Outcome.of_error(scan.input, scan.output, lost, 0.0, "")
+            made = str(lost) if kind == "draw" else Outcome.of_error(scan.input, scan.output, lost, 0.0, "")
         if kind == "draw":
-            self.pages[scan.number] = made
+            self.pages[str(scan.output)] = made
             self.listener.page(scan, made)
             return
         self.journal.append(made)
@@ -277,7 +278,7 @@ class Task:
     _: KW_ONLY
     resume: bool = False  # skip what is done
     stop: bool = False  # give up after the first scan that fails
-    sample: int | None = None  # do only so many, spread by size and noise
+    sample: int | None = None  # do only so many, spread by size
     report: bool = False  # make a page of every scan that is done, and one of the batch
     written: tuple[Path, ...] = field(default=(), init=False)  # the files about the batch as a whole, once they are there
 
@@ -308,13 +309,12 @@ class Task:
                     check_output(scan.output, job.made_from, overwrite=template.overwrite)
             except (RunError, OSError) as error:
                 problems[scan.number] = str(error)
-        numbers = [scan.number for scan in self.scans]
-        states = {n: "done" if n in done else "cannot be done" if n in problems else "to do" for n in numbers}
+        states = {scan.number: "done" if scan.number in done else "to do" for scan in self.scans}
         free = None
         with suppress(OSError):
             there = next((parent for parent in (self.folder, *self.folder.parents) if parent.exists()), self.folder)
             free = shutil.disk_usage(there).free
-        return Prospect(states, problems, size, free)
+        return Prospect(states | dict.fromkeys(problems, "cannot be done"), problems, size, free)
 
     def _check_own_files(self) -> None:
         """Refuse a folder with files that have the names of those about the batch as a whole, and are not of a former batch.
@@ -360,7 +360,7 @@ class Task:
             if self.sample is not None:
                 todo = sample(todo, self.sample)
             listener.begin(len(todo))
-            pages: Mapping[int, Mapping[str, Any]] = {}
+            pages: Mapping[str, str] = {}
             try:
                 if todo or drawn:
                     with self._workers(todo or drawn, pool) as (workers, items):
@@ -374,8 +374,7 @@ class Task:
                     summary = Summary(ordered, len(self.scans), self.template, started=started, finished=now(), seconds=seconds)
                     self.written = (*summary.write(self.folder), journal.path)
             if self.report:
-                made = {str(scan.output): pages.get(scan.number, {}) for scan in self.scans}
-                self.written += (write_page(self.folder, summary, made),)
+                self.written += (write_page(self.folder, summary, pages),)
         return summary
 
     @contextmanager

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from typer import Argument, Option
@@ -51,7 +51,7 @@ def batch(
     jobs: Annotated[int | None, Option(metavar="N", help="Scans at a time; by default one a processor.", min=1)] = None,
     stop: Annotated[bool, Option("--stop/--keep-going", help="Whether to stop at the first scan that fails.")] = False,
     resume: Annotated[bool, Option("--resume", help="Skip scans that are done already, compared by content.")] = False,
-    sample: Annotated[int | None, Option(metavar="N", help="Clean only N scans, spread over size and noise.", min=1)] = None,
+    sample: Annotated[int | None, Option(metavar="N", help="Clean only N scans, spread over the sizes of files.", min=1)] = None,
     report: Annotated[bool, Option("--report", help="Write batch.html, with a row a scan, and a page of each scan.")] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Check everything, and show what would be done.")] = False,
     overwrite: Annotated[bool, Option("--overwrite", help="Replace outputs that no run has written.")] = False,
@@ -115,9 +115,9 @@ class BatchLines(ExitStack):
         self._ended += 1
         self.note(f"[{self._ended:>{len(str(self._total))}}/{self._total}] {_line(scan, outcome)}")
 
-    def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
-        if "problem" in made:
-            self.note(f"{scan.label}: no page: {made['problem']}")
+    def page(self, scan: Scan, problem: str) -> None:
+        if problem:
+            self.note(f"{scan.label}: no page: {problem}")
 
 
 class BatchBar(BatchLines):

@@ -6,14 +6,15 @@ import contextlib
 import json
 import logging
 import os
+import pickle
 import secrets
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import RunError, missing_package
+from ..errors import PymeshfairError, RunError, missing_package
 from .environment import packages_here
 
 if TYPE_CHECKING:
@@ -98,7 +99,8 @@ class Conditions:
     probe: Path  # a file in the folder of outputs
     token: str  # the content of that file
     inputs: Mapping[Path, int | None]  # the sizes of some inputs in bytes
-    more: Callable[[], list[str]] = list  # returns further reasons against a worker; it can be pickled
+    recipe: bytes  # pickled
+    digest: str  # of the recipe
 
     def unfit(self) -> list[str]:
         """The reasons against this process as a worker; empty if there are none."""
@@ -108,7 +110,12 @@ class Conditions:
             for name, version in self.packages.items()
             if here[name] != version
         ]
-        reasons += self.more()
+        try:
+            if (digest := pickle.loads(self.recipe).digest) != self.digest:
+                means = f"checksum {digest[:12]} in place of {self.digest[:12]}"
+                reasons.append(f"the recipe means something else there ({means})")
+        except PymeshfairError as error:
+            reasons.append(f"it cannot read the recipe: {error}")
         try:
             is_seen = self.probe.read_text("ascii") == self.token
         except OSError:
@@ -125,8 +132,8 @@ class Conditions:
 
 
 @contextlib.contextmanager
-def conditions(folder: Path, inputs: Sequence[Path], more: Callable[[], list[str]] = list) -> Iterator[Conditions]:
-    """Requirements on workers; during the context the folder of outputs holds the probe file."""
+def conditions(folder: Path, recipe: Any, inputs: Sequence[Path]) -> Iterator[Conditions]:
+    """Requirements on workers for a `Recipe`; during the context the folder of outputs holds the probe file."""
     for left in folder.glob(f"{_PROBE_PREFIX}*"):  # left by a killed run
         left.unlink(missing_ok=True)
     path, token = folder / f"{_PROBE_PREFIX}{secrets.token_hex(8)}", secrets.token_hex(16)
@@ -135,7 +142,8 @@ def conditions(folder: Path, inputs: Sequence[Path], more: Callable[[], list[str
     except OSError as error:
         raise ClusterError(f"cannot write to the folder {folder}: {error.strerror or error}") from error
     try:
-        yield Conditions(packages_here(), path, token, {input: _size(input) for input in inputs}, more)
+        sizes = {input: _size(input) for input in inputs}
+        yield Conditions(packages_here(), path, token, sizes, pickle.dumps(recipe), recipe.digest)
     finally:
         path.unlink(missing_ok=True)
 

@@ -131,8 +131,7 @@ class Process:
 
     def wait(self) -> int:
         """Its exit status, once it has ended; minus a signal's number if that was the end."""
-        status: int = self._process.wait()
-        return status
+        return int(self._process.wait())
 
     def kill(self) -> None:
         """End it and the processes that it has started; may be called from any thread."""
@@ -276,12 +275,10 @@ class Pool:
 
     def prepare(self) -> None:
         """Start all processes ahead: as copies of this one, which loads the modules for that, where that is sound."""
-        if not can_fork():
-            self._idle += [Process(self._threads, self._modules) for _ in range(self.most)]
-            return
-        for name in self._modules:
-            importlib.import_module(name)
-        self._idle += [Process(self._threads, forked=can_fork()) for _ in range(self.most)]
+        if can_fork():
+            for name in self._modules:
+                importlib.import_module(name)
+        self._idle += [Process(self._threads, self._modules, forked=can_fork()) for _ in range(self.most)]
 
     def rest(self) -> None:
         """End the processes that have nothing to do."""

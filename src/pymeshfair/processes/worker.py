@@ -14,11 +14,11 @@ import pickle
 import platform
 import sys
 import threading
-import time
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from queue import SimpleQueue
 from typing import Any, BinaryIO
 
@@ -60,21 +60,19 @@ class Answer:
     details: str = ""  # the traceback of the error
     process: str = ""  # the machine and the id of the process
     peak_memory: int | None = None  # the peak of its memory during the task in bytes, or None if the system does not measure it
-    seconds: float = 0.0  # processor time
     is_used_up: bool = False  # whether the process must not do another task, see `use_up`
 
 
 def answer(task: Callable[..., Any], *arguments: Any) -> Answer:
     """Do a task in this process, and measure it."""
     this_system().forget_peak_memory()
-    started = time.process_time()
     result, error, details = None, None, ""
     try:
         result = task(*arguments)
     except Exception as raised:
         error, details = _sendable(raised), traceback.format_exc()
     process = f"{platform.node()} {os.getpid()}"
-    return Answer(result, error, details, process, this_system().peak_memory(), time.process_time() - started)
+    return Answer(result, error, details, process, this_system().peak_memory())
 
 
 def _sendable(error: Exception) -> Exception:
@@ -140,8 +138,8 @@ def _prepare(modules: Sequence[str], inbox: SimpleQueue[Order]) -> None:
     """Load what the first order will need while it is on its way."""
     from ..filters.compilation.machine_code import load_linker
 
-    loads: list[Callable[[], Any]] = [lambda name=name: importlib.import_module(name) for name in modules]  # type: ignore[misc]
-    for load in (*loads, load_linker):
+    loads: list[Callable[[], Any]] = [*(partial(importlib.import_module, name) for name in modules), load_linker]
+    for load in loads:
         if not inbox.empty():
             return
         with suppress(Exception):  # the order meets it again, and tells it

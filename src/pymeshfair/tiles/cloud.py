@@ -1,7 +1,7 @@
 """A cloud by tiles: a step selects points and may delete them, or gives them normals; the result is written by slices.
 
 Of coincident points, and of those in a cell of a grid, all but the first go. For LoOP neighbours are sought in the tile and in
-the cells around it, and then compared with theirs. `links` has the other steps.
+the cells around it, and then compared with theirs. `neighbours` has the other steps.
 """
 
 import math
@@ -22,9 +22,8 @@ from ..filters.inspection.surface_measures import box_diagonal
 from ..filters.mesh import Bools, Floats, Longs
 from ..filters.neighbours import tree_scale
 from .cells import Bucket, Cells, Column, Ranges, Results, Stored, divide
-from .links import NormalTiles, StrayTiles
-from .neighbours import PointTiles, TilePoints
-from .plan import DUPLICATES, LOOP, POINT_NORMALS, STRAYS, SURPLUS, PlannedStep, cloud_points, points_with_normals, slice_rows
+from .neighbours import NormalTiles, PointTiles, StrayTiles, TilePoints
+from .plan import DUPLICATES, LOOP, POINT_NORMALS, STRAYS, SURPLUS, PlannedStep, cloud_points, slice_rows
 from .sources import Source
 from .workers import Tasks
 
@@ -171,8 +170,7 @@ def do_step(
     progress(0.02)
     folder, target = cloud.folder / f"step-{step.step}", Column(cloud.folder / f"kept-{step.step}", "u1")
     folder.mkdir(exist_ok=True)
-    fitting = points_with_normals if step.filter == POINT_NORMALS else cloud_points
-    points = fitting(tile, step.neighbors) if most is None else most
+    points = most or cloud_points(tile, step.neighbors, normals=step.filter == POINT_NORMALS)
     grid = None
     if step.filter == SURPLUS:
         grid = step.values["side"].resolve(diagonal=box_diagonal(np.stack([low, high])), mean_edge=lambda: 0.0)

@@ -5,7 +5,7 @@ Sizes and the room on the disk follow from models, which ``benchmarks/scale.py``
 
 import inspect
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
@@ -254,17 +254,12 @@ def budget(memory: int, processors: int) -> Budget:
     )
 
 
-def cloud_points(tile: int, neighbors: int) -> int:
-    """Points of a tile in which LoOP searches for so many neighbours.
+def cloud_points(tile: int, neighbors: int, *, normals: bool = False) -> int:
+    """Points of a tile that are compared with so many neighbours, or get normals from them.
 
-    Measured were 209 bytes each for 20 of them; the rest is for those that ask around, which are up to a tenth.
+    Measured were 209 bytes each for 20 of LoOP; the rest is for those that ask around, which are up to a tenth.
     """
-    return max(4 * neighbors, int(tile / (180 + 9 * neighbors)))
-
-
-def points_with_normals(tile: int, neighbors: int) -> int:
-    """Points of a tile that get normals from so many neighbours."""
-    return max(4 * neighbors, int(tile / (200 + 40 * neighbors)))
+    return max(4 * neighbors, int(tile / (200 + 40 * neighbors if normals else 180 + 9 * neighbors)))
 
 
 def surface_vertices(tile: int, each: int, rings: int) -> int:
@@ -280,22 +275,13 @@ def slice_rows(tile: int, row: int) -> int:
     return max(1 << 12, int(tile / (6 * row + 150)))
 
 
-def cloud_room(count: int, row: int, loop_neighbors: int, stray_neighbors: int, normal_neighbors: int = 0) -> int:
+def cloud_room(count: int, row: int, plan: Sequence[PlannedStep]) -> int:
     """Bytes on the disk of the work on a cloud, the output among them.
 
     Cells take 32 a point. LoOP adds distances and factors (24), 2 + k for an eighth of the points that look into other tiles, and
-    17 for the probability and the choice; stray points add 8 for each link and 54, normals 8 for each link and 113. Measured were
+    17 for the probability and the choice; stray points add 8 for each link and 62, normals 8 for each link and 122. Measured were
     84 to 87 for LoOP with 20.
     """
-    loop = 75 + loop_neighbors if loop_neighbors else 0
-    strays = 86 + 8 * stray_neighbors if stray_neighbors else 0
-    normals = 145 + 8 * normal_neighbors + (9 if loop else 0) if normal_neighbors else 0
-    return count * max(64, loop, strays + (8 if loop else 0), normals, row + 17 + (48 if normals else 0))
-
-
-def surface_room(vertices: int, faces: int, row: int, *, rounds: bool) -> int:
-    """Bytes on the disk of the work on a mesh, the output among them.
-
-    A face takes 20 bytes with each bucket of its corners, as it came and in order: measured were 23 each.
-    """
-    return max(36 * vertices + 46 * faces, (92 + 48 * rounds + row) * vertices + 23 * faces)
+    each = {LOOP: (75, 1), STRAYS: (94, 8), POINT_NORMALS: (154, 8)}
+    steps = [each[s.filter][0] + each[s.filter][1] * s.neighbors for s in plan if s.filter in each]
+    return count * max(64, row + (65 if any(s.filter == POINT_NORMALS for s in plan) else 17), *steps)

@@ -20,8 +20,8 @@ from pathlib import Path
 from queue import Empty
 from typing import Any, BinaryIO
 
-from ..errors import FilterInputError, Place, RunError, RunTimeout
-from ..files.errors import ContentsError, OutputError
+from ..errors import Place, RunError, RunTimeout
+from ..files.errors import OutputError
 from ..files.writing import WORK_PREFIX, in_use, remove_folder
 from ..filters.execution import ignore_progress
 from ..processes.cluster import LostSchedulerError, Scheduler, check_workers, conditions, open_client
@@ -43,11 +43,11 @@ class WorkFolder:
     path: Path  # the folder
     note: str  # why the files of a former run are not used; empty if they are, or if there are none
     journal: BinaryIO
-    answers: Mapping[tuple[int, int], Answer]  # of a former run, by the number of the group of tasks, and that in the group
+    results: Mapping[tuple[int, int], Any]  # of a former run, by the number of the group of tasks, and that in the group
 
-    def append(self, call: int, number: int, answer: Answer) -> None:
+    def append(self, call: int, number: int, result: Any) -> None:
         """Write down that a task is finished."""
-        self.journal.write(pickle.dumps((call, number, answer)))
+        self.journal.write(pickle.dumps((call, number, result)))
         self.journal.flush()
 
 
@@ -57,16 +57,14 @@ def work_path(output: Path) -> Path:
 
 
 @contextlib.contextmanager
-def work_folder(
-    output: Path, key: Mapping[str, Any], *, resume: bool, keep: tuple[type[BaseException], ...]
-) -> Iterator[WorkFolder]:
+def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterator[WorkFolder]:
     """The folder for a run to `output`, removed at the end of the run; the output must be locked.
 
     Its key stands for all on which the tasks and their files depend. With `resume` the files of a former run with the same key
-    are used, any others are removed. The folder stays, for a later run, at the exceptions in `keep`.
+    are used, any others are removed. If the run fails the folder stays with `resume`, and always if the scheduler is lost.
     """
     path = work_path(output)
-    answers, end, note = _former(path, key) if resume else ({}, 0, "")
+    results, end, note = _former(path, key) if resume else ({}, 0, "")
     with contextlib.ExitStack() as opened:
         try:
             if not end:
@@ -82,18 +80,17 @@ def work_folder(
         except OSError as error:
             raise OutputError(output, f"cannot make a folder beside it: {error.strerror or error}") from error
         try:
-            yield WorkFolder(path, note, journal, answers)
-        except keep:
-            raise
-        except BaseException:
-            remove_folder(path)
+            yield WorkFolder(path, note, journal, results)
+        except BaseException as error:
+            if not resume and not isinstance(error, LostSchedulerError):
+                remove_folder(path)
             raise
         remove_folder(path)
 
 
-def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], Answer], int, str]:
-    """Of a former run its answers, the end of its last whole record in bytes (0 if it cannot be used), and why it cannot."""
-    answers: dict[tuple[int, int], Answer] = {}
+def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], Any], int, str]:
+    """Of a former run its results, the end of its last whole record in bytes (0 if it cannot be used), and why it cannot."""
+    results: dict[tuple[int, int], Any] = {}
     end = 0
     try:
         # Pickles run code, so that a folder of another user is not read.
@@ -108,17 +105,13 @@ def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], A
             while True:
                 end = file.tell()
                 call, number, done = pickle.load(file)
-                answers[call, number] = done
+                results[call, number] = done
     except Exception:  # there is no such run, or a record was not written to its end
-        return answers, end, ""
+        return results, end, ""
 
 
 class TileError(RunError):
     """A tile could not be done."""
-
-
-class FullDiskError(RunError):
-    """There is no room for what a task has to write."""
 
 
 @dataclass
@@ -131,7 +124,6 @@ class Tasks:
     check: Callable[[], None] = lambda: None  # called every moment; may raise to stop
     work: WorkFolder | None = None  # the folder of the files of the tasks
     peaks: dict[str, int] = field(default_factory=dict)  # by process, the most bytes that it has held, as far as that is known
-    seconds: float = 0.0  # processor time of all tasks
 
     def __post_init__(self) -> None:
         self._deadline = time.monotonic() + self.timeout
@@ -155,41 +147,32 @@ class Tasks:
         all of the run killed. With `again` a resumed run does it, too, as its files are not in the folder of work.
         """
         call, self._calls = self._calls, self._calls + 1
-        former = {} if self.work is None or again else self.work.answers
-        answers = {number: former[call, number] for number in range(len(tasks)) if (call, number) in former}
-        futures = {self.submit(task, *tasks[number]): number for number in range(len(tasks)) if number not in answers}
+        former = {} if self.work is None or again else self.work.results
+        results = {number: former[call, number] for number in range(len(tasks)) if (call, number) in former}
+        futures = {self.submit(task, *tasks[number]): number for number in range(len(tasks)) if number not in results}
         for future in futures:
             future.add_done_callback(lambda done: self.items.put(("done", done)))
         try:
-            while len(answers) < len(tasks):
-                done = self._next_done()
-                if done is not None and done in futures:  # else of tasks that were given up
+            while len(results) < len(tasks):
+                if time.monotonic() >= self._deadline:
+                    raise RunTimeout(Place("working by tiles"), self.timeout)
+                self.check()
+                with contextlib.suppress(Empty):
+                    kind, done = self.items.get(timeout=_PULSE)
+                    if kind == "signal":
+                        raise Interrupted
                     number = futures[done]
-                    answers[number] = self._answer_of(done)
+                    results[number] = self._result_of(done)
                     if self.work is not None:
-                        self.work.append(call, number, answers[number])
-                    progress(len(answers) / len(tasks))
+                        self.work.append(call, number, results[number])
+                    progress(len(results) / len(tasks))
         except BaseException:
             for future in futures:
                 future.cancel()
             raise
-        return [answers[number].result for number in range(len(tasks))]
+        return [results[number] for number in range(len(tasks))]
 
-    def _next_done(self) -> Future[Answer] | None:
-        """A task that has ended; None if none has for a moment."""
-        if time.monotonic() >= self._deadline:
-            raise RunTimeout(Place("working by tiles"), self.timeout)
-        self.check()
-        try:
-            kind, item = self.items.get(timeout=_PULSE)
-        except Empty:
-            return None
-        if kind == "signal":
-            raise Interrupted
-        done: Future[Answer] = item
-        return done
-
-    def _answer_of(self, future: Future[Answer]) -> Answer:
+    def _result_of(self, future: Future[Answer]) -> Any:
         try:
             done = future.result()
         except CancelledError as error:
@@ -198,18 +181,13 @@ class Tasks:
             raise TileError(f"every worker that began a tile was lost ({error}), perhaps for want of memory") from error
         except Exception as error:  # dask's, such as KilledWorker
             raise TileError(f"a tile was lost with its workers: {error}") from error
-        self.seconds += done.seconds
         if done.peak_memory is not None:
             self.peaks[done.process] = max(done.peak_memory, self.peaks.get(done.process, 0))
         match done.error:
             case None:
-                return done
-            case ContentsError() | FilterInputError():
-                raise done.error
+                return done.result
             case MemoryError():
                 raise TileError("a tile needs more memory than there is; give it more")
-            case OSError():
-                raise FullDiskError((done.error.strerror or str(done.error)).lower())
             case DefectError():
                 raise TileError(f"a worker failed, which is a defect of pymeshfair; please report it:\n{done.details}")
         raise done.error
@@ -226,7 +204,7 @@ def open_tasks(
             yield Tasks(partial(pool.submit, memory_limit=memory), items, timeout=timeout, check=check)
         return
     with open_client(scheduler) as client:
-        with conditions(job.output.parent, [job.input]) as wanted:
+        with conditions(job.output.parent, job.recipe, [job.input]) as wanted:
             check_workers(client, wanted)
 
         def check_scheduler() -> None:
