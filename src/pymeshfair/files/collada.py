@@ -182,7 +182,7 @@ class _Reader:
             raise ContentsError(f"its {name} declares {declared:,} numbers, but has {len(values):,}")
         count, stride, offset = (_whole(accessor, key, least) for key, least in (("count", None), ("stride", 1), ("offset", 0)))
         params = [p.get("name", "") for p in accessor.iterfind("param")]
-        places = [k for k, p in enumerate(params) if p] or list(range(stride))
+        places = [k for k, p in enumerate(params) if p] or list(range(min(stride, len(values))))
         wanted = _PARAMETERS[semantic]
         if set(wanted[:3]) <= set(params):
             places = [params.index(p) for p in wanted if p in params]

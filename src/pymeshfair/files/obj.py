@@ -32,6 +32,8 @@ STATES = (b"o", b"g", b"s", b"mg")
 _STATES = ("groups", "objects", "smoothing groups")
 #: contents that `MeshData` does not have
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
+#: what else is not written
+_UNWRITTEN = ("third texture coordinates", "weights of vertices", "normals of corners")
 #: the possible counts of numbers of a vertex: its place, with a weight, with a colour, with a colour and its opacity
 _VERTEX = (3, 4, 6, 7)
 #: corners of the largest face; the time to cut it into triangles grows with their square
@@ -43,9 +45,8 @@ _LEVELS = "the colours of its vertices go up to 255: they are taken for levels o
 MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
 #: the count of numbers after each keyword
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
-#: the largest count of words after each option of a map; those of ``-o``, ``-s`` and ``-t`` are numbers and may be fewer
-_OPTIONS = {"-blendu": 1, "-blendv": 1, "-boost": 1, "-bm": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-mm": 2, "-texres": 1}
-_OPTIONS |= dict.fromkeys(("-o", "-s", "-t"), 3)
+#: the options of a map with their words, before the name of its file
+_OPTIONS = re.compile(r"(?:-(?:(?:blendu|blendv|boost|bm|cc|clamp|imfchan|texres) \S+|mm \S+ \S+|[ost](?: [-+.\deE]+){0,3}) )*")
 _IMAGE = re.compile(r"map_(?!aat\b)\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
 
 
@@ -99,15 +100,16 @@ class Materials:
     def _take(self, material: Material | None, keyword: str, rest: str) -> None:
         numbers = rest.split()[: _NUMBERS.get(keyword, 0)]
         if _IMAGE.fullmatch(keyword):
-            options, name = _parted(rest)
+            name = _OPTIONS.sub("", rest, count=1)
+            options, name = rest.removesuffix(name), name.strip('" ')
             if name:
-                self.images[len(self.lines)] = (" ".join((keyword, *options)), name)
+                self.images[len(self.lines)] = (f"{keyword} {options}".strip(), name)
             if material is None or keyword.lower() != "map_kd":
                 self.others[keyword] = None
                 return
-            material.texture = name
+            material.texture = name or None
             if options:
-                self.others[f"{keyword} {' '.join(options)}"] = None
+                self.others[f"{keyword} {options}".strip()] = None
         elif material is None or keyword not in _NUMBERS or len(numbers) < _NUMBERS[keyword] or not all(map(is_number, numbers)):
             self.others[keyword] = None
         elif keyword == "Kd":
@@ -121,18 +123,13 @@ class Materials:
 class ObjDocument:
     """An OBJ file as it was read, for the writer."""
 
-    data: bytes  # its bytes
     tokens: Tokens  # its lines alone
     mesh: MeshData  # the mesh in it
-    width: int  # how many numbers stand on the line of a vertex
-    normals: Floats  # (k, 3) of the ``vn`` lines
-    #: (m, 3) which of them the corners of the triangles name, -1 for none; None if they name none
-    corner_normals: Longs | None
     states: Longs  # (m, 4) the last lines of `STATES` before each triangle, -1 for none
     materials: Materials  # of its material files
     names: tuple[str, ...]  # of the materials that its faces use
     material_of_face: Longs  # (m,) which of them, -1 for none
-    lost: tuple[str, ...]  # contents that cannot be written anew, in words
+    lost: tuple[str, ...]  # contents that are not written, in words
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +147,7 @@ def read_obj(path: Path, references: References) -> Reading:
     tokens = tokenise(joined(data), slashes=True)
     counts = _counts(tokens)
     notes: dict[str, None] = {}
-    width, vertices, colors, levels = _vertices(tokens, data, notes)
+    vertices, colors, levels = _vertices(tokens, data, notes)
     normals = _rows(tokens, "vn", (3,))[2]
     third, counted, textured = _rows(tokens, "vt", (2, 3))
     if numbers_of(tokens, third[counted == 3], 3, 1).any():
@@ -176,7 +173,7 @@ def read_obj(path: Path, references: References) -> Reading:
         # A file with one texture and no uses of materials means it for all faces.
         of_material.append(0 if not used.names and len(numbers) == 1 else -1)
         attributes["texture"] = np.where(bare, -1, np.array(of_material)[material]).astype(np.int32)
-    own, corner_normals = _normals(len(vertices), normals, indices, notes)
+    own = _normals(len(vertices), normals, indices, notes)
     vertex_attributes = {name: values for name, values in (("colors", colors), ("normals", own)) if values is not None}
     images, doubts = _images(materials, references)
     mesh = MeshData(
@@ -190,17 +187,13 @@ def read_obj(path: Path, references: References) -> Reading:
     )
     states, others = (tuple(f"{what} ({n:,})" for what in kind if (n := counts[what])) for kind in (_STATES, _OTHERS))
     document = ObjDocument(
-        data,
         replace(tokens, kinds=tokens.kinds[:0].copy(), values=np.empty(0), first=np.empty(0, np.int64)),
         mesh,
-        width,
-        normals,
-        corner_normals,
         _states(tokens, corners.lines)[row],
         materials,
         tuple(used.names),
         material,
-        others,
+        (*others, *(note for note in notes if note in _UNWRITTEN)),
     )
     source = Source(path, "obj", document, (*states, *others, *notes), images=images)
     doubts = (*unended(data), *((_LEVELS,) if levels else ()), *doubts)
@@ -236,8 +229,8 @@ def _rows(tokens: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[Longs,
     return lines, counts, numbers_of(tokens, lines, 1, widths[0])
 
 
-def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int, Floats, NDArray[np.uint8] | None, bool]:
-    """The numbers per vertex, the coordinates, the colours, and whether these are levels in the file."""
+def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[Floats, NDArray[np.uint8] | None, bool]:
+    """The coordinates, the colours, and whether these are levels in the file."""
     lines, counts, vertices = _rows(tokens, "v", _VERTEX)
     width = int(counts[0]) if len(lines) else 3
     refuse(tokens, lines, counts != width, f"has {{}} values, while the vertices before it have {width}", counts)
@@ -249,9 +242,9 @@ def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int,
         if len(masks) == 4 * len(lines):
             painted = np.frombuffer(masks, np.uint8).reshape(-1, 4)[:, [1, 2, 3, 0]].copy()
             painted[:, 3] = 255
-            return width, vertices, painted, False
+            return vertices, painted, False
     if width < 6:
-        return width, vertices, None, False
+        return vertices, None, False
     strange, top = ~((rest >= 0) & (rest <= 1)).all(axis=1), 1.0
     if strange.any():
         if width == 7 or not ((rest >= 0) & (rest <= 255) & (rest == np.rint(rest))).all():
@@ -259,7 +252,7 @@ def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int,
         top = 255.0
     colors = np.full((len(lines), 4), 255, np.uint8)
     colors[:, : width - 3] = np.rint(rest / top * 255.0)
-    return width, vertices, colors, top > 1.0
+    return vertices, colors, top > 1.0
 
 
 def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mapping[str, int], notes: dict[str, None]) -> _Corners:
@@ -307,26 +300,22 @@ def _note_bare(corners: _Corners, notes: dict[str, None]) -> None:
         notes[f"that {partly:,} of its faces have texture coordinates at some corners alone"] = None
 
 
-def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> tuple[Floats | None, Longs | None]:
-    """The normals of the vertices, and which the corners of the triangles name.
-
-    As in MeshLab vertices have normals of their own if there are as many of both: that of the last corner that names one.
-    """
+def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> Floats | None:
+    """As in MeshLab vertices have normals if there are as many of both: each has that of its last corner that names one."""
     of_corners = indices[:, :, 2]
-    if not len(normals):
-        return None, None
     if len(normals) != count:
-        named = bool((of_corners >= 0).any())
-        notes["normals of corners" if named else f"normals that no face names ({len(normals):,})"] = None
-        return None, of_corners if named else None
+        if len(normals):
+            named = (of_corners >= 0).any()
+            notes["normals of corners" if named else f"normals that no face names ({len(normals):,})"] = None
+        return None
     if not len(indices):
-        return normals, None
+        return normals
     of_corners = np.where(of_corners < 0, indices[:, :, 0], of_corners)
     own = np.zeros((count, 3))
     own[indices[:, :, 0].ravel()] = normals[of_corners.ravel()]
     if not np.array_equal(own[indices[:, :, 0]], normals[of_corners], equal_nan=True):
         notes["normals of corners"] = None
-    return own, of_corners
+    return own
 
 
 @dataclass(frozen=True, eq=False)
@@ -410,16 +399,3 @@ def _material_files(names: Sequence[str], references: References) -> tuple[list[
         else:
             missing.append(name)
     return list(paths), missing
-
-
-def _parted(rest: str) -> tuple[list[str], str | None]:
-    """The options of a map and the name of its file, which may have blanks."""
-    words = rest.split(" ")
-    options: list[str] = []
-    while words and words[0] in _OPTIONS:
-        most, numeric = _OPTIONS[words[0]], words[0] in ("-o", "-s", "-t")
-        options.append(words.pop(0))
-        while most and words and (not numeric or is_number(words[0])) and len(words) > 1:
-            options.append(words.pop(0))
-            most -= 1
-    return options, " ".join(words).strip('" ') or None

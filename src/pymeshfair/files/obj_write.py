@@ -1,33 +1,28 @@
-"""Writes OBJ files: the original text with new numbers if the elements are unchanged, else a new text."""
+"""Writes OBJ files, with materials, groups and objects of the OBJ file that a mesh comes from."""
 
 from collections.abc import Iterator
 from typing import BinaryIO
 
 import numpy as np
 
-from ..filters.geometry import unit_vectors, vertex_normals_by_angle
 from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData
-from .obj import MOST_MATERIALS, ObjDocument, lines_of
+from .obj import MOST_MATERIALS, ObjDocument
 from .outputs import Writing
-from .polygons import are_equal, numbered, outlines
-from .tokens import changed_words, patched, rows, runs, words
+from .polygons import numbered, outlines
+from .tokens import rows, runs
 
 #: for each colour level a share of six digits: 255 times it gives the level, whether rounded or truncated
 _SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
-#: the face attributes that an OBJ file holds
-_OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 
 
 def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh; see the module."""
+    """Write a mesh."""
     document = mesh.document(ObjDocument)
-    normals, of_corners = _normals(mesh, document)
+    own = None if len(mesh.faces) else mesh.vertex_attributes.get("normals")
+    normals = mesh.vertex_normals if mesh.keeps_normals else np.empty((0, 3)) if own is None else own
     if document is not None and document.materials.lines:
         writing.materials.append(document.materials.text(writing.textures))
-    if document is not None and (text := _patched_text(mesh, document, normals, of_corners, writing)) is not None:
-        target.write(text)
-        return ()
     notes = [f"what cannot be written anew is left out: {'; '.join(document.lost)}"] if document and document.lost else []
     uses, names = _materials(mesh, document, writing, notes)
     if writing.materials:
@@ -41,96 +36,10 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         if len(table):
             target.writelines(rows(keyword + " %r" * table.shape[1], list(table.T)))
     if len(mesh.faces):
-        target.writelines(_faces(mesh, document, of_wedges, of_corners, uses, names, notes))
+        target.writelines(_faces(mesh, document, of_wedges, uses, names, notes))
     if len(mesh.edges):
         target.writelines(rows("l %r %r", list(mesh.edges.T + 1)))
     return tuple(notes)
-
-
-def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[Floats, Longs | None]:
-    """(k, 3) the normals to write, and (m, 3) the index of the normal at each corner; None for a cloud or a mesh without normals.
-
-    If vertices have moved, corners that shared a normal at a vertex get the angle-weighted mean of the normals of their faces, so
-    that sharp edges stay sharp.
-    """
-    own = mesh.vertex_attributes.get("normals")
-    if not len(mesh.faces):
-        return (np.empty((0, 3)) if own is None else own), None
-    if document is None or document.corner_normals is None or document.mesh.keeps_normals != mesh.keeps_normals:
-        return (mesh.vertex_normals, mesh.faces.astype(np.int64)) if mesh.keeps_normals else (np.empty((0, 3)), None)
-    read = document.mesh
-    rows = slice(None) if mesh.vertex_ids is None else mesh.vertex_ids
-    still = np.array_equal(mesh.vertices, read.vertices[rows]) and (mesh.vertex_ids is None or (mesh.vertex_ids >= 0).all())
-    before = read.vertex_attributes.get("normals")
-    if own is not None and mesh.keeps_normals:  # those in a file may have any length
-        same = before is not None and np.allclose(unit_vectors(own), unit_vectors(before[rows]), 0.0, 1e-7, equal_nan=True)
-        if not same:
-            return own, mesh.faces.astype(np.int64)
-    named = document.corner_normals if mesh.face_ids is None else document.corner_normals[mesh.face_ids]
-    if mesh.face_ids is not None:
-        named[mesh.face_ids < 0] = -1
-    if still and (named >= 0).all():
-        return document.normals, named
-    firsts, groups = numbered(np.stack([mesh.faces.ravel(), named.ravel()], axis=1))
-    points = mesh.vertices[mesh.faces.ravel()[firsts]]
-    groups = groups.reshape(-1, 3)
-    return vertex_normals_by_angle(points, groups.astype(np.int32)), groups
-
-
-def _patched_text(
-    mesh: MeshData, document: ObjDocument, normals: Floats, of_corners: Longs | None, writing: Writing
-) -> bytes | None:
-    """The original text with new numbers and the material file of the output; None if elements or attributes differ."""
-    read = document.mesh
-    colors, before = mesh.vertex_attributes.get("colors"), read.vertex_attributes.get("colors")
-    painted = not are_equal(colors, before)
-    if (
-        not (mesh.vertex_ids is None and mesh.face_ids is None and mesh.edge_ids is None)
-        or not (are_equal(mesh.faces, read.faces) and are_equal(mesh.edges, read.edges))
-        or not all(are_equal(mesh.face_attributes.get(name), read.face_attributes.get(name)) for name in _OF_FACES)
-        or mesh.keeps_normals != read.keeps_normals
-        or (painted and (colors is None or document.width != (3 if before is None else 6)))
-        or (line_normals := _line_normals(document, normals, of_corners)) is None
-    ):
-        return None
-    tokens, vertices = document.tokens, lines_of(document.tokens, b"v")
-    new, differs = list(mesh.vertices.T), [a != b for a, b in zip(mesh.vertices.T, read.vertices.T, strict=True)]
-    cuts = []
-    if painted and colors is not None:
-        shares = [_SHARES[level] for level in colors.T[:3]]
-        if before is not None:
-            cuts.append(changed_words(tokens, vertices, [4, 5, 6], shares, [(colors != before).any(axis=1)] * 3))
-        else:
-            ends = np.repeat(tokens.spans(vertices, [3])[:, 0, 1:], 2, axis=1)  # behind the coordinates
-            cuts.append((ends, [b" " + b" ".join(row) for row in zip(*map(words, shares), strict=True)]))
-            differs[2] = np.ones(len(vertices), np.bool_)
-    cuts.insert(0, changed_words(tokens, vertices, [1, 2, 3], new, differs))
-    if line_normals is not document.normals:
-        changes = [a != b for a, b in zip(line_normals.T, document.normals.T, strict=True)]
-        cuts.append(changed_words(tokens, lines_of(tokens, b"vn"), [1, 2, 3], list(line_normals.T), changes))
-    if document.materials.lines:
-        libraries = [(int(tokens.starts[k]), len(tokens.line(k))) for k in lines_of(tokens, b"mtllib").tolist()]
-        named = b"mtllib " + writing.material_file.encode("utf-8", "surrogateescape")
-        places = [(start, start + length) for start, length in libraries] or [(0, 0)]
-        cuts.append((np.array(places, np.int64), [named if libraries else named + b"\n", *([b""] * (len(places) - 1))]))
-    spans, texts = np.concatenate([where for where, _ in cuts]), [text for _, each in cuts for text in each]
-    order = np.argsort(spans[:, 0], kind="stable")
-    return patched(document.data, spans[order], [texts[k] for k in order.tolist()])
-
-
-def _line_normals(document: ObjDocument, normals: Floats, of_corners: Longs | None) -> Floats | None:
-    """The normals of the ``vn`` lines; None if a line would need several normals."""
-    if of_corners is None or document.corner_normals is None:  # of a cloud
-        return normals if len(normals) == len(document.normals) else document.normals
-    if normals is document.normals:
-        return normals
-    pairs = np.stack([document.corner_normals.ravel(), of_corners.ravel()], axis=1)
-    firsts, _ = numbered(pairs)
-    line, normal = pairs[firsts].T
-    line_normals = document.normals.copy()
-    line_normals[line] = normals[normal]
-    fits = np.allclose(line_normals[line], normals[normal], rtol=0.0, atol=1e-9, equal_nan=True)
-    return line_normals if fits and line.min() >= 0 else None
 
 
 def _texture_coordinates(mesh: MeshData) -> tuple[Floats, Longs | None]:
@@ -200,7 +109,6 @@ def _faces(
     mesh: MeshData,
     document: ObjDocument | None,
     of_wedges: Longs | None,
-    of_normals: Longs | None,
     uses: Longs,
     names: list[bytes],
     notes: list[str],
@@ -208,6 +116,7 @@ def _faces(
     """The lines of the faces, with a line before each change of material, group or object."""
     shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
     notes += shape.notes
+    of_normals = mesh.faces if mesh.keeps_normals else None
     corners = [index.ravel()[shape.places] + 1 for index in (mesh.faces, of_wedges, of_normals) if index is not None]
     form = "%d" if len(corners) == 1 else "%d//%d" if of_wedges is None else "/".join(["%d"] * len(corners))
     each = [form % row for row in zip(*(c.tolist() for c in corners), strict=True)]

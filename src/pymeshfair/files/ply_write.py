@@ -19,7 +19,7 @@ from .outputs import Writing
 from .ply import PlyDocument
 from .ply_tables import KINDS, Column, Lists, PlyElement, PlyProperty, Table
 from .polygons import are_equal, outlines
-from .tokens import changed_words, patched, runs, words
+from .tokens import runs, words
 
 _EMPTY = b"ply\nformat binary_little_endian 1.0\nend_header\n"
 #: a share of the mean edge by which rounding to the type of the file may move a vertex
@@ -32,8 +32,7 @@ class _Rows:
 
     element: PlyElement  # for the header
     columns: Mapping[str, Column]  # by property
-    source: Table | None = None  # the table that they come from, if only the `changed` properties differ from it
-    changed: frozenset[str] = frozenset()  # the properties that differ
+    source: Table | None = None  # the table that they come from, if nothing differs from it
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
@@ -58,15 +57,18 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
             notes.append(f"element {name!r} ({element.count:,}), which names vertices by their numbers, is left out")
     elements |= {name: row.element for name, row in written.items()}
     target.write(ply_tables.header_bytes(document.header, list(elements.values()), None if writing is None else writing.textures))
-    as_it_was = False
+    is_text = document.header.format == "ascii"
     for name, element in elements.items():
         row = written.get(name) or _Rows(element, {}, document.tables.get(name))
-        if document.header.format == "ascii":
-            as_it_was = _write_text(target, row, document)
+        if row.source is not None:
+            start, end = row.source.bytes
+            target.write(document.data[start:end].data)
+            if is_text and document.data[end - 1 : end].tobytes() not in b"\r\n":
+                target.write(b"\n")
+        elif is_text:
+            target.writelines(_lines(row))
         else:
-            _write_binary(target, row, document)
-    if as_it_was or document.header.format != "ascii":
-        target.write(document.tail)
+            _write_binary(target, row, document.header.byte_order)
     return tuple(notes)
 
 
@@ -88,7 +90,7 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
         values |= zip((table and ply.texture_names(table)) or ply.TEXTURE[0], places.T, strict=True)
     ids = mesh.vertex_ids
     rows = _rows("vertex", table, ids, values | _custom(attributes, VERTEX_ATTRIBUTES), attributes.get("colors"))
-    if table is None or (rows.source is None and ids is None):
+    if table is None or (ids is None and rows.element != table.element):
         return rows
     narrow = [p for p in table.element.properties if p.name in ply.PLACE and p.type != "double"]
     moves = [np.abs(mesh.vertices[:, ply.PLACE.index(p.name)] - rows.columns[p.name]).max(initial=0.0) for p in narrow]
@@ -176,7 +178,7 @@ def _rows(
         values = {**values, **_channels(colors, table, ids)}
     columns: dict[str, Column] = {}
     properties: list[PlyProperty] = []
-    changed: set[str] = set()
+    changed = False
     meanings = set() if table is None else ply.meant(table)
     before: Mapping[str, Column] = {} if table is None else table.columns
     for p in () if table is None else table.element.properties:
@@ -188,7 +190,7 @@ def _rows(
             value = value if isinstance(value, Lists) else _cast(value, p.type)
             if not _are_same(base, value):
                 base, p = value, _wide_enough(p, value)
-                changed.add(p.name)
+                changed = True
         columns[p.name] = base
         properties.append(p)
     for name, value in values.items():
@@ -197,8 +199,8 @@ def _rows(
             properties.append(_new_property(name, value))
     first = next(iter(columns.values()))
     new = PlyElement(element, len(first.lengths if isinstance(first, Lists) else first), tuple(properties))
-    same = table is not None and ids is None and new == table.element
-    return _Rows(new, columns, table if same else None, frozenset(changed))
+    same = table is not None and ids is None and new == table.element and not changed
+    return _Rows(new, columns, table if same else None)
 
 
 def _chosen(column: Column, ids: Longs | None) -> Column:
@@ -267,18 +269,14 @@ def _wide_enough(p: PlyProperty, column: Column) -> PlyProperty:
         return p
     if KINDS[p.type][0] != "f" and len(column.values) and column.values.max() > np.iinfo(KINDS[p.type]).max:
         p = replace(p, type="int")
-    if p.count_type and KINDS[p.count_type][0] != "f" and column.lengths.max(initial=0) > np.iinfo(KINDS[p.count_type]).max:
+    if p.count_type and column.lengths.max(initial=0) > np.iinfo(KINDS[p.count_type]).max:
         p = replace(p, count_type="int")
     return p
 
 
-def _write_binary(target: BinaryIO, row: _Rows, document: PlyDocument) -> None:
+def _write_binary(target: BinaryIO, row: _Rows, order: str) -> None:
     """Write the rows of an element of a binary file."""
-    if row.source is not None and not row.changed:
-        start, end = row.source.bytes
-        target.write(document.data[start:end].data)
-        return
-    order, element = document.header.byte_order, row.element
+    element = row.element
     widths = {name: column.width for name, column in row.columns.items() if isinstance(column, Lists)}
     if element.count and None in widths.values():
         target.write(_packed(row, order))
@@ -313,29 +311,6 @@ def _packed(row: _Rows, order: str) -> bytes:
         buffer[ply_tables.indices_of_runs(starts, lengths)] = data
         starts = starts + lengths
     return buffer.tobytes()
-
-
-def _write_text(target: BinaryIO, row: _Rows, document: PlyDocument) -> bool:
-    """Write the rows of an element of a text; whether they are as they were, but for changed words."""
-    table, tokens, properties = row.source, document.tokens, row.element.properties
-    lists = [k for k, p in enumerate(properties) if p.count_type]
-    changed = [k for k, p in enumerate(properties) if p.name in row.changed]
-    if table is None or tokens is None or table.lines is None or (changed and lists and changed[-1] >= lists[0]):
-        target.writelines(_lines(row))
-        return False
-    if not len(table.lines):
-        return True
-    begin, last = int(tokens.starts[table.lines[0]]), int(table.lines[-1])
-    end = int(tokens.starts[last + 1]) if last + 1 < len(tokens.starts) else len(tokens.text)
-    text = tokens.text[begin:end].tobytes()
-    if changed:
-        names = [properties[k].name for k in changed]
-        new, old = ([np.asarray(columns[name]) for name in names] for columns in (row.columns, table.columns))
-        differs = [a != b for a, b in zip(new, old, strict=True)]
-        spans, each = changed_words(tokens, table.lines, changed, new, differs)
-        text = patched(text, spans - begin, each)
-    target.write(text)
-    return True
 
 
 def _lines(row: _Rows) -> Iterator[bytes]:
