@@ -64,7 +64,7 @@ _XML = (r"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff", "'<'")
 _EDGES = frozenset(("edges",))
 _FORMATS = (
     Format(("ply",), "ply.read_ply", "ply_write.write_ply", frozenset(ATTRIBUTES), begin=(r"ply\s", "'ply'")),
-    Format(("obj",), "obj.read_obj", "obj_write.write_obj", _OBJ),
+    Format(("obj",), "obj.read_obj", "obj.write_obj", _OBJ),
     Format(("off",), "stl_off.read_off", "stl_off.write_off", _OFF),
     Format(("stl",), "stl_off.read_stl", "stl_off.write_stl", frozenset(("faces", "face colours")), _FLOAT),
     Format(("glb",), "gltf.read_gltf", "gltf.write_glb", _GLB, _FLOAT, ("glTF", "'glTF'"), has_unit=True),

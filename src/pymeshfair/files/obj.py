@@ -1,10 +1,12 @@
-"""Reads OBJ files with their materials, every line and word of them; writes material files with other names of images."""
+"""Reads OBJ files with their materials, every line and word of them; writes them with materials, groups and objects."""
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from pathlib import Path
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +15,23 @@ from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError, InputError
 from .inputs import Reading, References, shown, unended
-from .polygons import edges_of, triangulated
-from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, at_line, is_number, joined, numbers_of, refuse, tokenise, word
+from .outputs import Writing
+from .polygons import edges_of, numbered, outlines, triangulated
+from .tokens import (
+    AFTER_SLASH,
+    EMPTY,
+    INTEGER,
+    Tokens,
+    at_line,
+    is_number,
+    joined,
+    numbers_of,
+    refuse,
+    rows,
+    runs,
+    tokenise,
+    word,
+)
 
 #: the keywords of the format by what their lines are
 _LINES = {
@@ -47,6 +64,8 @@ MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
 #: the options of a map with their words, before the name of its file
 _OPTIONS = re.compile(r"(?:-(?:(?:blendu|blendv|boost|bm|cc|clamp|imfchan|texres) \S+|mm \S+ \S+|[ost](?: [-+.\deE]+){0,3}) )*")
+#: for each colour level a share of six digits: 255 times it gives the level, whether rounded or truncated
+_SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
 _IMAGE = re.compile(r"map_(?!aat\b)\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
 
 
@@ -132,8 +151,7 @@ class ObjDocument:
     lost: tuple[str, ...]  # contents that are not written, in words
 
 
-@dataclass(frozen=True, eq=False)
-class _Corners:
+class _Corners(NamedTuple):
     lines: Longs  # (p,) where they are
     lengths: Longs  # (p,) how many corners each has
     indices: Longs  # (c, 3) the indices of vertices, texture coordinates and normals, -1 for none
@@ -159,7 +177,12 @@ def read_obj(path: Path, references: References) -> Reading:
     bare = (indices[:, :, 1] < 0).all(axis=1)
     if not bare.all():
         attributes["wedge_texture_coordinates"] = np.append(textured, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]
-        _note_bare(corners, notes)
+        starts = np.cumsum(corners.lengths) - corners.lengths
+        pairs = np.add.reduceat(corners.indices[:, 1] >= 0, starts, dtype=np.int64)
+        if bare_faces := int((pairs == 0).sum()):
+            notes[f"that {bare_faces:,} of its faces have no texture coordinates: they get 0 0"] = None
+        if partly := int(((pairs > 0) & (pairs < corners.lengths)).sum()):
+            notes[f"that {partly:,} of its faces have texture coordinates at some corners alone"] = None
     elif len(textured):
         notes[f"texture coordinates that no face names ({len(textured):,})"] = None
     materials, used, files = _materials(path, tokens, counts, references, notes)
@@ -167,7 +190,7 @@ def read_obj(path: Path, references: References) -> Reading:
     use = (np.searchsorted(used.lines, corners.lines) - 1)[row]
     material = np.append(used.material, -1)[use]
     if len(indices) and any(name in materials.named for name in used.names):
-        attributes["colors"] = used.colors(materials)[use]
+        attributes["colors"] = used.colors[use]
     if numbers and not bare.all():
         of_material = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in used.names]
         # A file with one texture and no uses of materials means it for all faces.
@@ -291,15 +314,6 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
     return _Corners(lines, per_line, indices)
 
 
-def _note_bare(corners: _Corners, notes: dict[str, None]) -> None:
-    starts = np.cumsum(corners.lengths) - corners.lengths
-    textured = np.add.reduceat(corners.indices[:, 1] >= 0, starts, dtype=np.int64)
-    if bare := int((textured == 0).sum()):
-        notes[f"that {bare:,} of its faces have no texture coordinates: they get 0 0"] = None
-    if partly := int(((textured > 0) & (textured < corners.lengths)).sum()):
-        notes[f"that {partly:,} of its faces have texture coordinates at some corners alone"] = None
-
-
 def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> Floats | None:
     """As in MeshLab vertices have normals if there are as many of both: each has that of its last corner that names one."""
     of_corners = indices[:, :, 2]
@@ -318,21 +332,13 @@ def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]
     return own
 
 
-@dataclass(frozen=True, eq=False)
-class _Uses:
-    """The ``usemtl`` lines: where they are, (u,) which of the names each has, and the names."""
+class _Uses(NamedTuple):
+    """The ``usemtl`` lines."""
 
-    lines: Longs
-    material: Longs
+    lines: Longs  # (u,) where they are
+    material: Longs  # (u,) which of the names each has
     names: list[str]
-
-    def colors(self, materials: Materials) -> NDArray[np.uint8]:
-        """(u + 1, 4) the colour of the faces behind each line, and of those before all; an unknown name does not change it."""
-        colors: list[tuple[int, ...]] = [_GREY]
-        for k in self.material.tolist():
-            material = materials.named.get(self.names[k])
-            colors.append(colors[-1] if material is None else material.color)
-        return np.array([*colors[1:], colors[0]], np.uint8)
+    colors: NDArray[np.uint8]  # (u + 1, 4) of the faces behind each, and of those before all; an unknown name does not change it
 
 
 def _materials(
@@ -340,12 +346,11 @@ def _materials(
 ) -> tuple[Materials, _Uses, list[Path]]:
     numbers: dict[str, int] = {}
     lines = lines_of(tokens, b"usemtl")
-    used = _Uses(lines, np.array([numbers.setdefault(_rest(tokens, k), len(numbers)) for k in lines.tolist()], np.int64), [])
-    used.names.extend(numbers)
-    names = list(dict.fromkeys(_rest(tokens, k) for k in lines_of(tokens, b"mtllib").tolist()))
+    material = np.array([numbers.setdefault(_rest(tokens, k), len(numbers)) for k in lines.tolist()], np.int64)
+    libraries = list(dict.fromkeys(_rest(tokens, k) for k in lines_of(tokens, b"mtllib").tolist()))
     # Some programs name no material file, and mean the one of the same name.
-    files, missing = _material_files(names or ([path.with_suffix(".mtl").name] if len(lines) else []), references)
-    for name in missing if names else ():
+    files, missing = _material_files(libraries or ([path.with_suffix(".mtl").name] if len(lines) else []), references)
+    for name in missing if libraries else ():
         notes[f"the material file {Path(name).name}, which does not exist"] = None
     if len(lines) and not files:
         notes[f"uses of materials ({len(lines):,}), as there is no material file"] = None
@@ -357,7 +362,11 @@ def _materials(
             notes[f"{', '.join(others)} of the material file {file.name}"] = None
     if files and (unknown := set(numbers) - set(materials.named)):
         notes[f"uses of the material {shown(min(unknown))}, which its material files do not have"] = None
-    return materials, used, files
+    names, colors = list(numbers), [_GREY]
+    for use in material.tolist():
+        named = materials.named.get(names[use])
+        colors.append(colors[-1] if named is None else named.color)
+    return materials, _Uses(lines, material, names, np.array([*colors[1:], colors[0]], np.uint8)), files
 
 
 def _rest(tokens: Tokens, k: int) -> str:
@@ -399,3 +408,118 @@ def _material_files(names: Sequence[str], references: References) -> tuple[list[
         else:
             missing.append(name)
     return list(paths), missing
+
+
+def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
+    """Write a mesh."""
+    document = mesh.document(ObjDocument)
+    own = None if len(mesh.faces) else mesh.vertex_attributes.get("normals")
+    normals = mesh.vertex_normals if mesh.keeps_normals else np.empty((0, 3)) if own is None else own
+    if document is not None and document.materials.lines:
+        writing.materials.append(document.materials.text(writing.textures))
+    notes = [f"what cannot be written anew is left out: {'; '.join(document.lost)}"] if document and document.lost else []
+    uses, names = _uses_to_write(mesh, document, writing, notes)
+    if writing.materials:
+        target.write(b"mtllib %s\n" % writing.material_file.encode("utf-8", "surrogateescape"))
+    columns = list(mesh.vertices.T)
+    if (colors := mesh.vertex_attributes.get("colors")) is not None:
+        columns += [_SHARES[level] for level in colors.T[:3]]
+    target.writelines(rows("v" + " %r" * len(columns), columns))
+    pairs, of_wedges = _texture_coordinates(mesh)
+    for keyword, table in (("vt", pairs), ("vn", normals)):
+        if len(table):
+            target.writelines(rows(keyword + " %r" * table.shape[1], list(table.T)))
+    if len(mesh.faces):
+        target.writelines(_face_lines(mesh, document, of_wedges, uses, names, notes))
+    if len(mesh.edges):
+        target.writelines(rows("l %r %r", list(mesh.edges.T + 1)))
+    return tuple(notes)
+
+
+def _texture_coordinates(mesh: MeshData) -> tuple[Floats, Longs | None]:
+    """(k, 2) texture coordinates, and (m, 3) their index at each corner, -1 for none."""
+    wedges = mesh.face_attributes.get("wedge_texture_coordinates")
+    if wedges is None:
+        of_vertices = mesh.vertex_attributes.get("texture_coordinates")
+        return (np.empty((0, 2)), None) if of_vertices is None else (of_vertices, mesh.faces.astype(np.int64))
+    textured = np.ones(len(wedges), np.bool_)
+    if (numbers := mesh.face_attributes.get("texture")) is not None:
+        textured = (numbers >= 0) | wedges.any(axis=(1, 2))
+    pairs = wedges[textured].reshape(-1, 2)
+    firsts, indices = numbered(pairs)
+    of_corners = np.full((len(wedges), 3), -1, np.int64)
+    of_corners[textured] = indices.reshape(-1, 3)
+    return pairs[firsts], of_corners
+
+
+def _looks(mesh: MeshData) -> Longs:
+    """(m, 4) the number of the texture of each face, and its red, green and blue; -1 for what it does not have."""
+    looks = np.full((len(mesh.faces), 4), -1, np.int64)
+    if (numbers := mesh.face_attributes.get("texture")) is not None:
+        looks[:, 0] = numbers
+    if (colors := mesh.face_attributes.get("colors")) is not None:
+        looks[:, 1:] = colors[:, :3]
+    return looks
+
+
+def _uses_to_write(mesh: MeshData, document: ObjDocument | None, writing: Writing, notes: list[str]) -> tuple[Longs, list[bytes]]:
+    """(m,) the material of each face, -1 for none, and the ``usemtl`` lines; new materials are added to the material file."""
+    looks, names = _looks(mesh), () if document is None else document.names
+    index = np.full(len(looks), -1)
+    if document is not None:
+        ids = np.arange(len(looks)) if mesh.face_ids is None else mesh.face_ids
+        same = (ids >= 0) & (looks == _looks(document.mesh)[ids]).all(axis=1)
+        index[same] = document.material_of_face[ids][same]
+    new = (index < 0) & (looks >= 0).any(axis=1)
+    firsts, kinds = numbered(looks[new])
+    if len(firsts) + len(names) > MOST_MATERIALS:
+        notes.append(f"colours of faces are left out: they need {len(firsts):,} materials; {MOST_MATERIALS:,} are the most")
+        looks[:, 1:] = -1
+        new &= looks[:, 0] >= 0
+        firsts, kinds = numbered(looks[new])
+    index[new] = len(names) + kinds
+    unused = (name for number in count() if (name := f"material_{number}") not in names)
+    added = {next(unused): look for look in looks[new][firsts].tolist()}
+    for name, (number, *color) in added.items():
+        definition = f"newmtl {name}\n"
+        if color[0] >= 0:
+            definition += "Kd {!r} {!r} {!r}\n".format(*_SHARES[color].tolist())
+        if 0 <= number < len(mesh.textures):
+            texture = mesh.textures[number].name
+            definition += f"map_Kd {writing.textures.get(texture, texture)}\n"
+        writing.materials.append(definition.encode("utf-8", "surrogateescape"))
+    return index, [b"usemtl %s\n" % name.encode("utf-8", "surrogateescape") for name in (*names, *added)]
+
+
+def _face_lines(
+    mesh: MeshData,
+    document: ObjDocument | None,
+    of_wedges: Longs | None,
+    uses: Longs,
+    names: list[bytes],
+    notes: list[str],
+) -> Iterator[bytes]:
+    """The lines of the faces, with a line before each change of material, group or object."""
+    shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
+    notes += shape.notes
+    of_normals = mesh.faces if mesh.keeps_normals else None
+    corners = [index.ravel()[shape.places] + 1 for index in (mesh.faces, of_wedges, of_normals) if index is not None]
+    form = "%d" if len(corners) == 1 else "%d//%d" if of_wedges is None else "/".join(["%d"] * len(corners))
+    each = [form % row for row in zip(*(c.tolist() for c in corners), strict=True)]
+    if of_wedges is not None and (of_wedges < 0).any():
+        for k in np.flatnonzero(corners[1] == 0).tolist():
+            each[k] = each[k].replace("/0", "/" if of_normals is not None else "", 1)
+    lines = [f"f {' '.join(run)}\n" for run in runs(each, shape.lengths)]
+    ids = shape.triangles if mesh.face_ids is None else mesh.face_ids[shape.triangles]
+    states = uses[shape.triangles][:, None]  # last the material, before it the groups and objects
+    if document is not None:
+        states = np.concatenate([np.where(ids[:, None] < 0, -1, document.states[ids]), states], axis=1)
+    starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))
+    current = [-1] * states.shape[1]
+    for start, end in zip(starts.tolist(), [*starts[1:].tolist(), len(lines)], strict=True):
+        state = states[start].tolist()
+        for k, (now, was) in enumerate(zip(state, current, strict=True), 1):
+            if now >= 0 and now != was:
+                yield names[now] if document is None or k == len(state) else document.tokens.line(now) + b"\n"
+        current = state
+        yield "".join(lines[start:end]).encode("ascii")
