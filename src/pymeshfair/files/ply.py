@@ -38,7 +38,6 @@ class PlyDocument:
 
     header: PlyHeader  # of the file
     tables: Mapping[str, Table]  # the rows of its elements
-    data: NDArray[np.uint8]  # its bytes
     row_of_face: Ints | None = None  # (m,) the row of ``face`` of each triangle; None if there is one row a triangle
     has_other_faces: bool = False  # whether triangles come from strips or a grid, and not from rows of ``face``
     wedges: Array | None = None  # (m, 3, 2) the texture coordinates at the corners of the triangles, or None
@@ -79,7 +78,7 @@ def read_ply(path: Path, references: References) -> Reading:
             doubts += (f"its {face.element.count:,} 'face' have no list 'vertex_indices', so that they are no faces",)
     row_of_face = None if isinstance(rows, slice) else rows
     wedges = attributes.get("wedge_texture_coordinates")
-    document = PlyDocument(header, tables, data, row_of_face, len(faces) > 0 and not has_rows, wedges)
+    document = PlyDocument(header, tables, row_of_face, len(faces) > 0 and not has_rows, wedges)
     vertex_attributes = _attributes_of_vertices(vertex)
     mesh = MeshData(
         vertices=vertices,

@@ -71,10 +71,6 @@ class PlyHeader:
         """Of a binary file: ``"<"`` for little-endian, ``">"`` for big-endian."""
         return ">" if self.format == "binary_big_endian" else "<"
 
-    def element(self, name: str) -> PlyElement:
-        """The element of that name; one with a count of 0 if the file does not declare it."""
-        return next((e for e in self.elements if e.name == name), PlyElement(name, 0))
-
     @property
     def comments(self) -> tuple[str, ...]:
         """The words after ``comment`` and ``obj_info``."""
@@ -201,7 +197,6 @@ class Table:
 
     element: PlyElement  # its declaration in the header
     columns: Mapping[str, Column]  # by property
-    bytes: tuple[int, int] = (0, 0)  # where they begin and end in the file
 
     def numbers(self, name: str) -> Array | None:
         """(n,) the values of a property; None if it has no such property, or one of lists."""
@@ -246,24 +241,25 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
     tables: dict[str, Table] = {}
     position = header.size
     for element in header.elements:
-        tables[element.name] = table = _binary_table(data, position, element, header.byte_order)
-        position = table.bytes[1]
+        columns, position = _binary_columns(data, position, element, header.byte_order)
+        tables[element.name] = Table(element, columns)
     more = data[position:].tobytes().strip(_PADDING)
     if more:
         raise ContentsError(f"{len(more):,} bytes follow behind all that its header declares")
     return tables
 
 
-def _binary_table(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> Table:
+def _binary_columns(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> tuple[dict[str, Column], int]:
+    """The columns of the element that begins at a byte; where it ends."""
     n, properties = element.count, element.properties
     kind = row_type_at(data, position, element, order)
     if not n or not properties:
-        return Table(element, _columns(np.empty(0, kind), element), (position, position))
+        return _columns(np.empty(0, kind), element), position
     end = position + n * kind.itemsize
     if end <= len(data):
         rows = np.frombuffer(data, kind, n, position)
         if all((rows[f"{p.name} count"] == kind[p.name].shape[0]).all() for p in properties if p.count_type):
-            return Table(element, _columns(rows, element), (position, end))
+            return _columns(rows, element), end
     places, lengths, end = _walked(data, position, element, order, n)
     columns: dict[str, Column] = {}
     for k, p in enumerate(properties):
@@ -275,7 +271,7 @@ def _binary_table(data: NDArray[np.uint8], position: int, element: PlyElement, o
         each = data[at[:, None] + np.arange(kind.itemsize)] if len(at) else np.empty((0, kind.itemsize), np.uint8)
         values = np.ascontiguousarray(each).view(kind)[:, 0]
         columns[p.name] = Lists(values, lengths[:, k].copy()) if p.count_type else values
-    return Table(element, columns, (position, end))
+    return columns, end
 
 
 def _columns(rows: Array, element: PlyElement) -> dict[str, Column]:
@@ -337,8 +333,7 @@ def text_tables(text: bytes, header: PlyHeader) -> dict[str, Table]:
     for element in header.elements:
         if (left := len(piece.lengths) - line) < element.count:
             raise ContentsError(f"it declares {element.count:,} of {element.name!r}, but {left:,} lines follow")
-        places = [header.size + int(s) for s in np.append(piece.starts, len(body))[[line, line + element.count]]]
-        tables[element.name] = Table(element, _text_columns(piece, line, element), (places[0], places[1]))
+        tables[element.name] = Table(element, _text_columns(piece, line, element))
         line += element.count
     if line < len(piece.lengths):
         raise at_line(piece, line, "is one more than its header declares")

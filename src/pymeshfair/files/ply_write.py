@@ -1,17 +1,17 @@
 """Writes PLY files: with header, elements, types and comments of the PLY file that a mesh comes from, else in double precision.
 
-What has not changed is written as it was, byte for byte. Rows of deleted elements are left out, and the rest of a polygon stays
+What has not changed keeps its bits. Rows of deleted elements are left out, and the rest of a polygon stays
 one if it can, perhaps from another corner on; in a row of an added element properties without a value are 0.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filters.mesh import Ints, Longs
+from ..filters.mesh import Longs
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, Array, numbered
 from . import ply, ply_tables
@@ -19,20 +19,11 @@ from .outputs import Writing
 from .ply import PlyDocument
 from .ply_tables import KINDS, Column, Lists, PlyElement, PlyProperty, Table
 from .polygons import are_equal, outlines
-from .tokens import runs, words
+from .tokens import runs
 
 _EMPTY = b"ply\nformat binary_little_endian 1.0\nend_header\n"
 #: a share of the mean edge by which rounding to the type of the file may move a vertex
 _ROUNDING = 1e-3
-
-
-@dataclass(frozen=True, eq=False)
-class _Rows:
-    """The rows of an element as they are to be written."""
-
-    element: PlyElement  # for the header
-    columns: Mapping[str, Column]  # by property
-    source: Table | None = None  # the table that they come from, if nothing differs from it
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
@@ -57,18 +48,12 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
             notes.append(f"element {name!r} ({element.count:,}), which names vertices by their numbers, is left out")
     elements |= {name: row.element for name, row in written.items()}
     target.write(ply_tables.header_bytes(document.header, list(elements.values()), None if writing is None else writing.textures))
-    is_text = document.header.format == "ascii"
-    for name, element in elements.items():
-        row = written.get(name) or _Rows(element, {}, document.tables.get(name))
-        if row.source is not None:
-            start, end = row.source.bytes
-            target.write(document.data[start:end].data)
-            if is_text and document.data[end - 1 : end].tobytes() not in b"\r\n":
-                target.write(b"\n")
-        elif is_text:
-            target.writelines(_lines(row))
+    for name in elements:
+        table = written.get(name) or document.tables[name]
+        if document.header.format == "ascii":
+            target.writelines(_lines(table))
         else:
-            _write_binary(target, row, document.header.byte_order)
+            _write_binary(target, table, document.header.byte_order)
     return tuple(notes)
 
 
@@ -76,10 +61,10 @@ def _plain_document(mesh: MeshData) -> PlyDocument:
     """A file without elements, to be extended."""
     comments = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
     header = ply_tables.parse_header(_EMPTY.replace(b"end_header", comments + b"end_header"))
-    return PlyDocument(header, {}, np.empty(0, np.uint8))
+    return PlyDocument(header, {})
 
 
-def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None, notes: list[str]) -> _Rows:
+def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None, notes: list[str]) -> Table:
     attributes = mesh.vertex_attributes
     table = document.tables.get("vertex")
     values: dict[str, Column] = dict(zip(ply.PLACE, mesh.vertices.T, strict=True))
@@ -99,22 +84,22 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
         notes.append(f"coordinates are written as double, as {narrow[0].type} would round them")
         properties = tuple(replace(p, type="double") if p.name in ply.PLACE else p for p in rows.element.properties)
         columns = {**rows.columns, **dict(zip(ply.PLACE, mesh.vertices.T, strict=True))}
-        rows = _Rows(replace(rows.element, properties=properties), columns)
+        rows = Table(replace(rows.element, properties=properties), columns)
     return rows
 
 
-def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> _Rows | None:
+def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table | None:
     """The rows of the faces, a polygon whole where all its triangles are there."""
     table = document.tables.get("face")
     corners = next((name for name in ply.CORNERS if table is not None and table.lists(name) is not None), ply.CORNERS[0])
     unchanged = mesh.face_ids is None and mesh.vertex_ids is None
     if document.has_other_faces:
         if unchanged and not mesh.face_attributes.keys() - {"selection", "normals"}:
-            return None if table is None else _Rows(table.element, table.columns, table)
+            return table
         table = None
     if not len(mesh.faces):
-        names_none = table is not None and (not table.element.count or table.lists(corners) is None)
-        return _Rows(table.element, table.columns, table) if table is not None and names_none else _without_rows(table)
+        names_none = table is None or not table.element.count or table.lists(corners) is None
+        return table if names_none else _without_rows(table)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     values: dict[str, Column] = {}
     row: Longs | None = None
@@ -124,7 +109,11 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> _Rows
         chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
     else:
         ids = numbered(mesh.face_ids, len(mesh.faces))
-        shape = outlines(mesh.faces, _polygons(mesh, wedges, document, ids, notes))
+        polygon = mesh.face_attributes.get("polygon")
+        if polygon is not None and wedges is not None and (polygon >= 0).any():
+            polygon, what = None, "MeshLab opens none with texture coordinates at the corners of faces"
+            notes.append(f"polygons are written as triangles: {what}")
+        shape = outlines(mesh.faces, polygon)
         notes += shape.notes
         chosen = shape.triangles
         if table is not None:
@@ -142,43 +131,31 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> _Rows
     return _rows("face", table, row, values | _custom(of_rows, FACE_ATTRIBUTES), of_rows.get("colors"))
 
 
-def _polygons(mesh: MeshData, wedges: Array | None, document: PlyDocument, ids: Longs, notes: list[str]) -> Ints | None:
-    """(m,) the polygon of each triangle; None if all are written as triangles."""
-    polygon = mesh.face_attributes.get("polygon")
-    if polygon is None or wedges is None or not (polygon >= 0).any():
-        return polygon
-    if document.wedges is not None and are_equal(document.wedges[ids[ids >= 0]], wedges[ids >= 0]):
-        return polygon
-    notes.append("polygons are written as triangles: MeshLab opens none with texture coordinates at the corners of faces")
-    return None
-
-
-def _edge_rows(mesh: MeshData, document: PlyDocument) -> _Rows | None:
+def _edge_rows(mesh: MeshData, document: PlyDocument) -> Table | None:
     table = document.tables.get("edge")
     if table is not None and mesh.edge_ids is None and mesh.vertex_ids is None:
-        return _Rows(table.element, table.columns, table)
+        return table
     if not len(mesh.edges):
         return _without_rows(table)
     ids = None if table is None else numbered(mesh.edge_ids, len(mesh.edges))
     return _rows("edge", table, ids, dict(zip(ply.EDGE, mesh.edges.T, strict=True)))
 
 
-def _without_rows(table: Table | None) -> _Rows | None:
+def _without_rows(table: Table | None) -> Table | None:
     if table is None:
         return None
     none = np.empty(0, np.int64)
-    return _Rows(replace(table.element, count=0), {name: _chosen(column, none) for name, column in table.columns.items()})
+    return Table(replace(table.element, count=0), {name: _chosen(column, none) for name, column in table.columns.items()})
 
 
 def _rows(
     element: str, table: Table | None, ids: Longs | None, values: Mapping[str, Column], colors: NDArray[np.uint8] | None = None
-) -> _Rows:
+) -> Table:
     """The rows of an element: those of the file by their ids, with these values and (n, 4) colours."""
     if colors is not None:
         values = {**values, **_channels(colors, table, ids)}
     columns: dict[str, Column] = {}
     properties: list[PlyProperty] = []
-    changed = False
     meanings = set() if table is None else ply.meant(table)
     before: Mapping[str, Column] = {} if table is None else table.columns
     for p in () if table is None else table.element.properties:
@@ -187,10 +164,8 @@ def _rows(
         base = _chosen(before[p.name], ids)
         value = values.get(p.name, base)
         if value is not base and isinstance(value, Lists) == isinstance(base, Lists):
-            value = value if isinstance(value, Lists) else _cast(value, p.type)
-            if not _are_same(base, value):
-                base, p = value, _wide_enough(p, value)
-                changed = True
+            base = value if isinstance(value, Lists) else _cast(value, p.type)
+            p = _wide_enough(p, base)
         columns[p.name] = base
         properties.append(p)
     for name, value in values.items():
@@ -198,9 +173,7 @@ def _rows(
             columns[name] = value
             properties.append(_new_property(name, value))
     first = next(iter(columns.values()))
-    new = PlyElement(element, len(first.lengths if isinstance(first, Lists) else first), tuple(properties))
-    same = table is not None and ids is None and new == table.element and not changed
-    return _Rows(new, columns, table if same else None)
+    return Table(PlyElement(element, len(first.lengths if isinstance(first, Lists) else first), tuple(properties)), columns)
 
 
 def _chosen(column: Column, ids: Longs | None) -> Column:
@@ -214,12 +187,6 @@ def _chosen(column: Column, ids: Longs | None) -> Column:
     values = column[ids]
     values[ids < 0] = 0
     return values
-
-
-def _are_same(a: Column, b: Column) -> bool:
-    if isinstance(a, Lists) and isinstance(b, Lists):
-        return are_equal(a.lengths, b.lengths) and are_equal(a.values, b.values)
-    return are_equal(np.asarray(a), np.asarray(b))
 
 
 def _cast(values: Array, type_: str) -> Array:
@@ -274,8 +241,7 @@ def _wide_enough(p: PlyProperty, column: Column) -> PlyProperty:
     return p
 
 
-def _write_binary(target: BinaryIO, row: _Rows, order: str) -> None:
-    """Write the rows of an element of a binary file."""
+def _write_binary(target: BinaryIO, row: Table, order: str) -> None:
     element = row.element
     widths = {name: column.width for name, column in row.columns.items() if isinstance(column, Lists)}
     if element.count and None in widths.values():
@@ -292,7 +258,7 @@ def _write_binary(target: BinaryIO, row: _Rows, order: str) -> None:
     target.write(rows.tobytes())
 
 
-def _packed(row: _Rows, order: str) -> bytes:
+def _packed(row: Table, order: str) -> bytes:
     """The rows of an element whose lists differ in length."""
     n = row.element.count
     fields: list[tuple[NDArray[np.uint8], Longs]] = []  # the bytes of a field of all rows, and how many each row has
@@ -313,11 +279,11 @@ def _packed(row: _Rows, order: str) -> bytes:
     return buffer.tobytes()
 
 
-def _lines(row: _Rows) -> Iterator[bytes]:
+def _lines(row: Table) -> Iterator[bytes]:
     columns: list[list[bytes]] = []
     for p in row.element.properties:
         column = row.columns[p.name]
-        each = words((column.values if isinstance(column, Lists) else column).astype(KINDS[p.type]))
+        each = (column.values if isinstance(column, Lists) else column).astype(KINDS[p.type]).astype("S").tolist()
         if isinstance(column, Lists):
             each = [b" ".join((b"%d" % len(run), *run)) for run in runs(each, column.lengths)]
         columns.append(each)

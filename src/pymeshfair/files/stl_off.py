@@ -5,7 +5,6 @@ colours, normals and texture coordinates of vertices, and colours of polygons.
 """
 
 import struct
-from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
@@ -35,28 +34,17 @@ _SMALL = np.uint64(0x2020202020202020)
 _HIGHEST, _MAGICS, _VISCAM = 0x8000, (0, 5, 10), (10, 5, 0)
 
 
-@dataclass(frozen=True, eq=False)
-class StlDocument:
-    """An STL file, for the writer: its head, the two bytes behind each facet of a binary one, and the colours that they are."""
-
-    head: bytes
-    bits: NDArray[np.uint16] | None = None
-    colors: NDArray[np.uint8] | None = None
-
-
 def read_stl(path: Path, references: References) -> Reading:
     """Read an STL file; corners with equal coordinates are one vertex."""
     data = path.read_bytes()
-    doubts: tuple[str, ...] = ()
-    extras = []
+    doubts, colors, extras, others = (), None, [], 0
     text = data.removeprefix(b"\xef\xbb\xbf").lstrip()[:5].lower() == b"solid"
     declared = int(struct.unpack_from("<I", data, 80)[0]) if len(data) >= 84 else -1
     if declared >= 0 and len(data) == 84 + 50 * declared:
         rows = np.frombuffer(data, _ROW, declared, 84)
         with np.errstate(invalid="ignore"):  # of NaN that signals
-            corners, bits = rows["corners"].astype(np.float64), rows["bits"].copy()
-        head, colors, others = data[:80], *_colors(data[:80], bits)
-        document = StlDocument(head, bits, colors)
+            corners = rows["corners"].astype(np.float64)
+        head, (colors, others) = data[:80], _colors(data[:80], rows["bits"])
         if others:
             extras.append(f"what stands behind {others:,} of its facets and is no colour")
     elif not text:
@@ -69,8 +57,7 @@ def read_stl(path: Path, references: References) -> Reading:
     else:
         tokens = tokenise(joined(data))
         corners, doubts = _text_corners(tokens), unended(data)
-        head, colors = tokens.line(0).lstrip()[5:].strip(), None
-        document = StlDocument(head)
+        head = tokens.line(0).lstrip()[5:].strip()
     words = " ".join("".join(c if c.isprintable() else " " for c in head.decode("latin-1")).split())
     if words and not words.startswith(_PLAIN):
         extras.insert(0, f"its head {words[:60]!r}")
@@ -79,7 +66,7 @@ def read_stl(path: Path, references: References) -> Reading:
         vertices=corners.reshape(-1, 3)[firsts],
         faces=numbers.astype(np.int32),
         face_attributes={} if colors is None else {"colors": colors},
-        source=Source(path, "stl", document, tuple(extras)),
+        source=Source(path, "stl", None if others else head, tuple(extras)),
     )
     return Reading(mesh, doubts)
 
@@ -90,16 +77,20 @@ def _colors(head: bytes, bits: NDArray[np.uint16]) -> tuple[NDArray[np.uint8] | 
     Magics names itself in the head, and its highest bit means the colour of the head. VisCAM sets the highest bit where a
     facet has a colour, as MeshLab does whatever its head says.
     """
-    _, magics, after = head.partition(b"COLOR=")
-    own = (bits & _HIGHEST == 0) == (bool(magics) and not head.startswith(_OF_MESHLAB))
+    magics = b"COLOR=" in head
+    own = (bits & _HIGHEST == 0) == (magics and not head.startswith(_OF_MESHLAB))
     if not bits.any() or (not magics and not own.any()):
         return None, int((bits != 0).sum())
     colors = np.full((len(bits), 4), 255, np.uint8)
     if magics:
-        colors[:, :3] = list(after[:3])
+        colors[:, :3] = _color_of(head)
     for k, shift in enumerate(_MAGICS if magics else _VISCAM):
         colors[own, k] = np.rint((bits[own] >> shift & 31) * (255 / 31))
     return colors, 0 if magics else int((~own & (bits != 0)).sum())
+
+
+def _color_of(head: bytes) -> list[int]:
+    return list((head + bytes(3)).partition(b"COLOR=")[2][:3] or bytes(3))
 
 
 def _text_corners(tokens: Tokens) -> Floats:
@@ -128,8 +119,8 @@ def _text_corners(tokens: Tokens) -> Floats:
 
 def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
     """Write the faces of a mesh as a binary file, with the head of the STL file that it comes from."""
-    document = mesh.document(StlDocument) or StlDocument(_HEAD)
-    head = document.head[:80] if document.head[:5].lower() != b"solid" or document.bits is not None else _HEAD
+    head = (mesh.document(bytes) or _HEAD)[:80]
+    head = _HEAD if head[:5].lower() == b"solid" else head
     if not (m := len(mesh.faces)):
         raise ContentsError("the format holds triangles alone, and the mesh has none")
     rows = np.zeros(m, _ROW)
@@ -137,22 +128,17 @@ def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     if np.abs(mesh.vertices[mesh.faces]).max() > np.finfo(np.float32).max:
         raise ContentsError("coordinates beyond 3e38 are more than the format holds; .ply keeps them")
     rows["corners"] = mesh.vertices[mesh.faces]
-    ids = np.arange(m) if mesh.face_ids is None else mesh.face_ids
-    old = ids >= 0
-    colors = mesh.face_attributes.get("colors")
     notes: list[str] = []
     if alone := int((np.bincount(mesh.faces.ravel(), minlength=len(mesh.vertices)) == 0).sum()):
         notes.append(f"vertices that no face uses ({alone:,}) are left out")
-    if document.bits is not None and (colors is not None or document.colors is None):
-        rows["bits"][old] = document.bits[ids[old]]
-    if colors is not None:
-        old[old] = document.colors is not None and (document.colors[ids[old]] == colors[old]).all(axis=1)
+    if (colors := mesh.face_attributes.get("colors")) is not None:
         magics = b"COLOR=" in head
-        levels = np.rint(colors[~old, :3] * (31 / 255)).astype(np.uint16)
+        levels = np.rint(colors[:, :3] * (31 / 255)).astype(np.uint16)
         shifts = np.array(_MAGICS if magics else _VISCAM, np.uint16)
         highest = 0 if magics and not head.startswith(_OF_MESHLAB) else _HIGHEST
-        rows["bits"][~old] = (levels << shifts).sum(axis=1) | highest
-        if (np.rint(levels * (255 / 31)) != colors[~old, :3]).any():
+        plain = magics & (colors[:, :3] == _color_of(head)).all(axis=1)
+        rows["bits"] = np.where(plain, highest ^ _HIGHEST, (levels << shifts).sum(axis=1) | highest)
+        if (np.rint(levels * (255 / 31)) != colors[:, :3])[~plain].any():
             notes.append("colours of faces are rounded to 32 levels")
     target.write(head.ljust(80) + struct.pack("<I", m))
     target.write(rows.tobytes())

@@ -240,14 +240,6 @@ _CHUNK = 1 << 16
 _Word = TypeVar("_Word")
 
 
-def words(values: Array) -> list[bytes]:
-    """Numbers as words that are read as the same numbers: whole ones, or real ones of the precision of their type."""
-    if values.dtype.kind != "f":
-        return [b"%d" % value for value in values.tolist()]
-    form = "{:.9g}".format if values.dtype.itemsize == 4 else repr
-    return " ".join(map(form, values.tolist())).encode("ascii").split()
-
-
 def rows(template: str, columns: Sequence[Array]) -> Iterator[bytes]:
     """One line for each row of some columns, in pieces; the template has ``%r`` in the place of each number."""
     for start in range(0, len(columns[0]), _CHUNK):
