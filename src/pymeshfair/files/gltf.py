@@ -21,8 +21,8 @@ from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .inputs import Reading, References, check_image
 from .outputs import Writing
-from .polygons import edges_of, numbered
-from .scenes import METRES, Assembly, levels, placing, triangles_of
+from .polygons import edges_of, numbered, triangles_of
+from .scenes import METRES, Assembly, levels, placing
 
 #: of how many parts a document may be: a million take a second to read
 _PARTS = 1_000_000
@@ -86,8 +86,6 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
 
 
 class _Reader:
-    """Follows the references of a document from its scene on."""
-
     def __init__(self, document: Any, binary: bytes | None, references: References) -> None:
         if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
             raise ContentsError("it holds no glTF document")
@@ -260,7 +258,6 @@ class _Reader:
         return self._buffers[k]
 
     def _view(self, k: int) -> tuple[bytes, int | None]:
-        """The bytes of a buffer view, and its stride."""
         view = self._at("bufferViews", k)
         data = self._buffer(view["buffer"])
         start = _whole(view.get("byteOffset", 0), f"the offset of buffer view {k}")
@@ -273,7 +270,6 @@ class _Reader:
         return data[start:end], stride
 
     def _accessor(self, k: int) -> Array:
-        """(n, w) the values of an accessor."""
         accessor = self._at("accessors", k)
         count = _whole(accessor["count"], f"the count of accessor {k}", 1)
         dtype, width = _COMPONENTS[accessor["componentType"]], _WIDTHS[accessor["type"]]
@@ -295,7 +291,6 @@ class _Reader:
         return values
 
     def _values(self, part: _Part, kind: Any, width: int, count: int, what: str) -> Array:
-        """(count, width) values in a buffer view."""
         data, stride = self._view(part["bufferView"])
         dtype = np.dtype(kind).newbyteorder("<")
         size = dtype.itemsize * width
@@ -381,8 +376,6 @@ _MOST_MATERIALS = 1000
 
 
 class _Document:
-    """A document and its buffer, as they grow."""
-
     def __init__(self) -> None:
         self.parts: dict[str, Any] = {"asset": {"version": "2.0", "generator": "pymeshfair"}}
         self._pieces: list[bytes] = []

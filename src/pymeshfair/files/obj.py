@@ -45,7 +45,7 @@ _LINES = {
 _KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in words.split()}
 _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
 #: lines that hold for all faces behind them
-STATES = (b"o", b"g", b"s", b"mg")
+STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
 _STATES = ("groups", "objects", "smoothing groups")
 #: contents that `MeshData` does not have
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
@@ -144,10 +144,8 @@ class ObjDocument:
 
     tokens: Tokens  # its lines alone
     mesh: MeshData  # the mesh in it
-    states: Longs  # (m, 4) the last lines of `STATES` before each triangle, -1 for none
+    states: Longs  # (m, 5) the last lines of `STATES` before each triangle, -1 for none
     materials: Materials  # of its material files
-    names: tuple[str, ...]  # of the materials that its faces use
-    material_of_face: Longs  # (m,) which of them, -1 for none
     lost: tuple[str, ...]  # contents that are not written, in words
 
 
@@ -185,17 +183,21 @@ def read_obj(path: Path, references: References) -> Reading:
             notes[f"that {partly:,} of its faces have texture coordinates at some corners alone"] = None
     elif len(textured):
         notes[f"texture coordinates that no face names ({len(textured):,})"] = None
-    materials, used, files = _materials(path, tokens, counts, references, notes)
+    uses = lines_of(tokens, b"usemtl")
+    names = [_rest(tokens, k) for k in uses.tolist()]
+    materials, files = _materials(path, tokens, names, references, notes)
     numbers = {name: k for k, name in enumerate(materials.textures)}
-    use = (np.searchsorted(used.lines, corners.lines) - 1)[row]
-    material = np.append(used.material, -1)[use]
-    if len(indices) and any(name in materials.named for name in used.names):
-        attributes["colors"] = used.colors[use]
+    use = (np.searchsorted(uses, corners.lines) - 1)[row]
+    if len(indices) and any(name in materials.named for name in names):
+        shades = [_GREY]
+        for name in names:  # one that is not known does not change the colour
+            shades.append(materials.named[name].color if name in materials.named else shades[-1])
+        attributes["colors"] = np.array([*shades[1:], shades[0]], np.uint8)[use]
     if numbers and not bare.all():
-        of_material = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in used.names]
+        of_use = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in names]
         # A file with one texture and no uses of materials means it for all faces.
-        of_material.append(0 if not used.names and len(numbers) == 1 else -1)
-        attributes["texture"] = np.where(bare, -1, np.array(of_material)[material]).astype(np.int32)
+        of_use.append(0 if not names and len(numbers) == 1 else -1)
+        attributes["texture"] = np.where(bare, -1, np.array(of_use)[use]).astype(np.int32)
     own = _normals(len(vertices), normals, indices, notes)
     vertex_attributes = {name: values for name, values in (("colors", colors), ("normals", own)) if values is not None}
     images, doubts = _images(materials, references)
@@ -214,8 +216,6 @@ def read_obj(path: Path, references: References) -> Reading:
         mesh,
         _states(tokens, corners.lines)[row],
         materials,
-        tuple(used.names),
-        material,
         (*others, *(note for note in notes if note in _UNWRITTEN)),
     )
     source = Source(path, "obj", document, (*states, *others, *notes), images=images)
@@ -332,41 +332,25 @@ def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]
     return own
 
 
-class _Uses(NamedTuple):
-    """The ``usemtl`` lines."""
-
-    lines: Longs  # (u,) where they are
-    material: Longs  # (u,) which of the names each has
-    names: list[str]
-    colors: NDArray[np.uint8]  # (u + 1, 4) of the faces behind each, and of those before all; an unknown name does not change it
-
-
 def _materials(
-    path: Path, tokens: Tokens, counts: Mapping[str, int], references: References, notes: dict[str, None]
-) -> tuple[Materials, _Uses, list[Path]]:
-    numbers: dict[str, int] = {}
-    lines = lines_of(tokens, b"usemtl")
-    material = np.array([numbers.setdefault(_rest(tokens, k), len(numbers)) for k in lines.tolist()], np.int64)
+    path: Path, tokens: Tokens, names: Sequence[str], references: References, notes: dict[str, None]
+) -> tuple[Materials, list[Path]]:
     libraries = list(dict.fromkeys(_rest(tokens, k) for k in lines_of(tokens, b"mtllib").tolist()))
     # Some programs name no material file, and mean the one of the same name.
-    files, missing = _material_files(libraries or ([path.with_suffix(".mtl").name] if len(lines) else []), references)
+    files, missing = _material_files(libraries or ([path.with_suffix(".mtl").name] if names else []), references)
     for name in missing if libraries else ():
         notes[f"the material file {Path(name).name}, which does not exist"] = None
-    if len(lines) and not files:
-        notes[f"uses of materials ({len(lines):,}), as there is no material file"] = None
+    if names and not files:
+        notes[f"uses of materials ({len(names):,}), as there is no material file"] = None
     materials = Materials()
     for file in files:
         before = set(materials.others)
         materials.read(file, path)
         if others := [word for word in materials.others if word not in before]:
             notes[f"{', '.join(others)} of the material file {file.name}"] = None
-    if files and (unknown := set(numbers) - set(materials.named)):
+    if files and (unknown := set(names) - set(materials.named)):
         notes[f"uses of the material {shown(min(unknown))}, which its material files do not have"] = None
-    names, colors = list(numbers), [_GREY]
-    for use in material.tolist():
-        named = materials.named.get(names[use])
-        colors.append(colors[-1] if named is None else named.color)
-    return materials, _Uses(lines, material, names, np.array([*colors[1:], colors[0]], np.uint8)), files
+    return materials, files
 
 
 def _rest(tokens: Tokens, k: int) -> str:
@@ -376,7 +360,6 @@ def _rest(tokens: Tokens, k: int) -> str:
 
 
 def _images(materials: Materials, references: References) -> tuple[tuple[Texture, ...], tuple[str, ...]]:
-    """The images of the materials that are no textures of colours, and doubts about them."""
     names = dict.fromkeys(name for _, name in materials.images.values())
     images, doubts = [], []
     for name in sorted(names.keys() - set(materials.textures)):
@@ -388,7 +371,7 @@ def _images(materials: Materials, references: References) -> tuple[tuple[Texture
 
 
 def _states(tokens: Tokens, faces: Longs) -> Longs:
-    """(p, 4) the last lines of `STATES` before each of some lines, -1 for none."""
+    """(p, 5) the last lines of `STATES` before each of some lines, -1 for none."""
     states = np.full((len(faces), len(STATES)), -1, np.int64)
     for k, keyword in enumerate(STATES):
         lines = lines_of(tokens, keyword)
@@ -418,7 +401,7 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     if document is not None and document.materials.lines:
         writing.materials.append(document.materials.text(writing.textures))
     notes = [f"what cannot be written anew is left out: {'; '.join(document.lost)}"] if document and document.lost else []
-    uses, names = _uses_to_write(mesh, document, writing, notes)
+    states, texts = _states_to_write(mesh, document, writing, notes)
     if writing.materials:
         target.write(b"mtllib %s\n" % writing.material_file.encode("utf-8", "surrogateescape"))
     columns = list(mesh.vertices.T)
@@ -430,7 +413,7 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         if len(table):
             target.writelines(rows(keyword + " %r" * table.shape[1], list(table.T)))
     if len(mesh.faces):
-        target.writelines(_face_lines(mesh, document, of_wedges, uses, names, notes))
+        target.writelines(_face_lines(mesh, of_wedges, states, texts, notes))
     if len(mesh.edges):
         target.writelines(rows("l %r %r", list(mesh.edges.T + 1)))
     return tuple(notes)
@@ -462,25 +445,34 @@ def _looks(mesh: MeshData) -> Longs:
     return looks
 
 
-def _uses_to_write(mesh: MeshData, document: ObjDocument | None, writing: Writing, notes: list[str]) -> tuple[Longs, list[bytes]]:
-    """(m,) the material of each face, -1 for none, and the ``usemtl`` lines; new materials are added to the material file."""
-    looks, names = _looks(mesh), () if document is None else document.names
-    index = np.full(len(looks), -1)
+def _states_to_write(
+    mesh: MeshData, document: ObjDocument | None, writing: Writing, notes: list[str]
+) -> tuple[Longs, dict[int, bytes]]:
+    """(m, 5) the lines of `STATES` that hold for each face, -1 for none, and their texts.
+
+    Faces that do not look as they did in the file get new materials, which are added to the material file.
+    """
+    looks = _looks(mesh)
+    states = np.full((len(looks), len(STATES)), -1)
+    names, texts = set[str](), dict[int, bytes]()
     if document is not None:
+        names = set(document.materials.named)
         ids = np.arange(len(looks)) if mesh.face_ids is None else mesh.face_ids
-        same = (ids >= 0) & (looks == _looks(document.mesh)[ids]).all(axis=1)
-        index[same] = document.material_of_face[ids][same]
-    new = (index < 0) & (looks >= 0).any(axis=1)
+        states[ids >= 0] = document.states[ids[ids >= 0]]
+        states[(ids < 0) | (looks != _looks(document.mesh)[ids]).any(axis=1), -1] = -1
+        texts = {k: document.tokens.line(k) + b"\n" for k in np.unique(states[states >= 0]).tolist()}
+    new = (states[:, -1] < 0) & (looks >= 0).any(axis=1)
     firsts, kinds = numbered(looks[new])
     if len(firsts) + len(names) > MOST_MATERIALS:
         notes.append(f"colours of faces are left out: they need {len(firsts):,} materials; {MOST_MATERIALS:,} are the most")
         looks[:, 1:] = -1
         new &= looks[:, 0] >= 0
         firsts, kinds = numbered(looks[new])
-    index[new] = len(names) + kinds
+    first = max(texts, default=-1) + 1
+    states[new, -1] = first + kinds
     unused = (name for number in count() if (name := f"material_{number}") not in names)
     added = {next(unused): look for look in looks[new][firsts].tolist()}
-    for name, (number, *color) in added.items():
+    for k, (name, (number, *color)) in enumerate(added.items(), first):
         definition = f"newmtl {name}\n"
         if color[0] >= 0:
             definition += "Kd {!r} {!r} {!r}\n".format(*_SHARES[color].tolist())
@@ -488,16 +480,12 @@ def _uses_to_write(mesh: MeshData, document: ObjDocument | None, writing: Writin
             texture = mesh.textures[number].name
             definition += f"map_Kd {writing.textures.get(texture, texture)}\n"
         writing.materials.append(definition.encode("utf-8", "surrogateescape"))
-    return index, [b"usemtl %s\n" % name.encode("utf-8", "surrogateescape") for name in (*names, *added)]
+        texts[k] = b"usemtl %s\n" % name.encode()
+    return states, texts
 
 
 def _face_lines(
-    mesh: MeshData,
-    document: ObjDocument | None,
-    of_wedges: Longs | None,
-    uses: Longs,
-    names: list[bytes],
-    notes: list[str],
+    mesh: MeshData, of_wedges: Longs | None, states: Longs, texts: dict[int, bytes], notes: list[str]
 ) -> Iterator[bytes]:
     """The lines of the faces, with a line before each change of material, group or object."""
     shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
@@ -510,16 +498,11 @@ def _face_lines(
         for k in np.flatnonzero(corners[1] == 0).tolist():
             each[k] = each[k].replace("/0", "/" if of_normals is not None else "", 1)
     lines = [f"f {' '.join(run)}\n" for run in runs(each, shape.lengths)]
-    ids = shape.triangles if mesh.face_ids is None else mesh.face_ids[shape.triangles]
-    states = uses[shape.triangles][:, None]  # last the material, before it the groups and objects
-    if document is not None:
-        states = np.concatenate([np.where(ids[:, None] < 0, -1, document.states[ids]), states], axis=1)
+    states = states[shape.triangles]
     starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))
     current = [-1] * states.shape[1]
     for start, end in zip(starts.tolist(), [*starts[1:].tolist(), len(lines)], strict=True):
         state = states[start].tolist()
-        for k, (now, was) in enumerate(zip(state, current, strict=True), 1):
-            if now >= 0 and now != was:
-                yield names[now] if document is None or k == len(state) else document.tokens.line(now) + b"\n"
+        yield from (texts[now] for now, was in zip(state, current, strict=True) if now >= 0 and now != was)
         current = state
         yield "".join(lines[start:end]).encode("ascii")

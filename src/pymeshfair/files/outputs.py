@@ -126,7 +126,6 @@ def stage_textures(
 
 
 def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any] | None, taken: set[Path]) -> tuple[Path, bool]:
-    """The path of a texture to write, and whether an identical file is there already."""
     digest = sha256_of(staged)
     for before in ("", f"{output.stem}-", *(f"{output.stem}-{k}-" for k in range(2, 100))):
         target = output.with_name(before + name)

@@ -14,7 +14,7 @@ from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .inputs import Reading, References, unended
 from .ply_tables import Lists, PlyHeader, Table, binary_tables, read_header, text_tables
-from .polygons import triangulated
+from .polygons import triangles_of, triangulated
 
 #: the lists of a face's corners, under both of their names
 CORNERS = ("vertex_indices", "vertex_index")
@@ -198,7 +198,6 @@ def _checked(values: Array, count: int, what: str, least: int = 0) -> Longs:
 
 
 def _other_faces(tables: Mapping[str, Table], header: PlyHeader, count: int) -> Ints:
-    """The triangles of a file whose faces are strips, or a grid."""
     for element, triangles in (("tristrips", _of_strips), ("range_grid", _of_grid)):
         if (table := tables.get(element)) is not None and table.element.count and (lists := table.lists(CORNERS[0])):
             what = element.removeprefix("tri").removeprefix("range_").removesuffix("s")
@@ -208,13 +207,9 @@ def _other_faces(tables: Mapping[str, Table], header: PlyHeader, count: int) -> 
 
 def _of_strips(header: PlyHeader, lists: Lists) -> Ints:
     """The triangles of strips, which a -1 parts; every second one the other way round."""
-    values, place = lists.values, np.arange(len(lists.values))
-    breaks, begins = values < 0, np.isin(place, lists.starts)
-    opening = np.maximum.accumulate(np.where(breaks, place + 1, np.where(begins, place, 0)))
-    triples = np.stack([values[:-2], values[1:-1], values[2:]], axis=1)
-    odd = (place - opening)[:-2] % 2 == 1
-    triples[odd] = triples[odd][:, [1, 0, 2]]
-    return np.asarray(triples[(opening[:-2] == opening[2:]) & ~breaks[:-2]], np.int32)
+    values = np.insert(lists.values, np.cumsum(lists.lengths), -1)
+    corners = values[values >= 0]
+    return corners[triangles_of(corners, np.diff(np.flatnonzero(values < 0), prepend=-1) - 1, fans=False)].astype(np.int32)
 
 
 def _of_grid(header: PlyHeader, lists: Lists) -> Ints:
@@ -247,7 +242,6 @@ def _edges(table: Table | None, count: int) -> Ints:
 
 
 def _extras(document: PlyDocument) -> list[str]:
-    """Contents of the file that `MeshData` cannot hold, in words."""
     extras: list[str] = []
     for element in document.header.elements:
         if element.count and element.name in ("vertex", "face", "edge"):

@@ -286,7 +286,6 @@ def _columns(rows: Array, element: PlyElement) -> dict[str, Column]:
 
 
 def _walked(data: NDArray[np.uint8], position: int, element: PlyElement, order: str, n: int) -> tuple[Longs, Longs, int]:
-    """(n, p) the places and lengths of the properties of the first rows, one for a single value; the end of the last row."""
     counts = np.array([_SIZES[p.count_type] if p.count_type else 0 for p in element.properties])
     signed = np.array([bool(p.count_type) and KINDS[str(p.count_type)][0] == "i" for p in element.properties])
     sizes = np.array([_SIZES[p.type] for p in element.properties])
@@ -367,7 +366,6 @@ def _text_columns(piece: Tokens, line: int, element: PlyElement) -> dict[str, Co
 
 
 def _fits(piece: Tokens, tokens: Longs, type_: str) -> Bools:
-    """Which tokens are numbers of a type."""
     kinds, values = piece.kinds[tokens], piece.values[tokens]
     if KINDS[type_][0] != "f":
         limits = np.iinfo(KINDS[type_])

@@ -58,7 +58,6 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
 
 
 def _plain_document(mesh: MeshData) -> PlyDocument:
-    """A file without elements, to be extended."""
     comments = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
     header = ply_tables.parse_header(_EMPTY.replace(b"end_header", comments + b"end_header"))
     return PlyDocument(header, {})
@@ -151,7 +150,6 @@ def _without_rows(table: Table | None) -> Table | None:
 def _rows(
     element: str, table: Table | None, ids: Longs | None, values: Mapping[str, Column], colors: NDArray[np.uint8] | None = None
 ) -> Table:
-    """The rows of an element: those of the file by their ids, with these values and (n, 4) colours."""
     if colors is not None:
         values = {**values, **_channels(colors, table, ids)}
     columns: dict[str, Column] = {}
@@ -223,7 +221,6 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None)
 
 
 def _new_property(name: str, column: Column) -> PlyProperty:
-    """The declaration of a column that the file does not have."""
     if isinstance(column, Lists):
         return _wide_enough(PlyProperty(name, "float" if name == ply.WEDGES else "int", "uchar"), column)
     small = "uchar" if column.dtype.itemsize == 1 else "uint"
@@ -259,7 +256,6 @@ def _write_binary(target: BinaryIO, row: Table, order: str) -> None:
 
 
 def _packed(row: Table, order: str) -> bytes:
-    """The rows of an element whose lists differ in length."""
     n = row.element.count
     fields: list[tuple[NDArray[np.uint8], Longs]] = []  # the bytes of a field of all rows, and how many each row has
     for p in row.element.properties:

@@ -73,7 +73,6 @@ def read_points(path: Path, references: References) -> Reading:
 
 
 def _separator(data: bytes) -> str:
-    """The separator of numbers besides blanks."""
     head = data[:65536]
     if b";" in head:
         if b"," in data:
@@ -117,7 +116,6 @@ def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
 
 
 def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple[Floats, dict[str, Array], float]:
-    """The coordinates, the attributes, and the highest value of a colour."""
     place = {name: k for k, name in enumerate(columns)}
     three = {names: values[:, [place[n] for n in names]] for names in (_PLACE, _COLOR, _NORMAL) if set(names) <= set(columns)}
     attributes: dict[str, Array] = {}

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..filters.compilation import compiled
 from ..filters.mesh import Floats, Ints, Longs
+from ..filters.topology import proper_faces
 from ..mesh_data.mesh_data import Array
 
 
@@ -30,6 +31,16 @@ def edges_of(corners: Longs, lengths: Longs) -> Array:
     """(e, 2) each corner of lines, one after another, and the next one."""
     starts = np.delete(np.arange(len(corners)), np.cumsum(lengths)[lengths > 0] - 1)
     return np.stack([corners[starts], corners[starts + 1]], axis=1)
+
+
+def triangles_of(corners: Longs, lengths: Longs, *, fans: bool) -> Longs:
+    """(t, 3) which of the corners of strips or fans, one after another, make their triangles, without collapsed ones."""
+    counts = np.maximum(lengths - 2, 0)
+    first = np.repeat(np.cumsum(lengths) - lengths, counts)
+    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    odd = 0 if fans else step % 2
+    places = np.stack([first if fans else first + step + odd, first + step + 1 - odd, first + step + 2], axis=1)
+    return np.asarray(places[proper_faces(corners[places])])
 
 
 class Outlines(NamedTuple):

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from ..filters.geometry import unit_vectors, vertex_normals_by_angle
 from ..filters.mesh import Floats, Longs
-from ..filters.topology import proper_faces
 from ..mesh_data import MeshData, Source, Texture
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
@@ -31,9 +30,6 @@ MOST_PLACED, _MOST_MADE = 100_000, 100_000_000
 METRES = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
 #: values for a part without an attribute that another part has
 _DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}
-
-
-# ---------------------------------------------------------------------------------------------------------------------- XML
 
 
 def parse_xml(
@@ -91,9 +87,6 @@ def read_tree(data: bytes) -> ElementTree.Element:
     return builder.close()
 
 
-# ------------------------------------------------------------------------------------------------------------------ numbers
-
-
 def numbers(text: str, what: str, count: int | None = None) -> Floats:
     """The `count` finite numbers of a text, parted by blanks; `what` names them in messages."""
     words = text.split()
@@ -136,9 +129,6 @@ def check_range(values: Longs, least: int, below: int, what: str) -> None:
         raise ContentsError(f"number {k + 1:,} of {what} is {values[k]}, which is none of {below:,}")
 
 
-# -------------------------------------------------------------------------------------------------------------------- parts
-
-
 class Assembly:
     """Collects the parts of a scene.
 
@@ -153,10 +143,6 @@ class Assembly:
         self._parts: list[tuple[MeshData, Floats]] = []
         self._open: set[Hashable] = set()
         self._entered = self._made = 0
-
-    def __bool__(self) -> bool:
-        """Whether anything was placed."""
-        return bool(self._parts)
 
     @contextmanager
     def within(self, part: Hashable) -> Iterator[None]:
@@ -258,16 +244,6 @@ class Assembly:
         )
 
 
-def triangles_of(corners: Longs, lengths: Longs, *, fans: bool) -> Longs:
-    """(t, 3) which of the corners of strips or fans, one after another, make their triangles, without collapsed ones."""
-    counts = np.maximum(lengths - 2, 0)
-    first = np.repeat(np.cumsum(lengths) - lengths, counts)
-    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    odd = 0 if fans else step % 2
-    places = np.stack([first if fans else first + step + odd, first + step + 1 - odd, first + step + 2], axis=1)
-    return np.asarray(places[proper_faces(corners[places])])
-
-
 def placing(linear: Floats, move: Any = 0.0) -> Floats:
     """(4, 4) the matrix of a (3, 3) linear map and a translation after it."""
     matrix = np.eye(4)
@@ -319,7 +295,6 @@ def _placed(part: MeshData, matrix: Floats) -> MeshData:
 
 
 def _joined(attributes: Sequence[Mapping[str, Array]], counts: Sequence[int]) -> dict[str, Array]:
-    """The attributes of all parts, one after another; a part that has none of a name gets its default."""
     joined = {}
     for name in dict.fromkeys(name for own in attributes for name in own):
         like = next(own[name] for own in attributes if name in own)

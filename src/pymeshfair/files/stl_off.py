@@ -94,7 +94,6 @@ def _color_of(head: bytes) -> list[int]:
 
 
 def _text_corners(tokens: Tokens) -> Floats:
-    """(m, 3, 3) the corners of the facets of a text."""
     words = tokens.keywords | _SMALL
     begins, ends = words == word(b"solid") | _SMALL, words == word(b"endsolid") | _SMALL
     solids = np.flatnonzero(begins | ends)
@@ -143,9 +142,6 @@ def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     target.write(head.ljust(80) + struct.pack("<I", m))
     target.write(rows.tobytes())
     return tuple(notes)
-
-
-# -------------------------------------------------------------------------------------------------------------------- OFF
 
 
 #: the prefixes of ``OFF``: texture coordinates, colours and normals

@@ -6,6 +6,7 @@ archives in one file.
 
 import io
 import lzma
+import re
 import struct
 import zipfile
 import zlib
@@ -60,11 +61,7 @@ class _Object:
 
 @dataclass
 class _Model:
-    """One model file as it is read.
-
-    Besides its objects and items: the colours, the coordinates in a texture and the textures by their numbers, and how many
-    there are of each kind of element and attribute that is not read.
-    """
+    """A model file; by their numbers colours, coordinates with their texture, and textures; how much of each kind is not read."""
 
     objects: dict[str, _Object] = field(default_factory=dict)
     items: list[dict[str, str]] = field(default_factory=list)
@@ -150,8 +147,6 @@ def read_3mf(path: Path, references: References) -> Reading:
 
 
 class _Reader:
-    """Follows the references of an archive from its build items on."""
-
     def __init__(self, archive: zipfile.ZipFile, size: int, references: References) -> None:
         self.assembly = Assembly(references)
         self.parts: dict[str, zipfile.ZipInfo] = {}
@@ -268,14 +263,9 @@ class _Reader:
 
 
 def _color(text: str) -> list[float]:
-    """The shares of red, green, blue and opacity of a colour."""
-    try:
-        if len(text) not in (7, 9) or text[0] != "#":
-            raise ValueError
-        levels = bytes.fromhex(text[1:])
-    except ValueError:
-        raise ContentsError(f"a colour of it is {shown(text, 30)}") from None
-    return [level / 255 for level in (*levels, 255)[:4]]
+    if not re.fullmatch(r"#([0-9a-fA-F]{2}){3,4}", text):
+        raise ContentsError(f"a colour of it is {shown(text, 30)}")
+    return [level / 255 for level in (*bytes.fromhex(text[1:]), 255)[:4]]
 
 
 _TYPES = (

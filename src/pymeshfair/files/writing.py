@@ -43,9 +43,6 @@ _LOCK = "lock"
 _GRACE = 3600.0
 
 
-# ------------------------------------------------------------------------------------------------------------------- checks
-
-
 def check_place(path: Path) -> bool:
     """Whether there is a regular file; refuse a place where no file can be put."""
     folder = path.parent
@@ -204,9 +201,6 @@ def _is_abandoned(folder: Path) -> bool:
     return False
 
 
-# ------------------------------------------------------------------------------------------------------------------ writing
-
-
 def write_file(path: Path, data: bytes, *, overwrite: bool) -> None:
     """Write one file, which appears whole or not at all.
 
@@ -301,7 +295,6 @@ def place(files: Sequence[StagedFile], stage: Path, *, outdated: Path | None = N
 
 
 def _kept(target: Path, backup: Path) -> Path | None:
-    """A second name for the file at `target`, so that it can be put back; None if there is none."""
     if not os.path.lexists(target):
         return None
     try:
