@@ -17,21 +17,7 @@ from .errors import ContentsError, InputError
 from .inputs import Reading, References, shown, unended
 from .outputs import Writing
 from .polygons import edges_of, numbered, outlines, triangulated
-from .tokens import (
-    AFTER_SLASH,
-    EMPTY,
-    INTEGER,
-    Tokens,
-    at_line,
-    is_number,
-    joined,
-    numbers_of,
-    refuse,
-    rows,
-    runs,
-    tokenise,
-    word,
-)
+from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, is_number, joined, numbers_of, refuse, rows, runs, tokenise, word
 
 #: the keywords of the format by what their lines are
 _LINES = {
@@ -232,9 +218,8 @@ def _counts(tokens: Tokens) -> Counter[str]:
             continue
         for k in np.flatnonzero(tokens.keywords == np.uint64(code)).tolist():
             what = _KEYWORDS.get(re.split(rb"[ \t/]", tokens.line(k).lstrip(b" \t"))[0].decode("latin-1"))
-            if what is None:
-                raise at_line(tokens, k, "begins with no keyword of the format")
-            counts[what] += 1
+            refuse(tokens, np.array([k]), np.array([what is None]), "begins with no keyword of the format")
+            counts[str(what)] += 1
     return counts
 
 

@@ -204,16 +204,11 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
 
 
 def joined(data: bytes) -> bytes:
-    """The text of as many bytes with blanks for a byte order mark, and for the ends of lines that a backslash continues."""
-    if data.startswith(b"\xef\xbb\xbf"):
-        data = b"   " + data[3:]
+    """The text without a byte order mark, and with a blank for the end of a line that a backslash continues."""
+    data = data.removeprefix(b"\xef\xbb\xbf")
     if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # a comment ends with its line: `# from C:\scans\`
-        data = re.sub(rb"(?<![^ \t\r\n])#[^\r\n]*", _blank, data)
-    return re.sub(rb"\\\r?\n", _blank, data) if b"\\" in data else data
-
-
-def _blank(match: re.Match[bytes]) -> bytes:
-    return b" " * len(match[0])
+        data = re.sub(rb"(?<![^ \t\r\n])#[^\r\n]*", b"", data)
+    return re.sub(rb"\\\r?\n", b" ", data) if b"\\" in data else data
 
 
 def numbers_of(tokens: Tokens, lines: Longs, skipped: int, width: int) -> Floats:
