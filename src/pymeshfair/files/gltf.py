@@ -407,10 +407,7 @@ class _Document:
 
 
 def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh as a binary glTF file, in metres if it has a unit.
-
-    Vertices with several texture coordinates become several vertices; all others keep their order.
-    """
+    """Write a mesh, in metres if it has a unit; vertices with several texture coordinates become several."""
     document, notes = _Document(), list[str]()
     vertex, uv, faces = _vertices(mesh)
     places = mesh.vertices[vertex].astype("<f4")

@@ -109,7 +109,7 @@ NO_END = "its last line has no end: if the file was cut short, so was perhaps it
 class Reading:
     """A mesh file that was read."""
 
-    mesh: MeshData  # the mesh in it
+    mesh: MeshData
     doubts: tuple[str, ...] = ()  # sentences that the user should read about it
     side_files: tuple[Path, ...] = ()  # the files that belong to it; of a reader, without the images of textures
 
@@ -144,11 +144,7 @@ def check_input(path: Path, formats: Collection[str] = (*READABLE, *UNCHECKED)) 
 
 
 def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[Path], Reading] | None = None) -> Reading:
-    """Read a mesh file; `unchecked` reads a format that nothing here understands.
-
-    Raises:
-        InputError: it is damaged, lies, or names a file that must not be opened.
-    """
+    """Read a mesh file, or refuse it with an `InputError`; `unchecked` reads a format that nothing here understands."""
     check_input(path)
     kind = extension(path)
     if kind in UNCHECKED and unchecked is None:

@@ -281,8 +281,7 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
 def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: list[str]) -> _Stored:
     """The dimension of each column: missing ones are declared in the header, columns that the format cannot hold are left out.
 
-    A column of the name of one of the format's own dimensions, which cannot hold its numbers, gets a dimension with "_" behind
-    its name; but an intensity from 0 to 1, as E57 files have it, becomes one from 0 to 65535.
+    Where the format's own dimension cannot hold the numbers, they get one with "_" behind its name.
     """
     import laspy
 

@@ -175,7 +175,7 @@ def read_obj(path: Path, references: References) -> Reading:
     numbers = {name: k for k, name in enumerate(materials.textures)}
     use = (np.searchsorted(uses, corners.lines) - 1)[row]
     if len(indices) and any(name in materials.named for name in names):
-        shades = [_GREY]
+        shades: list[tuple[int, ...]] = [_GREY]
         for name in names:  # one that is not known does not change the colour
             shades.append(materials.named[name].color if name in materials.named else shades[-1])
         attributes["colors"] = np.array([*shades[1:], shades[0]], np.uint8)[use]

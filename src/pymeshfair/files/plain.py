@@ -1,7 +1,4 @@
-"""Reads and writes the plain formats STL and OFF, and writes curves as drawings: DXF of release 12, in space, and flat SVG.
-
-STL files are texts or binary, and are written binary; their colours follow the conventions of Magics and VisCAM.
-"""
+"""The plain formats: STL with the colours of Magics and VisCAM, OFF, and drawings of curves: DXF of release 12, and SVG."""
 
 import struct
 from collections.abc import Iterator
@@ -37,7 +34,8 @@ _HIGHEST, _MAGICS, _VISCAM = 0x8000, (0, 5, 10), (10, 5, 0)
 def read_stl(path: Path, references: References) -> Reading:
     """Read an STL file; corners with equal coordinates are one vertex."""
     data = path.read_bytes()
-    doubts, colors, extras, others = (), None, [], 0
+    doubts: tuple[str, ...] = ()
+    colors, extras, others = None, [], 0
     text = data.removeprefix(b"\xef\xbb\xbf").lstrip()[:5].lower() == b"solid"
     declared = int(struct.unpack_from("<I", data, 80)[0]) if len(data) >= 84 else -1
     if declared >= 0 and len(data) == 84 + 50 * declared:

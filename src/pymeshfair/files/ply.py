@@ -25,11 +25,7 @@ TEXTURE = (("texture_u", "texture_v"), ("s", "t"))
 WEDGES, TEXTURE_NUMBER = "texcoord", "texnumber"
 EDGE = ("vertex1", "vertex2")
 #: by element, the properties that become attributes of `MeshData` if all of a group are there; all others are custom ones
-_MEANT = {
-    "vertex": (PLACE, NORMAL, COLOR, (SCALAR,), (RADIUS,)),
-    "face": (COLOR, (SCALAR,), (TEXTURE_NUMBER,)),
-    "edge": (EDGE,),
-}
+_MEANT = {"vertex": (PLACE, NORMAL, COLOR, (SCALAR,), (RADIUS,)), "face": (COLOR, (SCALAR,), (TEXTURE_NUMBER,)), "edge": (EDGE,)}
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,7 @@ KINDS: Mapping[str, str] = {
 #: those of the lengths of lists
 _COUNTS = {name for name, kind in KINDS.items() if kind[0] != "f"}
 _SIZES: Mapping[str, int] = {name: int(kind[1]) for name, kind in KINDS.items()}
-_PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
+_PLAIN_NAMES = {name: next(first for first in KINDS if KINDS[first] == kind) for name, kind in KINDS.items()}
 _FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 #: the most bytes, elements and properties of a header, so that a hostile file cannot fill the memory
 _LONGEST_HEADER, _MOST_DECLARED = 1 << 26, 1_000
@@ -131,9 +131,9 @@ def parse_header(data: bytes) -> PlyHeader:
             case ["element", name, count] if count.isascii() and count.isdigit():
                 elements.append((name, int(count), []))
             case ["property", "list", count_type, type_, name] if elements and count_type in _COUNTS and type_ in KINDS:
-                elements[-1][2].append(PlyProperty(name, _plain(type_), _plain(count_type)))
+                elements[-1][2].append(PlyProperty(name, _PLAIN_NAMES[type_], _PLAIN_NAMES[count_type]))
             case ["property", type_, name] if elements and type_ in KINDS:
-                elements[-1][2].append(PlyProperty(name, _plain(type_)))
+                elements[-1][2].append(PlyProperty(name, _PLAIN_NAMES[type_]))
             case []:
                 pass
             case _:
@@ -142,10 +142,6 @@ def parse_header(data: bytes) -> PlyHeader:
         raise ContentsError("its header names no format (ascii, binary_little_endian or binary_big_endian)")
     whole = tuple(PlyElement(name, count, tuple(properties)) for name, count, properties in elements)
     return PlyHeader(format_, whole, tuple(remarks), end.end(), data[: end.end()])
-
-
-def _plain(type_: str) -> str:
-    return _PLAIN_NAMES.get(type_, type_)
 
 
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
@@ -175,15 +171,10 @@ class Lists(NamedTuple):
         """The length of all lists; None if they differ, or there is no row."""
         return int(self.lengths[0]) if len(self.lengths) and (self.lengths == self.lengths[0]).all() else None
 
-    @property
-    def starts(self) -> Longs:
-        """(n,) the number of the first value of each row."""
-        return np.cumsum(self.lengths) - self.lengths
-
     def chosen(self, rows: Longs) -> Lists:
         """The lists of some rows; -1 stands for an empty one."""
         lengths = np.where(rows < 0, 0, self.lengths[rows]) if len(self.lengths) else np.zeros(len(rows), np.int64)
-        starts = self.starts[rows] if len(self.lengths) else lengths
+        starts = (np.cumsum(self.lengths) - self.lengths)[rows] if len(self.lengths) else lengths
         return Lists(self.values[indices_of_runs(starts, lengths)], lengths)
 
 

@@ -1,7 +1,6 @@
 """Writes PLY files: with header, elements, types and comments of the PLY file that a mesh comes from, else in double precision.
 
-What has not changed keeps its bits. Rows of deleted elements are left out, and the rest of a polygon stays
-one if it can, perhaps from another corner on; in a row of an added element properties without a value are 0.
+The rest of a polygon stays one if it can, perhaps from another corner on; of an added element properties without a value are 0.
 """
 
 from collections.abc import Iterator, Mapping
@@ -18,7 +17,7 @@ from . import ply, ply_tables
 from .outputs import Writing
 from .ply import PlyDocument
 from .ply_tables import KINDS, Column, Lists, PlyElement, PlyProperty, Table
-from .polygons import are_equal, outlines
+from .polygons import outlines
 from .tokens import runs
 
 _EMPTY = b"ply\nformat binary_little_endian 1.0\nend_header\n"
@@ -27,10 +26,7 @@ _ROUNDING = 1e-3
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
-    """Write a mesh without a matrix; the differences from the file that it comes from, in words.
-
-    Without `writing` coordinates have the type that they have in that file.
-    """
+    """Write a mesh without a matrix; without `writing` coordinates have the type of the file that it comes from."""
     document = mesh.document(PlyDocument) or _plain_document(mesh)
     notes: list[str] = []
     rows = (_vertex_rows(mesh, document, writing, notes), _face_rows(mesh, document, notes), _edge_rows(mesh, document))
@@ -102,7 +98,9 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     values: dict[str, Column] = {}
     row: Longs | None = None
-    if table is not None and unchanged and are_equal(wedges, document.wedges):
+    pairs = document.wedges
+    same = wedges is pairs or (wedges is not None and pairs is not None and np.array_equal(wedges, pairs))
+    if table is not None and unchanged and same:
         values |= {name: table.columns[name] for name in (corners, ply.WEDGES) if name in table.columns}
         # A polygon takes single numbers from its first triangle.
         chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))

@@ -201,10 +201,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh, with the columns of the text that they come from.
-
-    From another file they get normals, in .pts their number, intensities and colours.
-    """
+    """Write the vertices of a mesh with the columns of their text; of another file with normals, in .pts as scanners do."""
     counted = writing.extension == "pts"
     plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     document = mesh.document(PointsDocument) or plain

@@ -49,9 +49,7 @@ class Outlines(NamedTuple):
     places: Longs  # (c,) which of the 3 m corners of the triangles each corner is, those of one polygon after those of another
     lengths: Longs  # (p,) how many corners each has
     triangles: Longs  # (p,) the first triangle of each
-    notes: tuple[
-        str, ...
-    ] = ()  # of a writer about those left in triangles, as some of theirs are gone, or they have an edge twice
+    notes: tuple[str, ...] = ()  # of a writer, about those left in triangles: some are gone, or an edge is there twice
 
 
 def outlines(faces: Ints, polygon: Array | None) -> Outlines:
@@ -84,10 +82,7 @@ def _end(corners: Any, e: int) -> int:
 
 @compiled
 def _walk_round(corners: Any, members: Any, counts: Any, places: Any, lengths: Any, at: Any, more: Any) -> tuple[int, int]:
-    """Fill the places and lengths of `Outlines`; the numbers of both.
-
-    ``at`` has for a vertex the half-edge of a polygon that begins there, ``more`` the next one after each.
-    """
+    """Fill the places and lengths; ``at`` has the half-edge that begins at a vertex, ``more`` the next one after each."""
     c, p, start = 0, 0, 0
     for count in counts:
         edges = (3 * members[start : start + count]).repeat(3)
@@ -188,13 +183,6 @@ def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> Non
             places[f, 0], places[f, 1], places[f, 2] = left[0], left[k], left[k + 1]
             f += 1
         start += length
-
-
-def are_equal(a: Array | None, b: Array | None) -> bool:
-    """Whether two arrays have the same numbers, NaN at the same places, or neither is there."""
-    if a is None or b is None:
-        return a is b
-    return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
 
 
 def numbered(rows: Array) -> tuple[Longs, Longs]:

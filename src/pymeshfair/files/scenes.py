@@ -130,14 +130,10 @@ def check_range(values: Longs, least: int, below: int, what: str) -> None:
 
 
 class Assembly:
-    """Collects the parts of a scene.
-
-    Attributes:
-        lost: contents of the scene that a mesh cannot have, in words, each once.
-    """
+    """Collects the parts of a scene."""
 
     def __init__(self, references: References) -> None:
-        self.lost: dict[str, None] = {}
+        self.lost: dict[str, None] = {}  # contents of the scene that a mesh cannot have, in words, each once
         self._references = references
         self._textures: dict[str, tuple[int, Texture]] = {}
         self._parts: list[tuple[MeshData, Floats]] = []
@@ -167,17 +163,11 @@ class Assembly:
         of_corners: Mapping[str, Array],
         of_polygons: Mapping[str, Array | None],
     ) -> MeshData:
-        """A part made of polygons; what of it a mesh cannot hold is added to `lost`.
+        """A part made of polygons, as `triangulated` has them; what of it a mesh cannot hold is added to `lost`.
 
-        Args:
-            vertices: (n, 3) coordinates.
-            corners: (c,) indices of vertices, those of one polygon after those of another.
-            lengths: (p,) how many corners each polygon has.
-            what: the corners in a message.
-            of_corners: ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); normals
-                and colours become those of vertices if they are the same at all corners there, else colours those of faces if
-                possible. A row of nan is no value.
-            of_polygons: attributes of polygons, (p, ...). If ``texture`` is -1 in all, there are no texture coordinates either.
+        `of_corners` has ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, and ``wedge_texture_coordinates`` (c, 2):
+        normals and colours become those of vertices if they are the same at all corners there, else colours those of faces if
+        possible. A row of nan is no value. `of_polygons` are (p, ...); if no ``texture`` is there, coordinates are none either.
         """
         check_range(corners, 0, len(vertices), what)
         if (lengths < 3).any():

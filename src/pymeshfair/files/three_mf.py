@@ -1,8 +1,4 @@
-"""Reads 3MF archives within limits, and writes them.
-
-An archive of a few kilobytes may hold gigabytes, a name in it may lead out of it, and two programs may see two different
-archives in one file.
-"""
+"""Reads 3MF archives within limits, since a few kilobytes may hold gigabytes and names lead out of them; writes them."""
 
 import io
 import lzma
@@ -111,10 +107,9 @@ class _Model:
                 self.objects[attributes["id"]] = self._object
                 if attributes.get("type", "model") != "model":
                     self.unread[f"objects of the type {shown(attributes['type'], 30)}"] += 1
-            case "component":
-                self._object.components.append({"objectid": attributes["objectid"], **attributes})
-            case "item":
-                self.items.append({"objectid": attributes["objectid"], **attributes})
+            case "component" | "item":
+                uses = self.items if tag == "item" else self._object.components
+                uses.append({"objectid": attributes["objectid"], **attributes})
             case "basematerials" | "colorgroup":
                 self._group = self.colors.setdefault(attributes["id"], [])
             case "base" | "color":

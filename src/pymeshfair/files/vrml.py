@@ -308,10 +308,7 @@ def _runs(geometry: _Node, name: str, count: int) -> tuple[Longs, Longs]:
 def _made(
     geometry: _Node, assembly: Assembly, points: Floats, corners: Longs, lengths: Longs, what: str, chosen: Longs | None = None
 ) -> MeshData:
-    """The part made of polygons, with the colours, normals and texture coordinates of the geometry.
-
-    `chosen` are the triangles, as numbers of corners, that strips and fans become.
-    """
+    """The part made of polygons, or of the triangles `chosen`, as numbers of corners, that strips and fans become."""
     of_corners: dict[str, Any] = {}
     of_polygons: dict[str, Any] = {}
     for types, attribute, field_name, per_vertex in _ATTRIBUTES:
