@@ -83,43 +83,40 @@ class _Model:
                 if name.rpartition(":")[2] not in _KNOWN[tag] and not name.startswith(_UNSAID) and not name.endswith(_UNSAID):
                     self.unread[f"attributes {shown(name, 30)} of the elements {tag!r}"] += 1
         try:
-            self._take(tag, attributes, named)
+            match tag:
+                case "vertex":
+                    self._object.coordinates += (attributes["x"], attributes["y"], attributes["z"])
+                case "triangle":
+                    if len(attributes) > 3:
+                        self._object.attributes[len(self._object.corners) // 3] = attributes
+                    self._object.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
+                case "model":
+                    self.unit = attributes.get("unit", self.unit)
+                    for prefix in named.get("requiredextensions", "").split():
+                        if (space := named.get(f"xmlns:{prefix}", prefix)) not in _UNDERSTOOD:
+                            raise ContentsError(f"it needs the extension {shown(space, 100)}, which is not known here")
+                case "object":
+                    if attributes["id"] in self.objects:
+                        raise ContentsError(f"it has two objects {shown(attributes['id'], 30)}")
+                    self._object = _Object((attributes.get("pid", ""), attributes.get("pindex", "0")))
+                    self.objects[attributes["id"]] = self._object
+                    if attributes.get("type", "model") != "model":
+                        self.unread[f"objects of the type {shown(attributes['type'], 30)}"] += 1
+                case "component" | "item":
+                    uses = self.items if tag == "item" else self._object.components
+                    uses.append({"objectid": attributes["objectid"], **attributes})
+                case "basematerials" | "colorgroup":
+                    self._group = self.colors.setdefault(attributes["id"], [])
+                case "base" | "color":
+                    self._group.append(attributes["displaycolor" if tag == "base" else "color"])
+                case "texture2d":
+                    self.textures[attributes["id"]] = attributes["path"]
+                case "texture2dgroup":
+                    self._group = self.coordinates.setdefault(attributes["id"], (attributes["texid"], []))[1]
+                case "tex2coord":
+                    self._group.append(f"{attributes['u']} {attributes['v']}")
         except KeyError as error:
             raise ContentsError(f"a {tag} of it has no {error.args[0]}") from None
-
-    def _take(self, tag: str, attributes: dict[str, str], named: dict[str, str]) -> None:
-        match tag:
-            case "vertex":
-                self._object.coordinates += (attributes["x"], attributes["y"], attributes["z"])
-            case "triangle":
-                if len(attributes) > 3:
-                    self._object.attributes[len(self._object.corners) // 3] = attributes
-                self._object.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
-            case "model":
-                self.unit = attributes.get("unit", self.unit)
-                for prefix in named.get("requiredextensions", "").split():
-                    if (space := named.get(f"xmlns:{prefix}", prefix)) not in _UNDERSTOOD:
-                        raise ContentsError(f"it needs the extension {shown(space, 100)}, which is not known here")
-            case "object":
-                if attributes["id"] in self.objects:
-                    raise ContentsError(f"it has two objects {shown(attributes['id'], 30)}")
-                self._object = _Object((attributes.get("pid", ""), attributes.get("pindex", "0")))
-                self.objects[attributes["id"]] = self._object
-                if attributes.get("type", "model") != "model":
-                    self.unread[f"objects of the type {shown(attributes['type'], 30)}"] += 1
-            case "component" | "item":
-                uses = self.items if tag == "item" else self._object.components
-                uses.append({"objectid": attributes["objectid"], **attributes})
-            case "basematerials" | "colorgroup":
-                self._group = self.colors.setdefault(attributes["id"], [])
-            case "base" | "color":
-                self._group.append(attributes["displaycolor" if tag == "base" else "color"])
-            case "texture2d":
-                self.textures[attributes["id"]] = attributes["path"]
-            case "texture2dgroup":
-                self._group = self.coordinates.setdefault(attributes["id"], (attributes["texid"], []))[1]
-            case "tex2coord":
-                self._group.append(f"{attributes['u']} {attributes['v']}")
 
     def end(self, tag: str) -> None:
         self._beyond = max(self._beyond - 1, 0)
