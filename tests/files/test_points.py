@@ -12,6 +12,7 @@ import pytest
 from pymeshfair.files.inputs import read_file
 from pymeshfair.mesh_data import MeshData
 
+from ..running.runs import SAMPLES
 from .round_trips import assert_same, meshlab, read, save
 
 #: a file, and what it holds besides places: the same text comes out again
@@ -77,6 +78,26 @@ def test_what_a_text_cannot_hold_is_named(tmp_path: Path) -> None:
     again = read_file(tmp_path / "a.pts").mesh
     np.testing.assert_array_equal(again.vertex_attributes["intensity"], attributes["intensity"])
     np.testing.assert_array_equal(again.vertex_attributes["colors"], levels)
+
+
+def test_a_point_set_of_expe(tmp_path: Path) -> None:
+    """A binary point set has what MeshLab reads of it; the sample of the wheel is one of a text."""
+    rng = np.random.default_rng(1)
+    rows = np.zeros(5, [("p", "<f4", 3), ("n", "<f4", 3), ("r", "<f4"), ("c", "u1", 4), ("x", "<u2")])
+    rows["p"], rows["n"], rows["r"], rows["c"] = rng.random((5, 3)), rng.random((5, 3)), rng.random(5), 77
+    head = "[Expe/PointSet/Binary/0.1]\nproperty position 12\nproperty normal 12\nproperty radius 4\nproperty color 4\n"
+    path = tmp_path / "a.pts"
+    mesh = read(path, f"{head}property other 2\nnofpoints 5\ndata\n".encode() + rows.tobytes())
+    theirs, _meshes = meshlab(path)
+    np.testing.assert_array_equal(mesh.vertices, theirs.vertex_matrix())
+    np.testing.assert_array_equal(mesh.vertex_normals, theirs.vertex_normal_matrix())
+    np.testing.assert_array_equal(mesh.vertex_attributes["colors"], np.full((5, 4), 77))
+    np.testing.assert_array_equal(mesh.vertex_attributes["radii"], rows["r"])
+    assert mesh.source is not None
+    assert mesh.source.extras == ("property 'other'",)
+    path = SAMPLES / "chameleon.pts"
+    theirs, _meshes = meshlab(path)
+    np.testing.assert_array_equal(read_file(path).mesh.vertices, theirs.vertex_matrix())
 
 
 def grid(columns: int, rows: int, matrix: np.ndarray, points: np.ndarray) -> str:

@@ -36,7 +36,6 @@ _QUANTIZED = "KHR_mesh_quantization"
 _UNDERSTOOD = {_QUANTIZED, "KHR_materials_unlit"}
 #: the rounding of programs: of the last row of a matrix, and of the length of a rotation
 _ROUNDED, _UNIT = 1e-6, 0.01
-#: an object of the document
 _Part: TypeAlias = Mapping[str, Any]
 
 
@@ -323,7 +322,6 @@ def _matrix(node: _Part, k: int) -> Floats:
 
 
 def _losses(document: _Part) -> Iterator[str]:
-    """Contents of a document that a mesh cannot hold, in words."""
     yield from (name for name in ("animations", "skins", "cameras") if document.get(name))
     primitives = [p for mesh in document.get("meshes", ()) for p in mesh.get("primitives", ())]
     names = {n for p in primitives for n in p["attributes"]} - {"POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"}

@@ -119,11 +119,9 @@ def unended(text: bytes) -> tuple[str, ...]:
     return () if text.endswith((b"\n", b"\r", b"\x1a")) else (NO_END,)
 
 
-#: textures of one mesh
 MOST_TEXTURES = 1000
-#: Reads a file and what it names. Raises `ContentsError` if the file is none of its format, is damaged, declares or names what is
-#: not there, or needs a package that is missing; `InputError` if it names a file that must not be opened; `OSError` if it cannot
-#: be read.
+#: Reads a file and what it names. Raises `ContentsError` if the file is damaged or none of its format, or a package is missing;
+#: `InputError` if it names a file that must not be opened; `OSError` if it cannot be read.
 Reader: TypeAlias = Callable[[Path, References], Reading]
 #: the first bytes of a text in UTF-16, and the formats that may be in it
 _UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gltf", "dae", "x3d")

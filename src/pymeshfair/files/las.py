@@ -24,13 +24,11 @@ from .inputs import Reading, References
 from .outputs import WORTH_A_WARNING, Writing
 
 _PLACE, _COLOR = ("X", "Y", "Z"), ("red", "green", "blue")
-#: the dimensions of normals
 NORMAL = ("NormalX", "NormalY", "NormalZ")
 #: attributes of `MeshData` that have dimensions of their own names
 _NUMBERS = ("scalars", "radii")
 #: bytes of the header of LAS 1.0, and the most that are read of a longer one
 _SHORTEST_HEADER, _LONGEST_HEADER = 227, 375
-#: points that are read or written at once
 _CHUNK = 1 << 20
 #: names of units in coordinate reference systems, and their numbers in GeoTIFF keys
 _UNITS = {"metre": "m", "meter": "m", "m": "m", "foot": "ft", "feet": "ft", "foot_us": "ft", "us survey foot": "ft", "ft": "ft"}

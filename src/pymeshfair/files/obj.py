@@ -33,7 +33,6 @@ _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k)
 #: lines that hold for all faces behind them
 STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
 _STATES = ("groups", "objects", "smoothing groups")
-#: contents that `MeshData` does not have
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
 #: what else is not written
 _UNWRITTEN = ("third texture coordinates", "weights of vertices", "normals of corners")

@@ -144,7 +144,6 @@ def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 #: curves that leave their plane by a greater share of their extent lose a coordinate in an SVG, with a note
 _FLAT = 1e-6
-#: the units of a mesh that SVG has too
 _UNITS = ("mm", "cm", "in")
 #: the prefixes of ``OFF``: texture coordinates, colours and normals
 _PREFIXES = ("", "C", "N", "CN", "NC", "ST", "STC", "STN", "STCN", "STNC")

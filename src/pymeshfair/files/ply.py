@@ -20,7 +20,6 @@ from .polygons import triangles_of, triangulated
 CORNERS = ("vertex_indices", "vertex_index")
 PLACE, NORMAL, COLOR = ("x", "y", "z"), ("nx", "ny", "nz"), ("red", "green", "blue")
 ALPHA, SCALAR, RADIUS = "alpha", "quality", "radius"
-#: the names under which vertices have texture coordinates
 TEXTURE = (("texture_u", "texture_v"), ("s", "t"))
 WEDGES, TEXTURE_NUMBER = "texcoord", "texnumber"
 EDGE = ("vertex1", "vertex2")

@@ -23,7 +23,6 @@ KINDS: Mapping[str, str] = {
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4"},
     "float64": "f8",
 }
-#: those of the lengths of lists
 _COUNTS = {name for name, kind in KINDS.items() if kind[0] != "f"}
 _SIZES: Mapping[str, int] = {name: int(kind[1]) for name, kind in KINDS.items()}
 _PLAIN_NAMES = {name: next(first for first in KINDS if KINDS[first] == kind) for name, kind in KINDS.items()}

@@ -20,14 +20,16 @@ from .ply_tables import KINDS, Column, Lists, PlyElement, PlyProperty, Table
 from .polygons import outlines
 from .tokens import runs
 
-_EMPTY = b"ply\nformat binary_little_endian 1.0\nend_header\n"
+_HEAD = b"ply\nformat binary_little_endian 1.0\n"
 #: a share of the mean edge by which rounding to the type of the file may move a vertex
 _ROUNDING = 1e-3
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
     """Write a mesh without a matrix; without `writing` coordinates have the type of the file that it comes from."""
-    document = mesh.document(PlyDocument) or _plain_document(mesh)
+    if (document := mesh.document(PlyDocument)) is None:
+        names = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
+        document = PlyDocument(ply_tables.parse_header(_HEAD + names + b"end_header\n"), {})
     notes: list[str] = []
     rows = (_vertex_rows(mesh, document, writing, notes), _face_rows(mesh, document, notes), _edge_rows(mesh, document))
     written = {row.element.name: row for row in rows if row is not None}
@@ -51,12 +53,6 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
         else:
             _write_binary(target, table, document.header.byte_order)
     return tuple(notes)
-
-
-def _plain_document(mesh: MeshData) -> PlyDocument:
-    comments = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
-    header = ply_tables.parse_header(_EMPTY.replace(b"end_header", comments + b"end_header"))
-    return PlyDocument(header, {})
 
 
 def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None, notes: list[str]) -> Table:

@@ -18,6 +18,9 @@ from .inputs import Reading, References, unended
 from .outputs import Writing
 from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, refuse, rows, tokenise
 
+#: the head of a binary point set of Expe, and the types of its properties
+_EXPE = re.compile(rb"\[Expe/PointSet/Binary/0\.1\]\n((?:property \w+ \d+\n)+)nofpoints (\d+)\ndata\n")
+_OF_EXPE = {"position": ("<f4", 3), "normal": ("<f4", 3), "radius": ("<f4", ()), "color": ("u1", 4)}
 _PLACE, _COLOR, _NORMAL = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
 #: other titles of columns
 _TITLES = {"r": "red", "g": "green", "b": "blue", "i": "intensity"} | {f"normal{axis}": f"n{axis}" for axis in "xyz"}
@@ -25,7 +28,6 @@ _TITLES = {"r": "red", "g": "green", "b": "blue", "i": "intensity"} | {f"normal{
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
 #: numbers of a point: position and intensity; the same and a colour
 _PLAIN, _COLOURED = 4, 7
-#: tolerance for the rounding of a written matrix
 _ROUNDED = 1e-6
 
 
@@ -43,6 +45,8 @@ class PointsDocument:
 def read_points(path: Path, references: References) -> Reading:
     """Read a text of points."""
     data = path.read_bytes()
+    if (head := _EXPE.match(data)) is not None:
+        return _expe(path, data, head)
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")
     separator = _separator(data)
@@ -134,6 +138,21 @@ def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple
             small = whole[k] and np.abs(values[:, k]).max() < 1 << 31
             attributes[name] = values[:, k].astype(np.int32) if small else values[:, k]
     return three[_PLACE], attributes, top
+
+
+def _expe(path: Path, data: bytes, head: re.Match[bytes]) -> Reading:
+    sizes = {name: int(size) for name, size in re.findall(r"property (\w+) (\d+)", head[1].decode("ascii"))}
+    count, each, size = int(head[2]), sum(sizes.values()), len(data) - head.end()
+    if not count or size != count * each:
+        raise ContentsError(f"it declares {count:,} points of {each:,} bytes, but {size:,} bytes follow")
+    row = np.dtype([(name, *_OF_EXPE.get(name, ("V1", size))) for name, size in sizes.items()])
+    if "position" not in sizes or row.itemsize != each:
+        raise ContentsError("it is a point set of Expe of a kind that is not known")
+    points = np.frombuffer(data, row, count, head.end())
+    kinds = (("normal", "normals", np.float64), ("radius", "radii", np.float64), ("color", "colors", np.uint8))
+    attributes = {name: points[key].astype(kind) for key, name, kind in kinds if key in sizes}
+    source = Source(path, "xyz", extras=tuple(f"property {name!r}" for name in sizes if name not in _OF_EXPE))
+    return Reading(MeshData(vertices=points["position"], vertex_attributes=attributes, source=source))
 
 
 def read_ptx(path: Path, references: References) -> Reading:

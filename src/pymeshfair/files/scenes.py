@@ -26,7 +26,6 @@ DEEPEST = 200
 _MOST_ELEMENTS = 500_000
 #: placements, and vertices and faces of all of them together, of one file
 MOST_PLACED, _MOST_MADE = 100_000, 100_000_000
-#: units of length in metres
 METRES = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
 #: values for a part without an attribute that another part has
 _DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}
@@ -183,7 +182,11 @@ class Assembly:
                 continue
             if name == "wedge_texture_coordinates":
                 face[name] = np.nan_to_num(values[places])
-            elif (own := _of_vertices(values, corners, len(vertices))) is not None:
+                continue
+            is_there = ~np.isnan(values).any(axis=1)
+            own = np.full((len(vertices), values.shape[1]), np.nan)
+            own[corners[is_there]] = values[is_there]
+            if (own[corners[is_there]] == values[is_there]).all():
                 vertex[name] = levels(own) if name == "colors" else np.nan_to_num(own)
             elif name == "colors" and ((all_levels := levels(values)[places]) == all_levels[:, :1]).all():
                 face["colors"] = all_levels[:, 0]
@@ -260,14 +263,6 @@ def levels(colors: Floats) -> NDArray[np.uint8]:
     whole = np.full((len(colors), 4), 255, np.uint8)
     whole[:, : colors.shape[1]] = np.rint(255.0 * np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0))
     return whole
-
-
-def _of_vertices(values: Floats, corners: Longs, count: int) -> Floats | None:
-    """(count, k) the values of corners as those of their vertices, nan where there is none; None if they differ at one."""
-    present = ~np.isnan(values).any(axis=1)
-    own = np.full((count, values.shape[1]), np.nan)
-    own[corners[present]] = values[present]
-    return own if (own[corners[present]] == values[present]).all() else None
 
 
 def _placed(part: MeshData, matrix: Floats) -> MeshData:

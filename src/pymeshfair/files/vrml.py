@@ -33,7 +33,6 @@ _HEADS = ("#VRML V2.0 utf8", "#X3D V3")
 _STATEMENTS = {"ROUTE": 3, "PROFILE": 1, "COMPONENT": 1, "META": 2, "EXPORT": 1}
 #: nodes that load, run or define something else
 _REFUSED = {"Inline", "EXTERNPROTO", "PROTO", "IMPORT", "Script", "ProtoDeclare", "ExternProtoDeclare", "ProtoInstance", "IS"}
-#: nodes that place others
 _TRANSFORMS = ("Transform", "CADPart")
 _GROUPS = (*_TRANSFORMS, "Group", "StaticGroup", "Anchor", "Billboard", "Collision", "Switch", "LOD", "CADAssembly", "CADFace")
 #: their fields, of whose nodes one is shown by a number, and those that show nothing
@@ -337,7 +336,6 @@ def _made(
 
 
 def _set(geometry: _Node, assembly: Assembly) -> MeshData:
-    """A set of faces, triangles, quads, strips or fans: indexed, or strips and fans with counts."""
     kind = geometry.type.removeprefix("Indexed").removesuffix("Set")
     points, what, name = _points(geometry), f"the corners of a {geometry.type!r}", _COUNTS.get(kind, "")
     if kind == "Face":

@@ -25,9 +25,7 @@ from ..operating_system import this_system
 from .errors import OutputBusyError, OutputError
 from .formats import extension, listed
 
-#: bytes of a name, as usual file systems have it
 _LONGEST_NAME = 255
-#: the advice about a file that is not replaced
 OVERWRITE = "name another output, or ask to overwrite"
 _KINDS = (
     (stat.S_ISLNK, "a link: name the file itself that it leads to"),
