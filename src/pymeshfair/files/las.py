@@ -9,6 +9,7 @@ import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from typing import Any, BinaryIO, TypeAlias
 
@@ -243,7 +244,8 @@ def _header(mesh: MeshData, document: LasDocument | None) -> tuple[Any, Any]:
 
     if document is None:
         header = laspy.LasHeader(point_format=7 if "colors" in mesh.vertex_attributes else 6, version="1.4")
-        header.creation_date, header.generating_software = None, "pymeshfair"  # so that the same mesh gives the same bytes
+        header.generating_software = "pymeshfair"
+        header.creation_date = date(1980, 1, 1)  # so that the same mesh makes the same bytes on every day
         return header, None
     return header_of(document.header, document.records)
 
