@@ -1,4 +1,4 @@
-"""PLY files: every legal type is read right, and what has not changed is written as it was, to the bit."""
+"""PLY files: every legal type is read right, and what has not changed is written as it was, byte for byte."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from pymeshfair.declaration import Edit
 from pymeshfair.files.errors import InputError
 from pymeshfair.files.inputs import read_file
-from pymeshfair.files.ply_tables import row_type
 from pymeshfair.files.ply_write import write_ply
 from pymeshfair.files.polygons import triangulated
 from pymeshfair.mesh_data import MeshData, apply_edit, moved
@@ -26,7 +25,6 @@ from ..running.runs import BONE, RANGE_MAP, SAMPLES
 from .plys import CODES, Element, ply_file
 
 ENCODINGS = ("ascii", "binary_little_endian", "binary_big_endian")
-WHOLE = tuple(type_ for type_ in CODES if type_ not in ("float", "double"))
 SQUARE = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]]
 PLACE = [("float", c) for c in "xyz"]
 
@@ -45,14 +43,6 @@ def written(mesh: MeshData) -> bytes:
     return target.getvalue()
 
 
-def contents(data: bytes) -> bytes | list[list[bytes | float]]:
-    """The bytes of a binary file, the words and numbers of a text."""
-    if b"format ascii" not in data:
-        return data
-    lines = [line.split() for line in data.splitlines()]
-    return [[word if word[:1].isalpha() else float(word) for word in line] for line in lines]
-
-
 @pytest.mark.parametrize("encoding", ENCODINGS)
 @pytest.mark.parametrize("type_", CODES)
 def test_coordinates_of_every_type(tmp_path: Path, type_: str, encoding: str) -> None:
@@ -64,7 +54,7 @@ def test_coordinates_of_every_type(tmp_path: Path, type_: str, encoding: str) ->
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
-@pytest.mark.parametrize(("count", "item"), list(itertools.product(WHOLE, CODES)))
+@pytest.mark.parametrize(("count", "item"), list(itertools.product(CODES, CODES)))
 def test_lists_of_every_type(tmp_path: Path, count: str, item: str, encoding: str) -> None:
     """Corners are read alike whatever the types of a list are, of equally long rows and of others."""
     for faces in ([[0, 1, 2], [0, 2, 3]], [[0, 1, 2], [0, 1, 2, 3]]):
@@ -78,12 +68,12 @@ def test_lists_of_every_type(tmp_path: Path, count: str, item: str, encoding: st
         mesh = read(tmp_path, data)
         expected = [[0, 1, 2], [0, 2, 3]] if len(faces[1]) == 3 else [[0, 1, 2], [0, 1, 2], [0, 2, 3]]
         np.testing.assert_array_equal(mesh.faces, expected)
-        assert contents(written(mesh)) == contents(data)
+        assert written(mesh) == data
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
 def test_odd_elements_are_written_as_they_were(tmp_path: Path, encoding: str) -> None:
-    """Cameras, lists, empty lists, comments, unknown properties and what they have: only moved coordinates differ."""
+    """Cameras, lists, empty lists, comments, unknown properties and what pads a file: only moved coordinates differ."""
     elements = [
         Element("camera", [("float", "focal"), ("list uchar double", "distortion")], [[0.1, [1.0, 0.5]], [0.2, []]]),
         Element("vertex", [("float", "x"), ("short", "label"), ("float", "y"), ("double", "z")], [[0.5, 3, 0.1, 2.0]] * 4),
@@ -93,15 +83,15 @@ def test_odd_elements_are_written_as_they_were(tmp_path: Path, encoding: str) ->
         Element("material", [("uchar", "red")], [[7]]),
     ]  # fmt: skip
     head = ["comment one", "obj_info two  words", "comment TextureFile gone.png"]
-    data = ply_file(elements, encoding, head)
-    mesh = read(tmp_path, data + (b"\n\n" if encoding == "ascii" else b"\0\0\0"))
+    data = ply_file(elements, encoding, head) + (b"\n\n" if encoding == "ascii" else b"\0\0\0")
+    mesh = read(tmp_path, data)
     assert written(mesh) == data
     shift = np.array([1.0, 0.25, -3.0])
     other = written(moved(mesh, mesh.vertices + shift))
     elements[1].rows = [[1.5, 3, float(np.float32(0.1) + np.float32(0.25)), -1.0]] * 4
-    expected = ply_file(elements, encoding, head)
+    expected = ply_file(elements, encoding, head) + (b"\n\n" if encoding == "ascii" else b"\0\0\0")
     if encoding == "ascii":
-        expected = expected.replace(repr(elements[1].rows[0][2]).encode(), str(np.float32(elements[1].rows[0][2])).encode())
+        expected = expected.replace(repr(elements[1].rows[0][2]).encode(), b"%.9g" % elements[1].rows[0][2])
     assert other == expected
 
 
@@ -116,11 +106,9 @@ def test_real_files_keep_every_byte_but_their_places(path: Path) -> None:
     after = np.frombuffer(written(moved(mesh, vertices)), np.uint8)
     assert len(after) == len(before)
     assert mesh.source is not None
-    header, table = mesh.source.document.header, mesh.source.document.tables["vertex"]
-    sizes = [row_type(e, "<", {p.name: 0 for p in e.properties}).itemsize for e in header.elements]
-    first = next(k for k, e in enumerate(header.elements) if e.name == "vertex")
-    start = header.size + sum(e.count * size for e, size in zip(header.elements[:first], sizes[:first], strict=True))
-    row, place = np.divmod(np.flatnonzero(after != before) - start, sizes[first])
+    table = mesh.source.document.tables["vertex"]
+    changed = np.flatnonzero(after != before) - table.bytes[0]
+    row, place = np.divmod(changed, (table.bytes[1] - table.bytes[0]) // table.element.count)
     assert row.min() >= 100
     assert row.max() < 200
     assert place.max() < 3 * table.columns["x"].itemsize
@@ -333,7 +321,7 @@ def test_texture_coordinates_of_polygons(tmp_path: Path) -> None:
 
 
 def test_what_a_text_says_twice_is_refused(tmp_path: Path) -> None:
-    """Two names for the corners, an element or a property twice, numbers that are not whole: refused with the reason."""
+    """Two names for the corners, an element or a property twice, an index that is no whole number: refused with the reason."""
     face = Element("face", [("list uchar int", "vertex_indices"), ("list uchar int", "vertex_index")], [[[0, 1, 2], [0, 1, 2]]])
     for elements, reason in (
         ([Element("vertex", PLACE, SQUARE), face], "have their corners twice"),
@@ -343,10 +331,6 @@ def test_what_a_text_says_twice_is_refused(tmp_path: Path) -> None:
         (
             [Element("vertex", PLACE, SQUARE), Element("face", [("list uchar float", "vertex_indices")], [[[0, 1.5, 2]]])],
             "no whole one",
-        ),
-        (
-            [Element("vertex", PLACE, SQUARE), Element("face", [("list float int", "vertex_indices")], [[[0, 1, 2]]])],
-            "line 8 of its header is 'property list float int",
         ),
     ):
         with pytest.raises(InputError, match=reason):
@@ -361,9 +345,9 @@ def test_faces_without_corners_are_kept(tmp_path: Path) -> None:
         data = ply_file(elements, encoding)
         mesh = read(tmp_path, data)
         assert not len(mesh.faces)
-        assert contents(written(mesh)) == contents(data)
+        assert written(mesh) == data
         moved_data = written(moved(mesh, mesh.vertices + 1))
-        assert len(moved_data) == len(written(mesh))
+        assert len(moved_data) == len(data)
 
 
 def test_polygons_of_other_formats_are_written(tmp_path: Path) -> None:

@@ -74,19 +74,19 @@ def test_numbers_are_the_nearest_doubles(value: float) -> None:
 
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(TEXT)
-def test_continued_lines_are_joined(text: str) -> None:
-    """Where a backslash continues a line there is a blank; of the text nothing else changes but comments."""
-    after = joined(text.encode())
-    assert b"\\\n" not in after
-    assert b"\\\r\n" not in after
-    if "#" not in text:
-        assert after == re.sub(r"\\\r?\n", " ", text).encode()
-    assert joined(b"\xef\xbb\xbf1 \\\r\n2") == b"1  2"
+def test_joined_lines_keep_their_places(text: str) -> None:
+    """Where a backslash continues a line there are blanks, and every other byte stays where it is."""
+    data = text.encode()
+    after = joined(data)
+    assert len(after) == len(data)
+    assert all(a == b or b == 32 for a, b in zip(data, after, strict=True))
+    assert joined(b"\xef\xbb\xbf1 \\\r\n2") == b"   1    2"
 
 
-def test_lines_know_their_words() -> None:
-    """Each line gives its first word, its number and its bytes."""
+def test_lines_know_their_words_and_places() -> None:
+    """Each line gives its first word, its number, its bytes and the places of its words."""
     tokens = tokenise(b"# nothing\n\nvn 1 2\r\n usemtl  a/b c\nlongestword x\n")
     assert tokens.keywords.tolist() == [word(b"vn"), word(b"usemtl"), 0]
     assert tokens.numbers.tolist() == [3, 4, 5]
     assert tokens.line(1) == b" usemtl  a/b c"
+    assert tokens.spans(np.array([0, 1]), [1, 2]).tolist() == [[[14, 15], [16, 17]], [[28, 31], [32, 33]]]

@@ -103,8 +103,8 @@ def test_a_section_has_no_normals_though_its_mesh_had(tmp_path: Path) -> None:
     assert np.linalg.norm(meshes.current_mesh().vertex_normal_matrix(), axis=1).max() > 2
     report = session_report(SAMPLES / "bone.ply", tmp_path / "section.ply", section, SMOOTH)
     header = read_header(staged_files(report)["section.ply"])
-    assert [p.name for p in {e.name: e for e in header.elements}["vertex"].properties][:3] == ["x", "y", "z"]
-    assert not {"nx", "ny", "nz"} & {p.name for p in {e.name: e for e in header.elements}["vertex"].properties}
+    assert [p.name for p in header.element("vertex").properties][:3] == ["x", "y", "z"]
+    assert not {"nx", "ny", "nz"} & {p.name for p in header.element("vertex").properties}
     text = staged_files(session_report(SAMPLES / "bone.ply", tmp_path / "section.obj", section))["section.obj"].read_text()
     assert "\nvn " not in text
 

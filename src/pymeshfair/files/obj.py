@@ -1,4 +1,7 @@
-"""Reads OBJ files with their materials, every line and word of them; writes them with materials, groups and objects."""
+"""Reads OBJ files with their materials, every line and word of them; writes them with materials, groups and objects.
+
+A mesh with the elements of its file is written as that text with new numbers where they differ, another one as a new text.
+"""
 
 import re
 from collections import Counter
@@ -11,13 +14,30 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filters.geometry import unit_vectors, vertex_normals_by_angle
 from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData, Source, Texture
 from .errors import ContentsError, InputError
 from .inputs import Reading, References, shown, unended
 from .outputs import Writing
-from .polygons import edges_of, numbered, outlines, triangulated
-from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, is_number, joined, numbers_of, refuse, rows, runs, tokenise, word
+from .polygons import are_equal, edges_of, numbered, outlines, triangulated
+from .tokens import (
+    AFTER_SLASH,
+    EMPTY,
+    INTEGER,
+    Tokens,
+    changed_words,
+    is_number,
+    joined,
+    numbers_of,
+    patched,
+    refuse,
+    rows,
+    runs,
+    tokenise,
+    word,
+    words,
+)
 
 #: the keywords of the format by what their lines are
 _LINES = {
@@ -34,8 +54,10 @@ _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k)
 STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
 _STATES = ("groups", "objects", "smoothing groups")
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
-#: what else is not written
-_UNWRITTEN = ("third texture coordinates", "weights of vertices", "normals of corners")
+#: what else is not written anew
+_UNWRITTEN = ("third texture coordinates", "weights of vertices")
+#: the face attributes that an OBJ file holds
+_OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 #: the possible counts of numbers of a vertex: its place, with a weight, with a colour, with a colour and its opacity
 _VERTEX = (3, 4, 6, 7)
 #: corners of the largest face; the time to cut it into triangles grows with their square
@@ -127,11 +149,16 @@ class Materials:
 class ObjDocument:
     """An OBJ file as it was read, for the writer."""
 
+    data: bytes  # its bytes
     tokens: Tokens  # its lines alone
     mesh: MeshData  # the mesh in it
+    width: int  # how many numbers stand on the line of a vertex
+    normals: Floats  # (k, 3) of the ``vn`` lines
+    #: (m, 3) which of them the corners of the triangles name, -1 for none; None if they name none
+    corner_normals: Longs | None
     states: Longs  # (m, 5) the last lines of `STATES` before each triangle, -1 for none
     materials: Materials  # of its material files
-    lost: tuple[str, ...]  # contents that are not written, in words
+    lost: tuple[str, ...]  # contents that cannot be written anew, in words
 
 
 class _Corners(NamedTuple):
@@ -148,7 +175,7 @@ def read_obj(path: Path, references: References) -> Reading:
     tokens = tokenise(joined(data), slashes=True)
     counts = _counts(tokens)
     notes: dict[str, None] = {}
-    vertices, colors, levels = _vertices(tokens, data, notes)
+    width, vertices, colors, levels = _vertices(tokens, data, notes)
     normals = _rows(tokens, "vn", (3,))[2]
     third, counted, textured = _rows(tokens, "vt", (2, 3))
     if numbers_of(tokens, third[counted == 3], 3, 1).any():
@@ -183,7 +210,7 @@ def read_obj(path: Path, references: References) -> Reading:
         # A file with one texture and no uses of materials means it for all faces.
         of_use.append(0 if not names and len(numbers) == 1 else -1)
         attributes["texture"] = np.where(bare, -1, np.array(of_use)[use]).astype(np.int32)
-    own = _normals(len(vertices), normals, indices, notes)
+    own, corner_normals = _normals(len(vertices), normals, indices, notes)
     vertex_attributes = {name: values for name, values in (("colors", colors), ("normals", own)) if values is not None}
     images, doubts = _images(materials, references)
     mesh = MeshData(
@@ -197,8 +224,12 @@ def read_obj(path: Path, references: References) -> Reading:
     )
     states, others = (tuple(f"{what} ({n:,})" for what in kind if (n := counts[what])) for kind in (_STATES, _OTHERS))
     document = ObjDocument(
+        data,
         replace(tokens, kinds=tokens.kinds[:0].copy(), values=np.empty(0), first=np.empty(0, np.int64)),
         mesh,
+        width,
+        normals,
+        corner_normals,
         _states(tokens, corners.lines)[row],
         materials,
         (*others, *(note for note in notes if note in _UNWRITTEN)),
@@ -236,8 +267,8 @@ def _rows(tokens: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[Longs,
     return lines, counts, numbers_of(tokens, lines, 1, widths[0])
 
 
-def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[Floats, NDArray[np.uint8] | None, bool]:
-    """The coordinates, the colours, and whether these are levels in the file."""
+def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int, Floats, NDArray[np.uint8] | None, bool]:
+    """The numbers per vertex, the coordinates, the colours, and whether these are levels in the file."""
     lines, counts, vertices = _rows(tokens, "v", _VERTEX)
     width = int(counts[0]) if len(lines) else 3
     refuse(tokens, lines, counts != width, f"has {{}} values, while the vertices before it have {width}", counts)
@@ -249,9 +280,9 @@ def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[Floa
         if len(masks) == 4 * len(lines):
             painted = np.frombuffer(masks, np.uint8).reshape(-1, 4)[:, [1, 2, 3, 0]].copy()
             painted[:, 3] = 255
-            return vertices, painted, False
+            return width, vertices, painted, False
     if width < 6:
-        return vertices, None, False
+        return width, vertices, None, False
     strange, top = ~((rest >= 0) & (rest <= 1)).all(axis=1), 1.0
     if strange.any():
         if width == 7 or not ((rest >= 0) & (rest <= 255) & (rest == np.rint(rest))).all():
@@ -259,7 +290,7 @@ def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[Floa
         top = 255.0
     colors = np.full((len(lines), 4), 255, np.uint8)
     colors[:, : width - 3] = np.rint(rest / top * 255.0)
-    return vertices, colors, top > 1.0
+    return width, vertices, colors, top > 1.0
 
 
 def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mapping[str, int], notes: dict[str, None]) -> _Corners:
@@ -298,22 +329,26 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
     return _Corners(lines, per_line, indices)
 
 
-def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> Floats | None:
-    """As in MeshLab vertices have normals if there are as many of both: each has that of its last corner that names one."""
+def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> tuple[Floats | None, Longs | None]:
+    """The normals of the vertices, and which the corners of the triangles name.
+
+    As in MeshLab vertices have normals of their own if there are as many of both: that of the last corner that names one.
+    """
     of_corners = indices[:, :, 2]
+    if not len(normals):
+        return None, None
     if len(normals) != count:
-        if len(normals):
-            named = (of_corners >= 0).any()
-            notes["normals of corners" if named else f"normals that no face names ({len(normals):,})"] = None
-        return None
+        named = bool((of_corners >= 0).any())
+        notes["normals of corners" if named else f"normals that no face names ({len(normals):,})"] = None
+        return None, of_corners if named else None
     if not len(indices):
-        return normals
+        return normals, None
     of_corners = np.where(of_corners < 0, indices[:, :, 0], of_corners)
     own = np.zeros((count, 3))
     own[indices[:, :, 0].ravel()] = normals[of_corners.ravel()]
     if not np.array_equal(own[indices[:, :, 0]], normals[of_corners], equal_nan=True):
         notes["normals of corners"] = None
-    return own
+    return own, of_corners
 
 
 def _materials(
@@ -378,12 +413,14 @@ def _material_files(names: Sequence[str], references: References) -> tuple[list[
 
 
 def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh."""
+    """Write a mesh; see the module."""
     document = mesh.document(ObjDocument)
-    own = None if len(mesh.faces) else mesh.vertex_attributes.get("normals")
-    normals = mesh.vertex_normals if mesh.keeps_normals else np.empty((0, 3)) if own is None else own
+    normals, of_corners = _normals_to_write(mesh, document)
     if document is not None and document.materials.lines:
         writing.materials.append(document.materials.text(writing.textures))
+    if document is not None and (text := _patched_text(mesh, document, normals, of_corners, writing)) is not None:
+        target.write(text)
+        return ()
     notes = [f"what cannot be written anew is left out: {'; '.join(document.lost)}"] if document and document.lost else []
     states, texts = _states_to_write(mesh, document, writing, notes)
     if writing.materials:
@@ -397,10 +434,96 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         if len(table):
             target.writelines(rows(keyword + " %r" * table.shape[1], list(table.T)))
     if len(mesh.faces):
-        target.writelines(_face_lines(mesh, of_wedges, states, texts, notes))
+        target.writelines(_face_lines(mesh, of_wedges, of_corners, states, texts, notes))
     if len(mesh.edges):
         target.writelines(rows("l %r %r", list(mesh.edges.T + 1)))
     return tuple(notes)
+
+
+def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Floats, Longs | None]:
+    """(k, 3) the normals, and (m, 3) the index of that at each corner; None for a cloud or a mesh without normals.
+
+    If vertices have moved, corners that shared a normal at a vertex get the angle-weighted mean of the normals of their faces, so
+    that sharp edges stay sharp.
+    """
+    own = mesh.vertex_attributes.get("normals")
+    if not len(mesh.faces):
+        return (np.empty((0, 3)) if own is None else own), None
+    if document is None or document.corner_normals is None or document.mesh.keeps_normals != mesh.keeps_normals:
+        return (mesh.vertex_normals, mesh.faces.astype(np.int64)) if mesh.keeps_normals else (np.empty((0, 3)), None)
+    read = document.mesh
+    rows = slice(None) if mesh.vertex_ids is None else mesh.vertex_ids
+    still = np.array_equal(mesh.vertices, read.vertices[rows]) and (mesh.vertex_ids is None or (mesh.vertex_ids >= 0).all())
+    before = read.vertex_attributes.get("normals")
+    if own is not None and mesh.keeps_normals:  # those in a file may have any length
+        same = before is not None and np.allclose(unit_vectors(own), unit_vectors(before[rows]), 0.0, 1e-7, equal_nan=True)
+        if not same:
+            return own, mesh.faces.astype(np.int64)
+    named = document.corner_normals if mesh.face_ids is None else document.corner_normals[mesh.face_ids]
+    if mesh.face_ids is not None:
+        named[mesh.face_ids < 0] = -1
+    if still and (named >= 0).all():
+        return document.normals, named
+    firsts, groups = numbered(np.stack([mesh.faces.ravel(), named.ravel()], axis=1))
+    points = mesh.vertices[mesh.faces.ravel()[firsts]]
+    groups = groups.reshape(-1, 3)
+    return vertex_normals_by_angle(points, groups.astype(np.int32)), groups
+
+
+def _patched_text(
+    mesh: MeshData, document: ObjDocument, normals: Floats, of_corners: Longs | None, writing: Writing
+) -> bytes | None:
+    """The original text with new numbers and the material file of the output; None if elements or attributes differ."""
+    read = document.mesh
+    colors, before = mesh.vertex_attributes.get("colors"), read.vertex_attributes.get("colors")
+    painted = not are_equal(colors, before)
+    if (
+        not (mesh.vertex_ids is None and mesh.face_ids is None and mesh.edge_ids is None)
+        or not (are_equal(mesh.faces, read.faces) and are_equal(mesh.edges, read.edges))
+        or not all(are_equal(mesh.face_attributes.get(name), read.face_attributes.get(name)) for name in _OF_FACES)
+        or mesh.keeps_normals != read.keeps_normals
+        or (painted and (colors is None or document.width != (3 if before is None else 6)))
+        or (line_normals := _line_normals(document, normals, of_corners)) is None
+    ):
+        return None
+    tokens, vertices = document.tokens, lines_of(document.tokens, b"v")
+    new, differs = list(mesh.vertices.T), [a != b for a, b in zip(mesh.vertices.T, read.vertices.T, strict=True)]
+    cuts = []
+    if painted and colors is not None:
+        shares = [_SHARES[level] for level in colors.T[:3]]
+        if before is not None:
+            cuts.append(changed_words(tokens, vertices, [4, 5, 6], shares, [(colors != before).any(axis=1)] * 3))
+        else:
+            ends = np.repeat(tokens.spans(vertices, [3])[:, 0, 1:], 2, axis=1)  # behind the coordinates
+            cuts.append((ends, [b" " + b" ".join(row) for row in zip(*map(words, shares), strict=True)]))
+            differs[2] = np.ones(len(vertices), np.bool_)
+    cuts.insert(0, changed_words(tokens, vertices, [1, 2, 3], new, differs))
+    if line_normals is not document.normals:
+        changes = [a != b for a, b in zip(line_normals.T, document.normals.T, strict=True)]
+        cuts.append(changed_words(tokens, lines_of(tokens, b"vn"), [1, 2, 3], list(line_normals.T), changes))
+    if document.materials.lines:
+        libraries = [(int(tokens.starts[k]), len(tokens.line(k))) for k in lines_of(tokens, b"mtllib").tolist()]
+        named = b"mtllib " + writing.material_file.encode("utf-8", "surrogateescape")
+        places = [(start, start + length) for start, length in libraries] or [(0, 0)]
+        cuts.append((np.array(places, np.int64), [named if libraries else named + b"\n", *([b""] * (len(places) - 1))]))
+    spans, texts = np.concatenate([where for where, _ in cuts]), [text for _, each in cuts for text in each]
+    order = np.argsort(spans[:, 0], kind="stable")
+    return patched(document.data, spans[order], [texts[k] for k in order.tolist()])
+
+
+def _line_normals(document: ObjDocument, normals: Floats, of_corners: Longs | None) -> Floats | None:
+    """The normals of the ``vn`` lines; None if a line would need several normals."""
+    if of_corners is None or document.corner_normals is None:  # of a cloud
+        return normals if len(normals) == len(document.normals) else document.normals
+    if normals is document.normals:
+        return normals
+    pairs = np.stack([document.corner_normals.ravel(), of_corners.ravel()], axis=1)
+    firsts, _ = numbered(pairs)
+    line, normal = pairs[firsts].T
+    line_normals = document.normals.copy()
+    line_normals[line] = normals[normal]
+    fits = np.allclose(line_normals[line], normals[normal], rtol=0.0, atol=1e-9, equal_nan=True)
+    return line_normals if fits and line.min() >= 0 else None
 
 
 def _texture_coordinates(mesh: MeshData) -> tuple[Floats, Longs | None]:
@@ -469,12 +592,16 @@ def _states_to_write(
 
 
 def _face_lines(
-    mesh: MeshData, of_wedges: Longs | None, states: Longs, texts: dict[int, bytes], notes: list[str]
+    mesh: MeshData,
+    of_wedges: Longs | None,
+    of_normals: Longs | None,
+    states: Longs,
+    texts: dict[int, bytes],
+    notes: list[str],
 ) -> Iterator[bytes]:
     """The lines of the faces, with a line before each change of material, group or object."""
     shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
     notes += shape.notes
-    of_normals = mesh.faces if mesh.keeps_normals else None
     corners = [index.ravel()[shape.places] + 1 for index in (mesh.faces, of_wedges, of_normals) if index is not None]
     form = "%d" if len(corners) == 1 else "%d//%d" if of_wedges is None else "/".join(["%d"] * len(corners))
     each = [form % row for row in zip(*(c.tolist() for c in corners), strict=True)]

@@ -14,7 +14,8 @@ from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .inputs import Reading, References, unended
 from .ply_tables import Lists, PlyHeader, Table, binary_tables, read_header, text_tables
-from .polygons import triangles_of, triangulated
+from .polygons import triangulated
+from .tokens import Tokens
 
 #: the lists of a face's corners, under both of their names
 CORNERS = ("vertex_indices", "vertex_index")
@@ -33,9 +34,16 @@ class PlyDocument:
 
     header: PlyHeader  # of the file
     tables: Mapping[str, Table]  # the rows of its elements
+    data: NDArray[np.uint8]  # its bytes
+    tokens: Tokens | None = None  # those of what stands behind the header, of a text
     row_of_face: Ints | None = None  # (m,) the row of ``face`` of each triangle; None if there is one row a triangle
     has_other_faces: bool = False  # whether triangles come from strips or a grid, and not from rows of ``face``
     wedges: Array | None = None  # (m, 3, 2) the texture coordinates at the corners of the triangles, or None
+
+    @property
+    def tail(self) -> bytes:
+        """The bytes after the last row: ends of lines, and padding by some programs."""
+        return self.data[max((table.bytes[1] for table in self.tables.values() if table.bytes), default=0) :].tobytes()
 
     def custom(self, element: str) -> dict[str, Array]:
         """The single numbers of an element that are no attributes of `MeshData`, by name."""
@@ -53,9 +61,10 @@ def read_ply(path: Path, references: References) -> Reading:
         raise ContentsError("it has no element 'vertex'")
     with path.open("rb") as file:
         data = np.frombuffer(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ), np.uint8)
+    tokens: Tokens | None = None
     doubts: tuple[str, ...] = ()
     if header.format == "ascii":
-        tables = text_tables(data[header.size :].tobytes(), header)
+        tables, tokens = text_tables(data[header.size :].tobytes(), header)
         doubts = unended(data[-1:].tobytes())
     else:
         tables = binary_tables(data, header)
@@ -73,7 +82,7 @@ def read_ply(path: Path, references: References) -> Reading:
             doubts += (f"its {face.element.count:,} 'face' have no list 'vertex_indices', so that they are no faces",)
     row_of_face = None if isinstance(rows, slice) else rows
     wedges = attributes.get("wedge_texture_coordinates")
-    document = PlyDocument(header, tables, row_of_face, len(faces) > 0 and not has_rows, wedges)
+    document = PlyDocument(header, tables, data, tokens, row_of_face, len(faces) > 0 and not has_rows, wedges)
     vertex_attributes = _attributes_of_vertices(vertex)
     mesh = MeshData(
         vertices=vertices,
@@ -202,9 +211,13 @@ def _other_faces(tables: Mapping[str, Table], header: PlyHeader, count: int) -> 
 
 def _of_strips(header: PlyHeader, lists: Lists) -> Ints:
     """The triangles of strips, which a -1 parts; every second one the other way round."""
-    values = np.insert(lists.values, np.cumsum(lists.lengths), -1)
-    corners = values[values >= 0]
-    return corners[triangles_of(corners, np.diff(np.flatnonzero(values < 0), prepend=-1) - 1, fans=False)].astype(np.int32)
+    values, place = lists.values, np.arange(len(lists.values))
+    breaks, begins = values < 0, np.isin(place, lists.starts)
+    opening = np.maximum.accumulate(np.where(breaks, place + 1, np.where(begins, place, 0)))
+    triples = np.stack([values[:-2], values[1:-1], values[2:]], axis=1)
+    odd = (place - opening)[:-2] % 2 == 1
+    triples[odd] = triples[odd][:, [1, 0, 2]]
+    return np.asarray(triples[(opening[:-2] == opening[2:]) & ~breaks[:-2]], np.int32)
 
 
 def _of_grid(header: PlyHeader, lists: Lists) -> Ints:

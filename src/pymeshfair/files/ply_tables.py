@@ -23,9 +23,8 @@ KINDS: Mapping[str, str] = {
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4"},
     "float64": "f8",
 }
-_COUNTS = {name for name, kind in KINDS.items() if kind[0] != "f"}
 _SIZES: Mapping[str, int] = {name: int(kind[1]) for name, kind in KINDS.items()}
-_PLAIN_NAMES = {name: next(first for first in KINDS if KINDS[first] == kind) for name, kind in KINDS.items()}
+_PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
 _FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 #: the most bytes, elements and properties of a header, so that a hostile file cannot fill the memory
 _LONGEST_HEADER, _MOST_DECLARED = 1 << 26, 1_000
@@ -61,7 +60,7 @@ class PlyHeader:
 
     format: str  # one of `_FORMATS`
     elements: tuple[PlyElement, ...]  # in the order of the file
-    remarks: tuple[str, ...]  # its lines that begin with ``comment`` or ``obj_info``
+    comments: tuple[str, ...]  # the words after ``comment`` and ``obj_info``
     size: int  # its length in bytes, including the end of its last line
     text: bytes  # its bytes
 
@@ -70,10 +69,9 @@ class PlyHeader:
         """Of a binary file: ``"<"`` for little-endian, ``">"`` for big-endian."""
         return ">" if self.format == "binary_big_endian" else "<"
 
-    @property
-    def comments(self) -> tuple[str, ...]:
-        """The words after ``comment`` and ``obj_info``."""
-        return tuple("".join(remark.split(maxsplit=1)[1:]) for remark in self.remarks)
+    def element(self, name: str) -> PlyElement:
+        """The element of that name; one with a count of 0 if the file does not declare it."""
+        return next((e for e in self.elements if e.name == name), PlyElement(name, 0))
 
     @property
     def textures(self) -> tuple[str, ...]:
@@ -118,21 +116,21 @@ def parse_header(data: bytes) -> PlyHeader:
         raise ContentsError(f"its header has no end within {min(len(data), _LONGEST_HEADER):,} bytes")
     # A carriage return alone ends the lines of files from old Macs.
     lines = data[: end.start()].decode("utf-8", "surrogateescape").replace("\r\n", "\n").replace("\r", "\n").split("\n")[1:]
-    format_, remarks, elements = "", [], list[tuple[str, int, list[PlyProperty]]]()
+    format_, comments, elements = "", [], list[tuple[str, int, list[PlyProperty]]]()
     if sum(line.lstrip().startswith(("property", "element")) for line in lines) > _MOST_DECLARED:
         raise ContentsError(f"its header declares more than {_MOST_DECLARED:,} elements and properties")
     for number, line in enumerate(lines, 2):
         match line.split():
             case ["format", word, "1.0"] if word in _FORMATS and not format_:
                 format_ = word
-            case ["comment" | "obj_info", *_]:
-                remarks.append(line.strip())
+            case ["comment" | "obj_info" as keyword, *_]:
+                comments.append(line.strip()[len(keyword) :].strip())
             case ["element", name, count] if count.isascii() and count.isdigit():
                 elements.append((name, int(count), []))
-            case ["property", "list", count_type, type_, name] if elements and count_type in _COUNTS and type_ in KINDS:
-                elements[-1][2].append(PlyProperty(name, _PLAIN_NAMES[type_], _PLAIN_NAMES[count_type]))
+            case ["property", "list", count_type, type_, name] if elements and count_type in KINDS and type_ in KINDS:
+                elements[-1][2].append(PlyProperty(name, _plain(type_), _plain(count_type)))
             case ["property", type_, name] if elements and type_ in KINDS:
-                elements[-1][2].append(PlyProperty(name, _PLAIN_NAMES[type_]))
+                elements[-1][2].append(PlyProperty(name, _plain(type_)))
             case []:
                 pass
             case _:
@@ -140,23 +138,50 @@ def parse_header(data: bytes) -> PlyHeader:
     if not format_:
         raise ContentsError("its header names no format (ascii, binary_little_endian or binary_big_endian)")
     whole = tuple(PlyElement(name, count, tuple(properties)) for name, count, properties in elements)
-    return PlyHeader(format_, whole, tuple(remarks), end.end(), data[: end.end()])
+    return PlyHeader(format_, whole, tuple(comments), end.end(), data[: end.end()])
+
+
+def _plain(type_: str) -> str:
+    return _PLAIN_NAMES.get(type_, type_)
 
 
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
-    """The header with these elements and the new names of textures by their old ones; as it was if none of them differs."""
-    names = {name: new for name, new in (textures or {}).items() if name in header.textures and name != new}
-    if tuple(elements) == header.elements and not names:
-        return header.text
-    lines = ["ply", f"format {header.format} 1.0"]
-    for remark in header.remarks:
-        words = remark.split(maxsplit=2)
-        is_texture = len(words) == 3 and words[1].lower() == "texturefile"
-        lines.append(" ".join((*words[:2], names.get(words[2], words[2]))) if is_texture else remark)
-    for element in elements:
-        lines.append(f"element {element.name} {element.count}")
-        lines += [f"property {f'list {p.count_type} ' if p.count_type else ''}{p.type} {p.name}" for p in element.properties]
-    return "\n".join([*lines, "end_header", ""]).encode("utf-8", "surrogateescape")
+    """The header with these elements and the new names of textures by their old ones; all other lines as they were."""
+    missing = {e.name: e for e in elements}
+    left: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
+    is_kept, end = True, "\n"
+    lines: list[str] = []
+    for raw in header.text.splitlines(keepends=True):
+        new: str | None = raw.rstrip(b"\r\n").decode("utf-8", "surrogateescape")
+        words, end = str(new).split(), raw[len(raw.rstrip(b"\r\n")) :].decode()
+        if words[:1] in (["element"], ["end_header"]):
+            lines += [_declaration(p) + end for p in left.values()]
+            left, is_kept = {}, True
+        match words:
+            case ["end_header"]:
+                break
+            case ["element", name, count]:
+                element = missing.pop(name, None)
+                is_kept = element is not None
+                if element is not None:
+                    left = {p.name: p for p in element.properties}
+                    new = new if int(count) == element.count else f"element {name} {element.count}"
+            case ["property", *types, name] if is_kept:
+                p = left.pop(name, None)
+                same = p is not None and _declaration(p).split() == ["property", *map(_plain, types), name]
+                new = new if same else None if p is None else _declaration(p)
+            case ["comment", word, _, *_] if word.lower() == "texturefile" and textures:
+                name = str(new).split(maxsplit=2)[2].strip()
+                new = f"comment {word} {textures[name]}" if textures.get(name, name) != name else new
+        if is_kept and new is not None:
+            lines.append(new + end)
+    for element in missing.values():
+        lines += [f"element {element.name} {element.count}{end}", *(_declaration(p) + end for p in element.properties)]
+    return "".join((*lines, "end_header", end)).encode("utf-8", "surrogateescape")
+
+
+def _declaration(p: PlyProperty) -> str:
+    return f"property {p.type} {p.name}" if p.count_type is None else f"property list {p.count_type} {p.type} {p.name}"
 
 
 class Lists(NamedTuple):
@@ -170,10 +195,15 @@ class Lists(NamedTuple):
         """The length of all lists; None if they differ, or there is no row."""
         return int(self.lengths[0]) if len(self.lengths) and (self.lengths == self.lengths[0]).all() else None
 
+    @property
+    def starts(self) -> Longs:
+        """(n,) the number of the first value of each row."""
+        return np.cumsum(self.lengths) - self.lengths
+
     def chosen(self, rows: Longs) -> Lists:
         """The lists of some rows; -1 stands for an empty one."""
         lengths = np.where(rows < 0, 0, self.lengths[rows]) if len(self.lengths) else np.zeros(len(rows), np.int64)
-        starts = (np.cumsum(self.lengths) - self.lengths)[rows] if len(self.lengths) else lengths
+        starts = self.starts[rows] if len(self.lengths) else lengths
         return Lists(self.values[indices_of_runs(starts, lengths)], lengths)
 
 
@@ -187,6 +217,9 @@ class Table:
 
     element: PlyElement  # its declaration in the header
     columns: Mapping[str, Column]  # by property
+    bytes: tuple[int, int] | None = None  # where they begin and end in the file; None for rows that are in none
+    lines: Longs | None = None  # (n,) the lines of a text that they are, as `Tokens` counts them
+    changed: frozenset[str] = frozenset()  # the properties whose numbers are no more those of the file
 
     def numbers(self, name: str) -> Array | None:
         """(n,) the values of a property; None if it has no such property, or one of lists."""
@@ -231,8 +264,9 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
     tables: dict[str, Table] = {}
     position = header.size
     for element in header.elements:
-        columns, position = _binary_columns(data, position, element, header.byte_order)
-        tables[element.name] = Table(element, columns)
+        columns, end = _binary_columns(data, position, element, header.byte_order)
+        tables[element.name] = Table(element, columns, (position, end))
+        position = end
     more = data[position:].tobytes().strip(_PADDING)
     if more:
         raise ContentsError(f"{len(more):,} bytes follow behind all that its header declares")
@@ -277,31 +311,41 @@ def _columns(rows: Array, element: PlyElement) -> dict[str, Column]:
 
 def _walked(data: NDArray[np.uint8], position: int, element: PlyElement, order: str, n: int) -> tuple[Longs, Longs, int]:
     counts = np.array([_SIZES[p.count_type] if p.count_type else 0 for p in element.properties])
-    signed = np.array([bool(p.count_type) and KINDS[str(p.count_type)][0] == "i" for p in element.properties])
+    kinds = np.array([ord(KINDS[p.count_type][0]) if p.count_type else 0 for p in element.properties])
     sizes = np.array([_SIZES[p.type] for p in element.properties])
     places, lengths = np.empty((n, len(sizes)), np.int64), np.empty((n, len(sizes)), np.int64)
-    end = _walk(data, position, n, counts, signed, sizes, order == ">", places, lengths)
+    end = _walk(data, position, n, counts, kinds, sizes, order == ">", places, lengths)
     if end < 0:
         raise ContentsError(f"its element {element.name!r} is cut short, or a list in it has a length that cannot be")
     return places, lengths, end
 
 
 @compiled
-def _walk(data: Any, position: int, n: int, counts: Any, signed: Any, sizes: Any, big: bool, places: Any, lengths: Any) -> int:
+def _count_at(data: Any, position: int, size: int, kind: int, big: bool) -> int:
+    """The length of a list in a file; -1 if it is below 0 or no whole number."""
+    whole = 0
+    for b in range(size):
+        whole = whole * 256 + data[position + b if big else position + size - 1 - b]
+    if kind != 102:  # no "f"
+        return -1 if kind == 105 and whole >= 1 << (8 * size - 1) else whole
+    digits = (data[position : position + size][::-1] if big else data[position : position + size]).copy()
+    count = float(digits.view(np.float32)[0]) if size == 4 else float(digits.view(np.float64)[0])
+    return int(count) if 0.0 <= count < 2.0**53 and count == np.floor(count) else -1
+
+
+@compiled
+def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any, big: bool, places: Any, lengths: Any) -> int:
     """Find the place and length of each value or list of each row; the end of the last row, or -1."""
     for row in range(n):
         for k in range(len(sizes)):
             length = 1
             if counts[k]:
-                end = position + counts[k]
-                if end > len(data):
+                if position + counts[k] > len(data):
                     return -1
-                length = 0
-                for b in range(position, end):
-                    length = length * 256 + data[b if big else position + end - 1 - b]
-                if signed[k] and length >= 1 << (8 * counts[k] - 1):
+                length = _count_at(data, position, counts[k], kinds[k], big)
+                if length < 0:
                     return -1
-                position = end
+                position += counts[k]
             places[row, k] = position
             lengths[row, k] = length
             if length > (len(data) - position) // sizes[k]:
@@ -310,30 +354,31 @@ def _walk(data: Any, position: int, n: int, counts: Any, signed: Any, sizes: Any
     return position
 
 
-def text_tables(text: bytes, header: PlyHeader) -> dict[str, Table]:
-    """The tables of the text behind the header, one row a line."""
+def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
+    """The tables of the text behind the header, one row a line; and the text in tokens."""
     body = text.rstrip(_PADDING)
     piece = tokenise(body)
     piece = replace(piece, numbers=piece.numbers + len(header.text.splitlines()))
     if b"#" in body:
         raise ContentsError("it has comments behind its header")
     tables: dict[str, Table] = {}
-    line = 0
+    line, position = 0, header.size
     for element in header.elements:
         if (left := len(piece.lengths) - line) < element.count:
             raise ContentsError(f"it declares {element.count:,} of {element.name!r}, but {left:,} lines follow")
-        tables[element.name] = Table(element, _text_columns(piece, line, element))
+        lines = np.arange(line, line + element.count)
         line += element.count
+        end = header.size + int(piece.starts[line] if line < len(piece.starts) else len(body))
+        tables[element.name] = Table(element, _text_columns(piece, lines, element), (position, end), lines)
+        position = end
     if line < len(piece.lengths):
         raise at_line(piece, line, "is one more than its header declares")
-    return tables
+    return tables, piece
 
 
-def _text_columns(piece: Tokens, line: int, element: PlyElement) -> dict[str, Column]:
-    at = piece.first[line : line + element.count].copy()
-    end = piece.first[line + 1 : line + element.count + 1]
+def _text_columns(piece: Tokens, lines: Longs, element: PlyElement) -> dict[str, Column]:
+    at, end = piece.first[lines], piece.first[lines + 1]
     last = max(len(piece.kinds) - 1, 0)
-    lines = np.arange(line, line + element.count)
     columns: dict[str, Column] = {}
     for p in element.properties:
         lengths = np.ones(element.count, np.int64)

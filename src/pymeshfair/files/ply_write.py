@@ -1,6 +1,7 @@
 """Writes PLY files: with header, elements, types and comments of the PLY file that a mesh comes from, else in double precision.
 
-The rest of a polygon stays one if it can, perhaps from another corner on; of an added element properties without a value are 0.
+What has not changed is written as it was, byte for byte. Rows of deleted elements are left out, and the rest of a polygon stays
+one if it can, perhaps from another corner on; in a row of an added element properties without a value are 0.
 """
 
 from collections.abc import Iterator, Mapping
@@ -17,8 +18,8 @@ from . import ply, ply_tables
 from .outputs import Writing
 from .ply import PlyDocument
 from .ply_tables import KINDS, Column, Lists, PlyElement, PlyProperty, Table
-from .polygons import outlines
-from .tokens import runs
+from .polygons import are_equal, outlines
+from .tokens import changed_words, patched, runs, words
 
 _HEAD = b"ply\nformat binary_little_endian 1.0\n"
 #: a share of the mean edge by which rounding to the type of the file may move a vertex
@@ -29,7 +30,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
     """Write a mesh without a matrix; without `writing` coordinates have the type of the file that it comes from."""
     if (document := mesh.document(PlyDocument)) is None:
         names = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
-        document = PlyDocument(ply_tables.parse_header(_HEAD + names + b"end_header\n"), {})
+        document = PlyDocument(ply_tables.parse_header(_HEAD + names + b"end_header\n"), {}, np.empty(0, np.uint8))
     notes: list[str] = []
     rows = (_vertex_rows(mesh, document, writing, notes), _face_rows(mesh, document, notes), _edge_rows(mesh, document))
     written = {row.element.name: row for row in rows if row is not None}
@@ -46,12 +47,20 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
             notes.append(f"element {name!r} ({element.count:,}), which names vertices by their numbers, is left out")
     elements |= {name: row.element for name, row in written.items()}
     target.write(ply_tables.header_bytes(document.header, list(elements.values()), None if writing is None else writing.textures))
+    is_text, own, last = document.header.format == "ascii", None, b"\n"
     for name in elements:
         table = written.get(name) or document.tables[name]
-        if document.header.format == "ascii":
+        if (own := _own_bytes(table, document)) is not None:
+            target.write(own)
+            last = bytes(own[-1:]) or last
+        elif is_text:
+            target.write(b"" if last.isspace() else b"\n")  # the end of the last line of the file is in its tail
             target.writelines(_lines(table))
+            last = b"\n"
         else:
             _write_binary(target, table, document.header.byte_order)
+    if own is not None or not is_text:
+        target.write(document.tail)
     return tuple(notes)
 
 
@@ -94,9 +103,7 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     values: dict[str, Column] = {}
     row: Longs | None = None
-    pairs = document.wedges
-    same = wedges is pairs or (wedges is not None and pairs is not None and np.array_equal(wedges, pairs))
-    if table is not None and unchanged and same:
+    if table is not None and unchanged and are_equal(wedges, document.wedges):
         values |= {name: table.columns[name] for name in (corners, ply.WEDGES) if name in table.columns}
         # A polygon takes single numbers from its first triangle.
         chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
@@ -148,6 +155,7 @@ def _rows(
         values = {**values, **_channels(colors, table, ids)}
     columns: dict[str, Column] = {}
     properties: list[PlyProperty] = []
+    changed: set[str] = set()
     meanings = set() if table is None else ply.meant(table)
     before: Mapping[str, Column] = {} if table is None else table.columns
     for p in () if table is None else table.element.properties:
@@ -156,8 +164,10 @@ def _rows(
         base = _chosen(before[p.name], ids)
         value = values.get(p.name, base)
         if value is not base and isinstance(value, Lists) == isinstance(base, Lists):
-            base = value if isinstance(value, Lists) else _cast(value, p.type)
-            p = _wide_enough(p, base)
+            value = value if isinstance(value, Lists) else _cast(value, p.type)
+            if not _are_same(base, value):
+                base, p = value, _wide_enough(p, value)
+                changed.add(p.name)
         columns[p.name] = base
         properties.append(p)
     for name, value in values.items():
@@ -165,7 +175,10 @@ def _rows(
             columns[name] = value
             properties.append(_new_property(name, value))
     first = next(iter(columns.values()))
-    return Table(PlyElement(element, len(first.lengths if isinstance(first, Lists) else first), tuple(properties)), columns)
+    new = PlyElement(element, len(first.lengths if isinstance(first, Lists) else first), tuple(properties))
+    if table is not None and ids is None and new == table.element:
+        return replace(table, columns=columns, changed=frozenset(changed))
+    return Table(new, columns)
 
 
 def _chosen(column: Column, ids: Longs | None) -> Column:
@@ -179,6 +192,12 @@ def _chosen(column: Column, ids: Longs | None) -> Column:
     values = column[ids]
     values[ids < 0] = 0
     return values
+
+
+def _are_same(a: Column, b: Column) -> bool:
+    if isinstance(a, Lists) and isinstance(b, Lists):
+        return are_equal(a.lengths, b.lengths) and are_equal(a.values, b.values)
+    return are_equal(np.asarray(a), np.asarray(b))
 
 
 def _cast(values: Array, type_: str) -> Array:
@@ -227,7 +246,7 @@ def _wide_enough(p: PlyProperty, column: Column) -> PlyProperty:
         return p
     if KINDS[p.type][0] != "f" and len(column.values) and column.values.max() > np.iinfo(KINDS[p.type]).max:
         p = replace(p, type="int")
-    if p.count_type and column.lengths.max(initial=0) > np.iinfo(KINDS[p.count_type]).max:
+    if p.count_type and KINDS[p.count_type][0] != "f" and column.lengths.max(initial=0) > np.iinfo(KINDS[p.count_type]).max:
         p = replace(p, count_type="int")
     return p
 
@@ -269,11 +288,29 @@ def _packed(row: Table, order: str) -> bytes:
     return buffer.tobytes()
 
 
+def _own_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
+    """The bytes that rows have in the file, in a text with other words for changed numbers; None if they are written anew."""
+    if row.bytes is None:
+        return None
+    start, end = row.bytes
+    data, tokens, properties = document.data[start:end], document.tokens, row.element.properties
+    if not row.changed:
+        return data.data
+    columns = [k for k, p in enumerate(properties) if p.name in row.changed]
+    if tokens is None or row.lines is None or any(p.count_type for p in properties[: columns[-1] + 1]):
+        return None
+    before, names = document.tables[row.element.name].columns, [properties[k].name for k in columns]
+    new = [np.asarray(row.columns[name]) for name in names]
+    differs = [a != np.asarray(before[name]) for a, name in zip(new, names, strict=True)]
+    spans, each = changed_words(tokens, row.lines, columns, new, differs)
+    return patched(data.tobytes(), spans - (start - document.header.size), each)
+
+
 def _lines(row: Table) -> Iterator[bytes]:
     columns: list[list[bytes]] = []
     for p in row.element.properties:
         column = row.columns[p.name]
-        each = (column.values if isinstance(column, Lists) else column).astype(KINDS[p.type]).astype("S").tolist()
+        each = words((column.values if isinstance(column, Lists) else column).astype(KINDS[p.type]))
         if isinstance(column, Lists):
             each = [b" ".join((b"%d" % len(run), *run)) for run in runs(each, column.lengths)]
         columns.append(each)

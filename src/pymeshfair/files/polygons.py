@@ -185,6 +185,13 @@ def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> Non
         start += length
 
 
+def are_equal(a: Array | None, b: Array | None) -> bool:
+    """Whether two arrays have the same numbers, NaN at the same places, or neither is there."""
+    if a is None or b is None:
+        return a is b
+    return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+
+
 def numbered(rows: Array) -> tuple[Longs, Longs]:
     """The (u,) first rows of different ones among (n, k), in order, and the (n,) number of each row; NaN equals nothing."""
     values = np.ascontiguousarray(rows, np.float64) + 0.0  # -0 becomes 0

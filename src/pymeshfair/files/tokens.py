@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.compilation import compiled
-from ..filters.mesh import Floats, Longs
+from ..filters.mesh import Bools, Floats, Longs
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .inputs import shown
@@ -162,6 +162,12 @@ class Tokens:
         """(l,) the number of tokens of each line."""
         return np.diff(self.first)
 
+    def spans(self, lines: Longs, columns: list[int]) -> Longs:
+        """(l, c, 2) the begin and end in the text of tokens of lines, counted from 0 and ascending."""
+        inside = _inside_words(self.text.tobytes())
+        words = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
+        return np.asarray(words[np.searchsorted(words[:, 0], self.starts[lines])[:, None] + columns])
+
     def line(self, k: int) -> bytes:
         """The bytes of a line, without its end."""
         start, end = self.starts[k], self.starts[k + 1] if k + 1 < len(self.starts) else len(self.text)
@@ -183,10 +189,14 @@ def word(text: bytes) -> np.uint64:
     return np.uint64(int.from_bytes(text, "little"))
 
 
+def _inside_words(text: bytes) -> Bools:
+    return np.frombuffer(text.translate(bytes(c not in b"\t\n\r " for c in range(256))), np.bool_)
+
+
 def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
     """The tokens of a text; with `slashes` a slash parts two tokens, as in the faces of OBJ files."""
     text = np.frombuffer(data, dtype=np.uint8)
-    inside = np.frombuffer(data.translate(bytes(c not in b"\t\n\r " for c in range(256))), np.bool_)
+    inside = _inside_words(data)
     n_tokens = 1 + int(np.count_nonzero(inside[1:] > inside[:-1])) + data.count(b"/") * slashes  # those of comments, too
     n_lines = 1 + data.count(b"\n") + data.count(b"\r")
     kinds, values, decimals = np.empty(n_tokens, np.uint8), np.empty(n_tokens), np.full(len(text), 32, np.uint8)
@@ -203,11 +213,16 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
 
 
 def joined(data: bytes) -> bytes:
-    """The text without a byte order mark, and with a blank for the end of a line that a backslash continues."""
-    data = data.removeprefix(b"\xef\xbb\xbf")
+    """The text of as many bytes with blanks for a byte order mark, and for the ends of lines that a backslash continues."""
+    if data.startswith(b"\xef\xbb\xbf"):
+        data = b"   " + data[3:]
     if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # a comment ends with its line: `# from C:\scans\`
-        data = re.sub(rb"(?<![^ \t\r\n])#[^\r\n]*", b"", data)
-    return re.sub(rb"\\\r?\n", b" ", data) if b"\\" in data else data
+        data = re.sub(rb"(?<![^ \t\r\n])#[^\r\n]*", _blank, data)
+    return re.sub(rb"\\\r?\n", _blank, data) if b"\\" in data else data
+
+
+def _blank(match: re.Match[bytes]) -> bytes:
+    return b" " * len(match[0])
 
 
 def numbers_of(tokens: Tokens, lines: Longs, skipped: int, width: int) -> Floats:
@@ -234,6 +249,14 @@ _CHUNK = 1 << 16
 _Word = TypeVar("_Word")
 
 
+def words(values: Array) -> list[bytes]:
+    """Numbers as words that are read as the same numbers: whole ones, or real ones of the precision of their type."""
+    if values.dtype.kind != "f":
+        return [b"%d" % value for value in values.tolist()]
+    form = "{:.9g}".format if values.dtype.itemsize == 4 else repr
+    return " ".join(map(form, values.tolist())).encode("ascii").split()
+
+
 def rows(template: str, columns: Sequence[Array]) -> Iterator[bytes]:
     """One line for each row of some columns, in pieces; the template has ``%r`` in the place of each number."""
     for start in range(0, len(columns[0]), _CHUNK):
@@ -247,3 +270,21 @@ def runs(words: Sequence[_Word], lengths: Longs) -> Iterator[Sequence[_Word]]:
     ends = np.cumsum(lengths)
     for start, end in zip((ends - lengths).tolist(), ends.tolist(), strict=True):
         yield words[start:end]
+
+
+def changed_words(
+    tokens: Tokens, lines: Longs, columns: list[int], new: Sequence[Array], differs: Sequence[Bools]
+) -> tuple[Longs, list[bytes]]:
+    """The (k, 2) spans of words of lines, and what stands there where the new number of a column differs."""
+    other = np.stack(differs, axis=1)
+    each = np.stack([np.array(words(column), object) for column in new], axis=1)
+    return tokens.spans(lines, columns)[other], each[other].tolist()
+
+
+def patched(text: bytes, spans: Longs, new: Sequence[bytes]) -> bytes:
+    """The text with new words in place of the (k, 2) ascending spans, each from its first byte to before its end."""
+    parts = [b""] * (2 * len(new) + 1)
+    begins, ends = [0, *spans[:, 1].tolist()], [*spans[:, 0].tolist(), len(text)]
+    parts[::2] = [text[begin:end] for begin, end in zip(begins, ends, strict=True)]
+    parts[1::2] = new
+    return b"".join(parts)
