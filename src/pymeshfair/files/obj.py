@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..filters.geometry import unit_vectors, vertex_normals_by_angle
 from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData, Source, Texture
+from ..mesh_data.mesh_data import numbered as kept_ids
 from .errors import ContentsError, InputError
 from .inputs import Reading, References, shown, unended
 from .outputs import Writing
@@ -36,7 +37,6 @@ from .tokens import (
     runs,
     tokenise,
     word,
-    words,
 )
 
 #: the keywords of the format by what their lines are
@@ -455,19 +455,17 @@ def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Flo
     rows = slice(None) if mesh.vertex_ids is None else mesh.vertex_ids
     still = np.array_equal(mesh.vertices, read.vertices[rows]) and (mesh.vertex_ids is None or (mesh.vertex_ids >= 0).all())
     before = read.vertex_attributes.get("normals")
-    if own is not None and mesh.keeps_normals:  # those in a file may have any length
-        same = before is not None and np.allclose(unit_vectors(own), unit_vectors(before[rows]), 0.0, 1e-7, equal_nan=True)
-        if not same:
-            return own, mesh.faces.astype(np.int64)
-    named = document.corner_normals if mesh.face_ids is None else document.corner_normals[mesh.face_ids]
-    if mesh.face_ids is not None:
-        named[mesh.face_ids < 0] = -1
+    if (own is not None and mesh.keeps_normals) and (  # those in a file may have any length
+        before is None or not np.allclose(unit_vectors(own), unit_vectors(before[rows]), 0.0, 1e-7, equal_nan=True)
+    ):
+        return own, mesh.faces.astype(np.int64)
+    ids = kept_ids(mesh.face_ids, len(mesh.faces))
+    named = np.where(ids[:, None] < 0, -1, document.corner_normals[ids])
     if still and (named >= 0).all():
         return document.normals, named
     firsts, groups = numbered(np.stack([mesh.faces.ravel(), named.ravel()], axis=1))
-    points = mesh.vertices[mesh.faces.ravel()[firsts]]
     groups = groups.reshape(-1, 3)
-    return vertex_normals_by_angle(points, groups.astype(np.int32)), groups
+    return vertex_normals_by_angle(mesh.vertices[mesh.faces.ravel()[firsts]], groups.astype(np.int32)), groups
 
 
 def _patched_text(
@@ -479,7 +477,7 @@ def _patched_text(
     painted = not are_equal(colors, before)
     if (
         not (mesh.vertex_ids is None and mesh.face_ids is None and mesh.edge_ids is None)
-        or not (are_equal(mesh.faces, read.faces) and are_equal(mesh.edges, read.edges))
+        or not (np.array_equal(mesh.faces, read.faces) and np.array_equal(mesh.edges, read.edges))
         or not all(are_equal(mesh.face_attributes.get(name), read.face_attributes.get(name)) for name in _OF_FACES)
         or mesh.keeps_normals != read.keeps_normals
         or (painted and (colors is None or document.width != (3 if before is None else 6)))
@@ -495,17 +493,17 @@ def _patched_text(
             cuts.append(changed_words(tokens, vertices, [4, 5, 6], shares, [(colors != before).any(axis=1)] * 3))
         else:
             ends = np.repeat(tokens.spans(vertices, [3])[:, 0, 1:], 2, axis=1)  # behind the coordinates
-            cuts.append((ends, [b" " + b" ".join(row) for row in zip(*map(words, shares), strict=True)]))
+            cuts.append((ends, [b" %r %r %r" % row for row in zip(*(s.tolist() for s in shares), strict=True)]))
             differs[2] = np.ones(len(vertices), np.bool_)
     cuts.insert(0, changed_words(tokens, vertices, [1, 2, 3], new, differs))
     if line_normals is not document.normals:
         changes = [a != b for a, b in zip(line_normals.T, document.normals.T, strict=True)]
         cuts.append(changed_words(tokens, lines_of(tokens, b"vn"), [1, 2, 3], list(line_normals.T), changes))
     if document.materials.lines:
-        libraries = [(int(tokens.starts[k]), len(tokens.line(k))) for k in lines_of(tokens, b"mtllib").tolist()]
-        named = b"mtllib " + writing.material_file.encode("utf-8", "surrogateescape")
-        places = [(start, start + length) for start, length in libraries] or [(0, 0)]
-        cuts.append((np.array(places, np.int64), [named if libraries else named + b"\n", *([b""] * (len(places) - 1))]))
+        lines = lines_of(tokens, b"mtllib").tolist()
+        named = b"mtllib " + writing.material_file.encode("utf-8", "surrogateescape") + b"\n" * (not lines)
+        places = [(start := int(tokens.starts[k]), start + len(tokens.line(k))) for k in lines] or [(0, 0)]
+        cuts.append((np.array(places, np.int64), [named, *([b""] * (len(places) - 1))]))
     spans, texts = np.concatenate([where for where, _ in cuts]), [text for _, each in cuts for text in each]
     order = np.argsort(spans[:, 0], kind="stable")
     return patched(document.data, spans[order], [texts[k] for k in order.tolist()])
@@ -564,7 +562,7 @@ def _states_to_write(
     names, texts = set[str](), dict[int, bytes]()
     if document is not None:
         names = set(document.materials.named)
-        ids = np.arange(len(looks)) if mesh.face_ids is None else mesh.face_ids
+        ids = kept_ids(mesh.face_ids, len(looks))
         states[ids >= 0] = document.states[ids[ids >= 0]]
         states[(ids < 0) | (looks != _looks(document.mesh)[ids]).any(axis=1), -1] = -1
         texts = {k: document.tokens.line(k) + b"\n" for k in np.unique(states[states >= 0]).tolist()}

@@ -40,11 +40,6 @@ class PlyDocument:
     has_other_faces: bool = False  # whether triangles come from strips or a grid, and not from rows of ``face``
     wedges: Array | None = None  # (m, 3, 2) the texture coordinates at the corners of the triangles, or None
 
-    @property
-    def tail(self) -> bytes:
-        """The bytes after the last row: ends of lines, and padding by some programs."""
-        return self.data[max((table.bytes[1] for table in self.tables.values() if table.bytes), default=0) :].tobytes()
-
     def custom(self, element: str) -> dict[str, Array]:
         """The single numbers of an element that are no attributes of `MeshData`, by name."""
         table = self.tables.get(element)

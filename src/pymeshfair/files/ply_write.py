@@ -60,7 +60,8 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
         else:
             _write_binary(target, table, document.header.byte_order)
     if own is not None or not is_text:
-        target.write(document.tail)
+        end = max((table.bytes[1] for table in document.tables.values() if table.bytes), default=0)
+        target.write(document.data[end:].data)  # ends of lines, and padding by some programs
     return tuple(notes)
 
 
