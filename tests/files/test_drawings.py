@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pymeshfair.files.drawings import polylines
 from pymeshfair.files.errors import OutputError
+from pymeshfair.files.plain import polylines
 from pymeshfair.mesh_data import MeshData
 from tests.meshes import cube
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import itertools
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -348,6 +349,15 @@ def test_faces_without_corners_are_kept(tmp_path: Path) -> None:
         assert written(mesh) == data
         moved_data = written(moved(mesh, mesh.vertices + 1))
         assert len(moved_data) == len(data)
+
+
+@pytest.mark.parametrize("end", [b"", b"\n", b"\r\n\n"])
+def test_faces_of_points_in_a_text(tmp_path: Path, end: bytes) -> None:
+    """Faces and edges that points get begin on a line of their own, behind the lines of the points as they were."""
+    data = ply_file([Element("vertex", PLACE, SQUARE)], "ascii").rstrip(b"\n") + end
+    mesh = replace(read(tmp_path, data), faces=np.array([[0, 1, 2]], np.int32), edges=np.array([[2, 3]], np.int32))
+    assert b"\n0 2 0\n3 0 1 2\n2 3\n" in written(mesh)
+    np.testing.assert_array_equal(read(tmp_path, written(mesh)).faces, mesh.faces)
 
 
 def test_polygons_of_other_formats_are_written(tmp_path: Path) -> None:

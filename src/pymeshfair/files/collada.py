@@ -2,9 +2,9 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import unquote
 from xml.etree.ElementTree import Element
 
@@ -15,13 +15,12 @@ from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .inputs import Reading, References, shown
-from .polygons import edges_of
-from .scenes import METRES, Assembly, check_range, indices, levels, numbers, placing, read_tree, triangles_of, turn
+from .polygons import edges_of, triangles_of
+from .scenes import METRES, Assembly, check_range, indices, levels, numbers, placing, read_tree, turn
 
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
 #: the count of numbers of each transformation of a node
 _TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
-_IDENTITY = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")
 #: the numbers of an input that are read, by the names of their parameters
 _PARAMETERS = {"VERTEX": "XYZ", "NORMAL": "XYZ", "TEXCOORD": "ST", "COLOR": "RGBA"}
@@ -45,8 +44,7 @@ def read_collada(path: Path, references: References) -> Reading:
     return reader.assembly.reading(path, "dae", extras, None if unit is None else short)
 
 
-@dataclass(frozen=True)
-class _Look:
+class _Look(NamedTuple):
     """The look of faces by a material: their colour, the number of their texture, and the set of its coordinates."""
 
     colour: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
@@ -55,8 +53,6 @@ class _Look:
 
 
 class _Reader:
-    """Follows the references of a document from its scene on."""
-
     def __init__(self, root: Element, references: References) -> None:
         self.assembly, self._root = Assembly(references), root
         self._ids: dict[str, Element | None] = {}
@@ -80,7 +76,6 @@ class _Reader:
             self.assembly.lost[f"geometries that its scene does not place ({unused})"] = None
 
     def _target(self, part: Element, attribute: str, kind: str) -> Element:
-        """The element that an attribute of another one names."""
         name = part.get(attribute, "")
         target = self._ids.get(name[1:]) if name.startswith("#") else None
         if target is None or target.tag != kind:
@@ -106,7 +101,8 @@ class _Reader:
                     skin = self._target(part, "url", "controller").find("skin")
                     if skin is None:
                         raise ContentsError("a controller of it has no skin, which is not known here; save it without")
-                    bound = numbers(skin.findtext("bind_shape_matrix") or _IDENTITY, "a bind_shape_matrix", 16).reshape(4, 4)
+                    text = skin.findtext("bind_shape_matrix")
+                    bound = numbers(text, "a bind_shape_matrix", 16).reshape(4, 4) if text else np.eye(4)
                     self._place(self._target(skin, "source", "geometry"), part, matrix @ bound)
 
     def _place(self, geometry: Element, instance: Element, matrix: Floats) -> None:
@@ -182,7 +178,7 @@ class _Reader:
             raise ContentsError(f"its {name} declares {declared:,} numbers, but has {len(values):,}")
         count, stride, offset = (_whole(accessor, key, least) for key, least in (("count", None), ("stride", 1), ("offset", 0)))
         params = [p.get("name", "") for p in accessor.iterfind("param")]
-        places = [k for k, p in enumerate(params) if p] or list(range(stride))
+        places = [k for k, p in enumerate(params) if p] or list(range(min(stride, len(values))))
         wanted = _PARAMETERS[semantic]
         if set(wanted[:3]) <= set(params):
             places = [params.index(p) for p in wanted if p in params]

@@ -58,13 +58,7 @@ def e57_survey(path: Path) -> tuple[int, tuple[str, ...]]:
 
 
 class _Survey:
-    """The scans of an open file that have points.
-
-    Attributes:
-        headers: of the scans.
-        declared: how many points they say that they have.
-        doubts: warnings about fields that some scans lack.
-    """
+    """The scans of an open file that have points, how many they declare, and warnings about fields that some scans lack."""
 
     def __init__(self, file: Any) -> None:
         self._file = file
@@ -191,5 +185,6 @@ def _extras(file: Any, headers: list[Any]) -> list[str]:
     extras = [f"the scanner's places ({poses:,})"] if poses else []
     if root.isDefined("coordinateMetadata") and root["coordinateMetadata"].value().strip():
         extras.append("its coordinate reference system")
-    pictures = root["images2D"].childCount() if root.isDefined("images2D") else 0
-    return [*extras, *([f"its pictures ({pictures:,})"] if pictures else [])]
+    if root.isDefined("images2D") and (pictures := root["images2D"].childCount()):
+        extras.append(f"its pictures ({pictures:,})")
+    return extras

@@ -64,9 +64,9 @@ _XML = (r"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff", "'<'")
 _EDGES = frozenset(("edges",))
 _FORMATS = (
     Format(("ply",), "ply.read_ply", "ply_write.write_ply", frozenset(ATTRIBUTES), begin=(r"ply\s", "'ply'")),
-    Format(("obj",), "obj.read_obj", "obj_write.write_obj", _OBJ),
-    Format(("off",), "stl_off.read_off", "stl_off.write_off", _OFF),
-    Format(("stl",), "stl_off.read_stl", "stl_off.write_stl", frozenset(("faces", "face colours")), _FLOAT),
+    Format(("obj",), "obj.read_obj", "obj.write_obj", _OBJ),
+    Format(("off",), "plain.read_off", "plain.write_off", _OFF),
+    Format(("stl",), "plain.read_stl", "plain.write_stl", frozenset(("faces", "face colours")), _FLOAT),
     Format(("glb",), "gltf.read_gltf", "gltf.write_glb", _GLB, _FLOAT, ("glTF", "'glTF'"), has_unit=True),
     Format(("gltf",), "gltf.read_gltf", has_unit=True),
     Format(("3mf",), "three_mf.read_3mf", "three_mf.write_3mf", _COLOURS, begin=("PK", "'PK'"), has_unit=True),
@@ -79,8 +79,8 @@ _FORMATS = (
     Format(("apts",), "points.read_points"),
     Format(("ptx",), "points.read_ptx"),
     Format(("e57",), "e57.read_e57", begin=("ASTM-E57", "'ASTM-E57'"), has_unit=True),
-    Format(("dxf",), writer="drawings.write_dxf", holds=_EDGES),
-    Format(("svg",), writer="drawings.write_svg", holds=_EDGES),
+    Format(("dxf",), writer="plain.write_dxf", holds=_EDGES),
+    Format(("svg",), writer="plain.write_svg", holds=_EDGES),
 )
 READABLE: Mapping[str, Format] = {e: f for f in _FORMATS if f.reader for e in f.extensions}
 WRITABLE: Mapping[str, Format] = {e: f for f in _FORMATS if f.writer for e in f.extensions}

@@ -21,8 +21,8 @@ from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .inputs import Reading, References, check_image
 from .outputs import Writing
-from .polygons import edges_of
-from .scenes import METRES, Assembly, levels, placing, triangles_of
+from .polygons import edges_of, numbered, triangles_of
+from .scenes import METRES, Assembly, levels, placing
 
 #: of how many parts a document may be: a million take a second to read
 _PARTS = 1_000_000
@@ -36,7 +36,6 @@ _QUANTIZED = "KHR_mesh_quantization"
 _UNDERSTOOD = {_QUANTIZED, "KHR_materials_unlit"}
 #: the rounding of programs: of the last row of a matrix, and of the length of a rotation
 _ROUNDED, _UNIT = 1e-6, 0.01
-#: an object of the document
 _Part: TypeAlias = Mapping[str, Any]
 
 
@@ -71,8 +70,7 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
     version, length = struct.unpack_from("<II", data, 4)
     if length != len(data):
         raise ContentsError(f"it declares {length:,} bytes, but has {len(data):,}")
-    parts: list[tuple[int, bytes]] = []
-    position = 20
+    parts, position = list[tuple[int, bytes]](), 20
     while position <= length:
         size, kind = struct.unpack_from("<II", data, position - 8)
         if size > length - position:
@@ -87,8 +85,6 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
 
 
 class _Reader:
-    """Follows the references of a document from its scene on."""
-
     def __init__(self, document: Any, binary: bytes | None, references: References) -> None:
         if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
             raise ContentsError("it holds no glTF document")
@@ -96,8 +92,7 @@ class _Reader:
             raise ContentsError("its document is not of version 2")
         required = set(document.get("extensionsRequired", ()))
         if unknown := required - _UNDERSTOOD:
-            names = ", ".join(sorted(map(str, unknown)))[:80]
-            raise ContentsError(f"it needs {names}, which is not known here; save it without")
+            raise ContentsError(f"it needs {', '.join(sorted(map(str, unknown)))[:80]}, which is not known here; save it without")
         for name in ("buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes", "images", "textures", "materials"):
             if not isinstance(document.get(name, []), list) or not all(isinstance(x, dict) for x in document.get(name, ())):
                 raise ContentsError(f"its {name} are no list of objects")
@@ -134,24 +129,19 @@ class _Reader:
         self._seen.add(k)
         with self.assembly.within(k):
             matrix = above @ _matrix(node, k)
-            if "mesh" in node:
-                for part in self._parts(node["mesh"]):
-                    self.assembly.place(part, matrix)
+            if "mesh" in node and (mesh := node["mesh"]) not in self._meshes:
+                groups: dict[str, list[_Part]] = {}  # primitives of the same vertices are one part
+                for p in self._at("meshes", mesh)["primitives"]:
+                    groups.setdefault(json.dumps(p["attributes"], sort_keys=True), []).append(p)
+                if not groups:
+                    raise ContentsError(f"its mesh {mesh} has no primitives")
+                self._meshes[mesh] = [self._part(mesh, group) for group in groups.values()]
+            for part in self._meshes[node["mesh"]] if "mesh" in node else ():
+                self.assembly.place(part, matrix)
             if "skin" in node:
                 self._at("skins", node["skin"])
             for child in node.get("children", ()):
                 self._visit(child, matrix)
-
-    def _parts(self, k: int) -> list[MeshData]:
-        """The parts of a mesh: primitives of the same vertices are one."""
-        if k not in self._meshes:
-            groups: dict[str, list[_Part]] = {}
-            for p in self._at("meshes", k)["primitives"]:
-                groups.setdefault(json.dumps(p["attributes"], sort_keys=True), []).append(p)
-            if not groups:
-                raise ContentsError(f"its mesh {k} has no primitives")
-            self._meshes[k] = [self._part(k, group) for group in groups.values()]
-        return self._meshes[k]
 
     def _part(self, k: int, primitives: list[_Part]) -> MeshData:
         attributes = primitives[0]["attributes"]
@@ -205,21 +195,19 @@ class _Reader:
         width = {1: 2, 4: 3}.get(mode, 1)
         if len(corners) % width:
             raise ContentsError(f"a primitive of its mesh {k} has {len(corners):,} corners, which are no whole number of {width}")
-        faces, edges, whole = np.empty((0, 3), np.int64), np.empty((0, 2), np.int64), np.array([len(corners)])
+        no_faces, no_edges, whole = np.empty((0, 3), np.int64), np.empty((0, 2), np.int64), np.array([len(corners)])
         match mode:
             case 0:
-                pass
+                return no_faces, no_edges
             case 1:
-                edges = corners.reshape(-1, 2)
+                return no_faces, corners.reshape(-1, 2)
             case 2 | 3:
-                edges = edges_of(corners if mode == 3 else np.append(corners, corners[0]), whole + (mode == 2))
+                return no_faces, edges_of(corners if mode == 3 else np.append(corners, corners[0]), whole + (mode == 2))
             case 4:
-                faces = corners.reshape(-1, 3)
+                return corners.reshape(-1, 3), no_edges
             case 5 | 6:
-                faces = corners[triangles_of(corners, whole, fans=mode == 6)]
-            case _:
-                raise ContentsError(f"its mesh {k} has primitives of the unknown mode {str(mode)[:40]}")
-        return faces, edges
+                return corners[triangles_of(corners, whole, fans=mode == 6)], no_edges
+        raise ContentsError(f"its mesh {k} has primitives of the unknown mode {str(mode)[:40]}")
 
     def _material(self, k: int, p: _Part, attributes: _Part) -> tuple[int, Floats | None, list[float]]:
         """The number of the texture of a primitive or -1, its coordinates at the vertices, and the colour of its faces."""
@@ -258,10 +246,9 @@ class _Reader:
             raise ContentsError(f"the uri of buffer {k} is no text")
         elif uri.startswith("data:"):
             data = _decoded(uri)
+        elif (file := self._references.find(unquote(uri))) is None:
+            raise ContentsError(f"its buffer {unquote(uri)[:80]!r} does not exist")
         else:
-            file = self._references.find(unquote(uri))
-            if file is None:
-                raise ContentsError(f"its buffer {unquote(uri)[:80]!r} does not exist")
             self.files.append(file)
             data = file.read_bytes()
         if length > len(data):
@@ -270,7 +257,6 @@ class _Reader:
         return self._buffers[k]
 
     def _view(self, k: int) -> tuple[bytes, int | None]:
-        """The bytes of a buffer view, and its stride."""
         view = self._at("bufferViews", k)
         data = self._buffer(view["buffer"])
         start = _whole(view.get("byteOffset", 0), f"the offset of buffer view {k}")
@@ -283,7 +269,6 @@ class _Reader:
         return data[start:end], stride
 
     def _accessor(self, k: int) -> Array:
-        """(n, w) the values of an accessor."""
         accessor = self._at("accessors", k)
         count = _whole(accessor["count"], f"the count of accessor {k}", 1)
         dtype, width = _COMPONENTS[accessor["componentType"]], _WIDTHS[accessor["type"]]
@@ -305,7 +290,6 @@ class _Reader:
         return values
 
     def _values(self, part: _Part, kind: Any, width: int, count: int, what: str) -> Array:
-        """(count, width) values in a buffer view."""
         data, stride = self._view(part["bufferView"])
         dtype = np.dtype(kind).newbyteorder("<")
         size = dtype.itemsize * width
@@ -338,7 +322,6 @@ def _matrix(node: _Part, k: int) -> Floats:
 
 
 def _losses(document: _Part) -> Iterator[str]:
-    """Contents of a document that a mesh cannot hold, in words."""
     yield from (name for name in ("animations", "skins", "cameras") if document.get(name))
     primitives = [p for mesh in document.get("meshes", ()) for p in mesh.get("primitives", ())]
     names = {n for p in primitives for n in p["attributes"]} - {"POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"}
@@ -386,15 +369,11 @@ def _decoded(uri: str) -> bytes:
     raise ContentsError("data within it is not written in base64")
 
 
-#: the first bytes of the two kinds of image that glTF may hold
-_IMAGES = {b"\x89PNG": "image/png", b"\xff\xd8": "image/jpeg"}
 #: materials, one for each texture and colour of faces
 _MOST_MATERIALS = 1000
 
 
 class _Document:
-    """A document and its buffer, as they grow."""
-
     def __init__(self) -> None:
         self.parts: dict[str, Any] = {"asset": {"version": "2.0", "generator": "pymeshfair"}}
         self._pieces: list[bytes] = []
@@ -426,10 +405,7 @@ class _Document:
 
 
 def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh as a binary glTF file, in metres if it has a unit.
-
-    Vertices with several texture coordinates become several vertices; all others keep their order.
-    """
+    """Write a mesh, in metres if it has a unit; vertices with several texture coordinates become several."""
     document, notes = _Document(), list[str]()
     vertex, uv, faces = _vertices(mesh)
     places = mesh.vertices[vertex].astype("<f4")
@@ -482,17 +458,13 @@ def _vertices(mesh: MeshData) -> tuple[Longs, Floats | None, Longs]:
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None or not len(faces):
         return np.arange(n), mesh.vertex_attributes.get("texture_coordinates"), faces
-    alone = np.ones(n, np.bool_)
-    alone[faces] = False
-    vertex = np.concatenate([faces.ravel(), np.flatnonzero(alone)])
-    uv = np.concatenate([wedges.reshape(-1, 2), np.zeros((int(alone.sum()), 2))])
-    order = np.lexsort((uv[:, 1], uv[:, 0], vertex))
-    first = np.ones(len(order), np.bool_)
-    first[1:] = (np.diff(vertex[order]) != 0) | (np.diff(uv[order], axis=0) != 0).any(axis=1)
-    number = np.empty(len(order), np.int64)
-    number[order] = np.cumsum(first) - 1
-    chosen = order[first]
-    return vertex[chosen], uv[chosen], number[: faces.size].reshape(-1, 3)
+    alone = np.setdiff1d(np.arange(n), faces)
+    vertex = np.append(faces.ravel(), alone)
+    uv = np.concatenate([wedges.reshape(-1, 2), np.zeros((len(alone), 2))])
+    firsts, numbers = numbered(np.column_stack([vertex, uv]))
+    order = np.lexsort((uv[firsts, 1], uv[firsts, 0], vertex[firsts]))
+    chosen = firsts[order]
+    return vertex[chosen], uv[chosen], np.argsort(order)[numbers[: faces.size]].reshape(-1, 3)
 
 
 def _texture(document: _Document, texture: Texture, notes: list[str]) -> int | None:
@@ -503,9 +475,9 @@ def _texture(document: _Document, texture: Texture, notes: list[str]) -> int | N
     if data is None:
         notes.append(f"the texture {texture.name!r} does not exist and is left out")
         return None
-    kind = next((kind for begin, kind in _IMAGES.items() if data.startswith(begin)), "")
-    if not kind:
-        stream, kind = io.BytesIO(), "image/png"
+    kind = "image/jpeg" if data.startswith(b"\xff\xd8") else "image/png"
+    if not data.startswith((b"\x89PNG", b"\xff\xd8")):
+        stream = io.BytesIO()
         with Image.open(io.BytesIO(data)) as image:
             image.save(stream, "PNG")
         data = stream.getvalue()

@@ -109,7 +109,7 @@ NO_END = "its last line has no end: if the file was cut short, so was perhaps it
 class Reading:
     """A mesh file that was read."""
 
-    mesh: MeshData  # the mesh in it
+    mesh: MeshData
     doubts: tuple[str, ...] = ()  # sentences that the user should read about it
     side_files: tuple[Path, ...] = ()  # the files that belong to it; of a reader, without the images of textures
 
@@ -119,11 +119,9 @@ def unended(text: bytes) -> tuple[str, ...]:
     return () if text.endswith((b"\n", b"\r", b"\x1a")) else (NO_END,)
 
 
-#: textures of one mesh
 MOST_TEXTURES = 1000
-#: Reads a file and what it names. Raises `ContentsError` if the file is none of its format, is damaged, declares or names what is
-#: not there, or needs a package that is missing; `InputError` if it names a file that must not be opened; `OSError` if it cannot
-#: be read.
+#: Reads a file and what it names. Raises `ContentsError` if the file is damaged or none of its format, or a package is missing;
+#: `InputError` if it names a file that must not be opened; `OSError` if it cannot be read.
 Reader: TypeAlias = Callable[[Path, References], Reading]
 #: the first bytes of a text in UTF-16, and the formats that may be in it
 _UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gltf", "dae", "x3d")
@@ -144,11 +142,7 @@ def check_input(path: Path, formats: Collection[str] = (*READABLE, *UNCHECKED)) 
 
 
 def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[Path], Reading] | None = None) -> Reading:
-    """Read a mesh file; `unchecked` reads a format that nothing here understands.
-
-    Raises:
-        InputError: it is damaged, lies, or names a file that must not be opened.
-    """
+    """Read a mesh file, or refuse it with an `InputError`; `unchecked` reads a format that nothing here understands."""
     check_input(path)
     kind = extension(path)
     if kind in UNCHECKED and unchecked is None:

@@ -9,6 +9,7 @@ import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from typing import Any, BinaryIO, TypeAlias
 
@@ -24,16 +25,12 @@ from .inputs import Reading, References
 from .outputs import WORTH_A_WARNING, Writing
 
 _PLACE, _COLOR = ("X", "Y", "Z"), ("red", "green", "blue")
-#: the dimensions of normals
 NORMAL = ("NormalX", "NormalY", "NormalZ")
 #: attributes of `MeshData` that have dimensions of their own names
 _NUMBERS = ("scalars", "radii")
 #: bytes of the header of LAS 1.0, and the most that are read of a longer one
 _SHORTEST_HEADER, _LONGEST_HEADER = 227, 375
-#: points that are read or written at once
 _CHUNK = 1 << 20
-#: point formats with colours by those without that have the same dimensions besides
-_COLOURED = {0: 2, 1: 3, 4: 5, 6: 7, 9: 10}
 #: names of units in coordinate reference systems, and their numbers in GeoTIFF keys
 _UNITS = {"metre": "m", "meter": "m", "m": "m", "foot": "ft", "feet": "ft", "foot_us": "ft", "us survey foot": "ft", "ft": "ft"}
 _UNIT_KEY, _UNIT_CODES = 3076, {9001: "m", 9002: "ft", 9003: "ft"}
@@ -41,12 +38,11 @@ _UNIT_KEY, _UNIT_CODES = 3076, {9001: "m", 9002: "ft", 9003: "ft"}
 
 @dataclass(frozen=True, eq=False)
 class LasDocument:
-    """A LAS file, for the writer: its header, its extended records, (n, 3) colours of 16 bits and the levels that they make."""
+    """A LAS file, for the writer: its header, its extended records and (n, 3) colours of 16 bits."""
 
     header: Any
     records: Any
     deep: NDArray[np.uint16] | None
-    levels: NDArray[np.uint8] | None
 
 
 @contextmanager
@@ -117,13 +113,11 @@ def read_las(path: Path, references: References) -> Reading:
         records = reader.evlrs
     columns = {name: np.concatenate(values) if values else np.empty(0) for name, values in parts.items()}
     vertices = np.stack([columns.pop(axis) for axis in "xyz"], axis=1)
-    deep = levels = None
+    deep = None
     attributes: dict[str, Array] = {}
     if set(_COLOR) <= columns.keys():
         deep = np.stack([columns.pop(name) for name in _COLOR], axis=1)
-        levels = np.full((len(deep), 4), 255, np.uint8)
-        levels[:, :3] = deep if deep.max(initial=0) <= 255 else np.rint(deep * (255 / 65535))
-        attributes["colors"] = levels
+        attributes["colors"] = _levels(deep)
     if set(NORMAL) <= columns.keys():
         attributes["normals"] = np.stack([columns.pop(name) for name in NORMAL], axis=1).astype(np.float64)
     for name, column in columns.items():
@@ -132,9 +126,15 @@ def read_las(path: Path, references: References) -> Reading:
         vertices=vertices,
         vertex_attributes=attributes,
         unit=_unit([*header.vlrs, *(records or ())]),
-        source=Source(path, "las", LasDocument(header, records, deep, levels), _extras(header, records)),
+        source=Source(path, "las", LasDocument(header, records, deep), _extras(header, records)),
     )
     return Reading(mesh)
+
+
+def _levels(deep: NDArray[np.uint16]) -> NDArray[np.uint8]:
+    levels = np.full((len(deep), 4), 255, np.uint8)
+    levels[:, :3] = deep if deep.max(initial=0) <= 255 else np.rint(deep * (255 / 65535))
+    return levels
 
 
 def las_unit(path: Path) -> str | None:
@@ -197,7 +197,7 @@ def write_las_pieces(
     for piece in rest:
         _widen(ranges, piece, _columns(piece, document))
     notes: list[str] = []
-    header, records = _header(first, document, notes)
+    header, records = _header(first, document)
     stored = _dimensions(header, first_columns, ranges, notes)
     if 0 in ranges:
         least, most = (np.array([ranges[axis][end] for axis in range(3)]) for end in (0, 1))
@@ -219,7 +219,6 @@ def write_las_pieces(
 
 
 def _points(header: Any, vertices: Floats, columns: dict[str, Array], stored: _Stored, rows: slice) -> Any:
-    """Some rows of (n, 3) coordinates and of columns as points of laspy."""
     import laspy
 
     points = laspy.ScaleAwarePointRecord.zeros(len(vertices[rows]), header=header)
@@ -240,22 +239,15 @@ def _widen(ranges: _Ranges, mesh: MeshData, columns: dict[str, Array]) -> None:
             ranges[name] = least, most, whole and is_whole
 
 
-def _header(mesh: MeshData, document: LasDocument | None, notes: list[str]) -> tuple[Any, Any]:
+def _header(mesh: MeshData, document: LasDocument | None) -> tuple[Any, Any]:
     import laspy
 
-    colored = "colors" in mesh.vertex_attributes
     if document is None:
-        header = laspy.LasHeader(point_format=7 if colored else 6, version="1.4")
-        header.creation_date, header.generating_software = None, "pymeshfair"  # so that the same mesh gives the same bytes
+        header = laspy.LasHeader(point_format=7 if "colors" in mesh.vertex_attributes else 6, version="1.4")
+        header.generating_software = "pymeshfair"
+        header.creation_date = date(1980, 1, 1)  # so that the same mesh makes the same bytes on every day
         return header, None
-    header, records = header_of(document.header, document.records)
-    before = header.point_format
-    if colored and before.id in _COLOURED:
-        after = laspy.PointFormat(_COLOURED[before.id])
-        after.dimensions.extend(before.extra_dimensions)
-        header.set_version_and_point_format(header.version, after)
-        notes.append(f"its points have the format {after.id}, as that of the input, {before.id}, has no colours")
-    return header, records
+    return header_of(document.header, document.records)
 
 
 def header_of(header: Any, records: Any) -> tuple[Any, Any]:
@@ -271,12 +263,12 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
     for name, values in mesh.vertex_attributes.items():
         if name == "colors":
             deep = values[:, :3].astype(np.uint16) * np.uint16(257)
-            if document is not None and document.deep is not None and document.levels is not None:
+            if document is not None and document.deep is not None:
                 ids = np.arange(len(values)) if mesh.vertex_ids is None else mesh.vertex_ids
                 if document.deep.max(initial=0) <= 255:
                     deep //= np.uint16(257)
                 same = ids >= 0
-                same[same] = (document.levels[ids[same]] == values[same]).all(axis=1)
+                same[same] = (_levels(document.deep)[ids[same]] == values[same]).all(axis=1)
                 deep[same] = document.deep[ids[same]]
             columns |= zip(_COLOR, deep.T, strict=True)
         elif name == "normals":
@@ -289,8 +281,7 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
 def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: list[str]) -> _Stored:
     """The dimension of each column: missing ones are declared in the header, columns that the format cannot hold are left out.
 
-    A column of the name of one of the format's own dimensions, which cannot hold its numbers, gets a dimension with "_" behind
-    its name; but an intensity from 0 to 1, as E57 files have it, becomes one from 0 to 65535.
+    Where the format's own dimension cannot hold the numbers, they get one with "_" behind its name.
     """
     import laspy
 

@@ -1,20 +1,43 @@
-"""Reads OBJ files with their materials, every line and word of them; writes material files with other names of images."""
+"""Reads OBJ files with their materials, every line and word of them; writes them with materials, groups and objects.
+
+A mesh with the elements of its file is written as that text with new numbers where they differ, another one as a new text.
+"""
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from pathlib import Path
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filters.geometry import unit_vectors, vertex_normals_by_angle
 from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData, Source, Texture
+from ..mesh_data.mesh_data import numbered as kept_ids
 from .errors import ContentsError, InputError
 from .inputs import Reading, References, shown, unended
-from .polygons import edges_of, triangulated
-from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, at_line, is_number, joined, numbers_of, refuse, tokenise, word
+from .outputs import Writing
+from .polygons import are_equal, edges_of, numbered, outlines, triangulated
+from .tokens import (
+    AFTER_SLASH,
+    EMPTY,
+    INTEGER,
+    Tokens,
+    changed_words,
+    is_number,
+    joined,
+    numbers_of,
+    patched,
+    refuse,
+    rows,
+    runs,
+    tokenise,
+    word,
+)
 
 #: the keywords of the format by what their lines are
 _LINES = {
@@ -28,10 +51,13 @@ _LINES = {
 _KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in words.split()}
 _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
 #: lines that hold for all faces behind them
-STATES = (b"o", b"g", b"s", b"mg")
+STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
 _STATES = ("groups", "objects", "smoothing groups")
-#: contents that `MeshData` does not have
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
+#: what else is not written anew
+_UNWRITTEN = ("third texture coordinates", "weights of vertices")
+#: the face attributes that an OBJ file holds
+_OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 #: the possible counts of numbers of a vertex: its place, with a weight, with a colour, with a colour and its opacity
 _VERTEX = (3, 4, 6, 7)
 #: corners of the largest face; the time to cut it into triangles grows with their square
@@ -43,9 +69,10 @@ _LEVELS = "the colours of its vertices go up to 255: they are taken for levels o
 MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
 #: the count of numbers after each keyword
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
-#: the largest count of words after each option of a map; those of ``-o``, ``-s`` and ``-t`` are numbers and may be fewer
-_OPTIONS = {"-blendu": 1, "-blendv": 1, "-boost": 1, "-bm": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-mm": 2, "-texres": 1}
-_OPTIONS |= dict.fromkeys(("-o", "-s", "-t"), 3)
+#: the options of a map with their words, before the name of its file
+_OPTIONS = re.compile(r"(?:-(?:(?:blendu|blendv|boost|bm|cc|clamp|imfchan|texres) \S+|mm \S+ \S+|[ost](?: [-+.\deE]+){0,3}) )*")
+#: for each colour level a share of six digits: 255 times it gives the level, whether rounded or truncated
+_SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
 _IMAGE = re.compile(r"map_(?!aat\b)\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
 
 
@@ -99,15 +126,16 @@ class Materials:
     def _take(self, material: Material | None, keyword: str, rest: str) -> None:
         numbers = rest.split()[: _NUMBERS.get(keyword, 0)]
         if _IMAGE.fullmatch(keyword):
-            options, name = _parted(rest)
+            name = _OPTIONS.sub("", rest, count=1)
+            options, name = rest.removesuffix(name), name.strip('" ')
             if name:
-                self.images[len(self.lines)] = (" ".join((keyword, *options)), name)
+                self.images[len(self.lines)] = (f"{keyword} {options}".strip(), name)
             if material is None or keyword.lower() != "map_kd":
                 self.others[keyword] = None
                 return
-            material.texture = name
+            material.texture = name or None
             if options:
-                self.others[f"{keyword} {' '.join(options)}"] = None
+                self.others[f"{keyword} {options}".strip()] = None
         elif material is None or keyword not in _NUMBERS or len(numbers) < _NUMBERS[keyword] or not all(map(is_number, numbers)):
             self.others[keyword] = None
         elif keyword == "Kd":
@@ -128,15 +156,12 @@ class ObjDocument:
     normals: Floats  # (k, 3) of the ``vn`` lines
     #: (m, 3) which of them the corners of the triangles name, -1 for none; None if they name none
     corner_normals: Longs | None
-    states: Longs  # (m, 4) the last lines of `STATES` before each triangle, -1 for none
+    states: Longs  # (m, 5) the last lines of `STATES` before each triangle, -1 for none
     materials: Materials  # of its material files
-    names: tuple[str, ...]  # of the materials that its faces use
-    material_of_face: Longs  # (m,) which of them, -1 for none
     lost: tuple[str, ...]  # contents that cannot be written anew, in words
 
 
-@dataclass(frozen=True, eq=False)
-class _Corners:
+class _Corners(NamedTuple):
     lines: Longs  # (p,) where they are
     lengths: Longs  # (p,) how many corners each has
     indices: Longs  # (c, 3) the indices of vertices, texture coordinates and normals, -1 for none
@@ -162,20 +187,29 @@ def read_obj(path: Path, references: References) -> Reading:
     bare = (indices[:, :, 1] < 0).all(axis=1)
     if not bare.all():
         attributes["wedge_texture_coordinates"] = np.append(textured, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]
-        _note_bare(corners, notes)
+        starts = np.cumsum(corners.lengths) - corners.lengths
+        pairs = np.add.reduceat(corners.indices[:, 1] >= 0, starts, dtype=np.int64)
+        if bare_faces := int((pairs == 0).sum()):
+            notes[f"that {bare_faces:,} of its faces have no texture coordinates: they get 0 0"] = None
+        if partly := int(((pairs > 0) & (pairs < corners.lengths)).sum()):
+            notes[f"that {partly:,} of its faces have texture coordinates at some corners alone"] = None
     elif len(textured):
         notes[f"texture coordinates that no face names ({len(textured):,})"] = None
-    materials, used, files = _materials(path, tokens, counts, references, notes)
+    uses = lines_of(tokens, b"usemtl")
+    names = [_rest(tokens, k) for k in uses.tolist()]
+    materials, files = _materials(path, tokens, names, references, notes)
     numbers = {name: k for k, name in enumerate(materials.textures)}
-    use = (np.searchsorted(used.lines, corners.lines) - 1)[row]
-    material = np.append(used.material, -1)[use]
-    if len(indices) and any(name in materials.named for name in used.names):
-        attributes["colors"] = used.colors(materials)[use]
+    use = (np.searchsorted(uses, corners.lines) - 1)[row]
+    if len(indices) and any(name in materials.named for name in names):
+        shades: list[tuple[int, ...]] = [_GREY]
+        for name in names:  # one that is not known does not change the colour
+            shades.append(materials.named[name].color if name in materials.named else shades[-1])
+        attributes["colors"] = np.array([*shades[1:], shades[0]], np.uint8)[use]
     if numbers and not bare.all():
-        of_material = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in used.names]
+        of_use = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in names]
         # A file with one texture and no uses of materials means it for all faces.
-        of_material.append(0 if not used.names and len(numbers) == 1 else -1)
-        attributes["texture"] = np.where(bare, -1, np.array(of_material)[material]).astype(np.int32)
+        of_use.append(0 if not names and len(numbers) == 1 else -1)
+        attributes["texture"] = np.where(bare, -1, np.array(of_use)[use]).astype(np.int32)
     own, corner_normals = _normals(len(vertices), normals, indices, notes)
     vertex_attributes = {name: values for name, values in (("colors", colors), ("normals", own)) if values is not None}
     images, doubts = _images(materials, references)
@@ -198,9 +232,7 @@ def read_obj(path: Path, references: References) -> Reading:
         corner_normals,
         _states(tokens, corners.lines)[row],
         materials,
-        tuple(used.names),
-        material,
-        others,
+        (*others, *(note for note in notes if note in _UNWRITTEN)),
     )
     source = Source(path, "obj", document, (*states, *others, *notes), images=images)
     doubts = (*unended(data), *((_LEVELS,) if levels else ()), *doubts)
@@ -216,9 +248,8 @@ def _counts(tokens: Tokens) -> Counter[str]:
             continue
         for k in np.flatnonzero(tokens.keywords == np.uint64(code)).tolist():
             what = _KEYWORDS.get(re.split(rb"[ \t/]", tokens.line(k).lstrip(b" \t"))[0].decode("latin-1"))
-            if what is None:
-                raise at_line(tokens, k, "begins with no keyword of the format")
-            counts[what] += 1
+            refuse(tokens, np.array([k]), np.array([what is None]), "begins with no keyword of the format")
+            counts[str(what)] += 1
     return counts
 
 
@@ -298,15 +329,6 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
     return _Corners(lines, per_line, indices)
 
 
-def _note_bare(corners: _Corners, notes: dict[str, None]) -> None:
-    starts = np.cumsum(corners.lengths) - corners.lengths
-    textured = np.add.reduceat(corners.indices[:, 1] >= 0, starts, dtype=np.int64)
-    if bare := int((textured == 0).sum()):
-        notes[f"that {bare:,} of its faces have no texture coordinates: they get 0 0"] = None
-    if partly := int(((textured > 0) & (textured < corners.lengths)).sum()):
-        notes[f"that {partly:,} of its faces have texture coordinates at some corners alone"] = None
-
-
 def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> tuple[Floats | None, Longs | None]:
     """The normals of the vertices, and which the corners of the triangles name.
 
@@ -329,46 +351,25 @@ def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]
     return own, of_corners
 
 
-@dataclass(frozen=True, eq=False)
-class _Uses:
-    """The ``usemtl`` lines: where they are, (u,) which of the names each has, and the names."""
-
-    lines: Longs
-    material: Longs
-    names: list[str]
-
-    def colors(self, materials: Materials) -> NDArray[np.uint8]:
-        """(u + 1, 4) the colour of the faces behind each line, and of those before all; an unknown name does not change it."""
-        colors: list[tuple[int, ...]] = [_GREY]
-        for k in self.material.tolist():
-            material = materials.named.get(self.names[k])
-            colors.append(colors[-1] if material is None else material.color)
-        return np.array([*colors[1:], colors[0]], np.uint8)
-
-
 def _materials(
-    path: Path, tokens: Tokens, counts: Mapping[str, int], references: References, notes: dict[str, None]
-) -> tuple[Materials, _Uses, list[Path]]:
-    numbers: dict[str, int] = {}
-    lines = lines_of(tokens, b"usemtl")
-    used = _Uses(lines, np.array([numbers.setdefault(_rest(tokens, k), len(numbers)) for k in lines.tolist()], np.int64), [])
-    used.names.extend(numbers)
-    names = list(dict.fromkeys(_rest(tokens, k) for k in lines_of(tokens, b"mtllib").tolist()))
+    path: Path, tokens: Tokens, names: Sequence[str], references: References, notes: dict[str, None]
+) -> tuple[Materials, list[Path]]:
+    libraries = list(dict.fromkeys(_rest(tokens, k) for k in lines_of(tokens, b"mtllib").tolist()))
     # Some programs name no material file, and mean the one of the same name.
-    files, missing = _material_files(names or ([path.with_suffix(".mtl").name] if len(lines) else []), references)
-    for name in missing if names else ():
+    files, missing = _material_files(libraries or ([path.with_suffix(".mtl").name] if names else []), references)
+    for name in missing if libraries else ():
         notes[f"the material file {Path(name).name}, which does not exist"] = None
-    if len(lines) and not files:
-        notes[f"uses of materials ({len(lines):,}), as there is no material file"] = None
+    if names and not files:
+        notes[f"uses of materials ({len(names):,}), as there is no material file"] = None
     materials = Materials()
     for file in files:
         before = set(materials.others)
         materials.read(file, path)
         if others := [word for word in materials.others if word not in before]:
             notes[f"{', '.join(others)} of the material file {file.name}"] = None
-    if files and (unknown := set(numbers) - set(materials.named)):
+    if files and (unknown := set(names) - set(materials.named)):
         notes[f"uses of the material {shown(min(unknown))}, which its material files do not have"] = None
-    return materials, used, files
+    return materials, files
 
 
 def _rest(tokens: Tokens, k: int) -> str:
@@ -378,7 +379,6 @@ def _rest(tokens: Tokens, k: int) -> str:
 
 
 def _images(materials: Materials, references: References) -> tuple[tuple[Texture, ...], tuple[str, ...]]:
-    """The images of the materials that are no textures of colours, and doubts about them."""
     names = dict.fromkeys(name for _, name in materials.images.values())
     images, doubts = [], []
     for name in sorted(names.keys() - set(materials.textures)):
@@ -390,7 +390,7 @@ def _images(materials: Materials, references: References) -> tuple[tuple[Texture
 
 
 def _states(tokens: Tokens, faces: Longs) -> Longs:
-    """(p, 4) the last lines of `STATES` before each of some lines, -1 for none."""
+    """(p, 5) the last lines of `STATES` before each of some lines, -1 for none."""
     states = np.full((len(faces), len(STATES)), -1, np.int64)
     for k, keyword in enumerate(STATES):
         lines = lines_of(tokens, keyword)
@@ -412,14 +412,206 @@ def _material_files(names: Sequence[str], references: References) -> tuple[list[
     return list(paths), missing
 
 
-def _parted(rest: str) -> tuple[list[str], str | None]:
-    """The options of a map and the name of its file, which may have blanks."""
-    words = rest.split(" ")
-    options: list[str] = []
-    while words and words[0] in _OPTIONS:
-        most, numeric = _OPTIONS[words[0]], words[0] in ("-o", "-s", "-t")
-        options.append(words.pop(0))
-        while most and words and (not numeric or is_number(words[0])) and len(words) > 1:
-            options.append(words.pop(0))
-            most -= 1
-    return options, " ".join(words).strip('" ') or None
+def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
+    """Write a mesh; see the module."""
+    document = mesh.document(ObjDocument)
+    normals, of_corners = _normals_to_write(mesh, document)
+    if document is not None and document.materials.lines:
+        writing.materials.append(document.materials.text(writing.textures))
+    if document is not None and (text := _patched_text(mesh, document, normals, of_corners, writing)) is not None:
+        target.write(text)
+        return ()
+    notes = [f"what cannot be written anew is left out: {'; '.join(document.lost)}"] if document and document.lost else []
+    states, texts = _states_to_write(mesh, document, writing, notes)
+    if writing.materials:
+        target.write(b"mtllib %s\n" % writing.material_file.encode("utf-8", "surrogateescape"))
+    columns = list(mesh.vertices.T)
+    if (colors := mesh.vertex_attributes.get("colors")) is not None:
+        columns += [_SHARES[level] for level in colors.T[:3]]
+    target.writelines(rows("v" + " %r" * len(columns), columns))
+    pairs, of_wedges = _texture_coordinates(mesh)
+    for keyword, table in (("vt", pairs), ("vn", normals)):
+        if len(table):
+            target.writelines(rows(keyword + " %r" * table.shape[1], list(table.T)))
+    if len(mesh.faces):
+        target.writelines(_face_lines(mesh, of_wedges, of_corners, states, texts, notes))
+    if len(mesh.edges):
+        target.writelines(rows("l %r %r", list(mesh.edges.T + 1)))
+    return tuple(notes)
+
+
+def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Floats, Longs | None]:
+    """(k, 3) the normals, and (m, 3) the index of that at each corner; None for a cloud or a mesh without normals.
+
+    If vertices have moved, corners that shared a normal at a vertex get the angle-weighted mean of the normals of their faces, so
+    that sharp edges stay sharp.
+    """
+    own = mesh.vertex_attributes.get("normals")
+    if not len(mesh.faces):
+        return (np.empty((0, 3)) if own is None else own), None
+    if document is None or document.corner_normals is None or document.mesh.keeps_normals != mesh.keeps_normals:
+        return (mesh.vertex_normals, mesh.faces.astype(np.int64)) if mesh.keeps_normals else (np.empty((0, 3)), None)
+    read = document.mesh
+    rows = slice(None) if mesh.vertex_ids is None else mesh.vertex_ids
+    still = np.array_equal(mesh.vertices, read.vertices[rows]) and (mesh.vertex_ids is None or (mesh.vertex_ids >= 0).all())
+    before = read.vertex_attributes.get("normals")
+    if (own is not None and mesh.keeps_normals) and (  # those in a file may have any length
+        before is None or not np.allclose(unit_vectors(own), unit_vectors(before[rows]), 0.0, 1e-7, equal_nan=True)
+    ):
+        return own, mesh.faces.astype(np.int64)
+    ids = kept_ids(mesh.face_ids, len(mesh.faces))
+    named = np.where(ids[:, None] < 0, -1, document.corner_normals[ids])
+    if still and (named >= 0).all():
+        return document.normals, named
+    firsts, groups = numbered(np.stack([mesh.faces.ravel(), named.ravel()], axis=1))
+    groups = groups.reshape(-1, 3)
+    return vertex_normals_by_angle(mesh.vertices[mesh.faces.ravel()[firsts]], groups.astype(np.int32)), groups
+
+
+def _patched_text(
+    mesh: MeshData, document: ObjDocument, normals: Floats, of_corners: Longs | None, writing: Writing
+) -> bytes | None:
+    """The original text with new numbers and the material file of the output; None if elements or attributes differ."""
+    read = document.mesh
+    colors, before = mesh.vertex_attributes.get("colors"), read.vertex_attributes.get("colors")
+    painted = not are_equal(colors, before)
+    if (
+        not (mesh.vertex_ids is None and mesh.face_ids is None and mesh.edge_ids is None)
+        or not (np.array_equal(mesh.faces, read.faces) and np.array_equal(mesh.edges, read.edges))
+        or not all(are_equal(mesh.face_attributes.get(name), read.face_attributes.get(name)) for name in _OF_FACES)
+        or mesh.keeps_normals != read.keeps_normals
+        or (painted and (colors is None or document.width != (3 if before is None else 6)))
+        or (line_normals := _line_normals(document, normals, of_corners)) is None
+    ):
+        return None
+    tokens, vertices = document.tokens, lines_of(document.tokens, b"v")
+    new, differs = list(mesh.vertices.T), [a != b for a, b in zip(mesh.vertices.T, read.vertices.T, strict=True)]
+    cuts = []
+    if painted and colors is not None:
+        shares = [_SHARES[level] for level in colors.T[:3]]
+        if before is not None:
+            cuts.append(changed_words(tokens, vertices, [4, 5, 6], shares, [(colors != before).any(axis=1)] * 3))
+        else:
+            ends = np.repeat(tokens.spans(vertices, [3])[:, 0, 1:], 2, axis=1)  # behind the coordinates
+            cuts.append((ends, [b" %r %r %r" % row for row in zip(*(s.tolist() for s in shares), strict=True)]))
+            differs[2] = np.ones(len(vertices), np.bool_)
+    cuts.insert(0, changed_words(tokens, vertices, [1, 2, 3], new, differs))
+    if line_normals is not document.normals:
+        changes = [a != b for a, b in zip(line_normals.T, document.normals.T, strict=True)]
+        cuts.append(changed_words(tokens, lines_of(tokens, b"vn"), [1, 2, 3], list(line_normals.T), changes))
+    if document.materials.lines:
+        lines = lines_of(tokens, b"mtllib").tolist()
+        named = b"mtllib " + writing.material_file.encode("utf-8", "surrogateescape") + b"\n" * (not lines)
+        places = [(start := int(tokens.starts[k]), start + len(tokens.line(k))) for k in lines] or [(0, 0)]
+        cuts.append((np.array(places, np.int64), [named, *([b""] * (len(places) - 1))]))
+    spans, texts = np.concatenate([where for where, _ in cuts]), [text for _, each in cuts for text in each]
+    order = np.argsort(spans[:, 0], kind="stable")
+    return patched(document.data, spans[order], [texts[k] for k in order.tolist()])
+
+
+def _line_normals(document: ObjDocument, normals: Floats, of_corners: Longs | None) -> Floats | None:
+    """The normals of the ``vn`` lines; None if a line would need several normals."""
+    if of_corners is None or document.corner_normals is None:  # of a cloud
+        return normals if len(normals) == len(document.normals) else document.normals
+    if normals is document.normals:
+        return normals
+    pairs = np.stack([document.corner_normals.ravel(), of_corners.ravel()], axis=1)
+    firsts, _ = numbered(pairs)
+    line, normal = pairs[firsts].T
+    line_normals = document.normals.copy()
+    line_normals[line] = normals[normal]
+    fits = np.allclose(line_normals[line], normals[normal], rtol=0.0, atol=1e-9, equal_nan=True)
+    return line_normals if fits and line.min() >= 0 else None
+
+
+def _texture_coordinates(mesh: MeshData) -> tuple[Floats, Longs | None]:
+    """(k, 2) texture coordinates, and (m, 3) their index at each corner, -1 for none."""
+    wedges = mesh.face_attributes.get("wedge_texture_coordinates")
+    if wedges is None:
+        of_vertices = mesh.vertex_attributes.get("texture_coordinates")
+        return (np.empty((0, 2)), None) if of_vertices is None else (of_vertices, mesh.faces.astype(np.int64))
+    textured = np.ones(len(wedges), np.bool_)
+    if (numbers := mesh.face_attributes.get("texture")) is not None:
+        textured = (numbers >= 0) | wedges.any(axis=(1, 2))
+    pairs = wedges[textured].reshape(-1, 2)
+    firsts, indices = numbered(pairs)
+    of_corners = np.full((len(wedges), 3), -1, np.int64)
+    of_corners[textured] = indices.reshape(-1, 3)
+    return pairs[firsts], of_corners
+
+
+def _looks(mesh: MeshData) -> Longs:
+    """(m, 4) the number of the texture of each face, and its red, green and blue; -1 for what it does not have."""
+    looks = np.full((len(mesh.faces), 4), -1, np.int64)
+    if (numbers := mesh.face_attributes.get("texture")) is not None:
+        looks[:, 0] = numbers
+    if (colors := mesh.face_attributes.get("colors")) is not None:
+        looks[:, 1:] = colors[:, :3]
+    return looks
+
+
+def _states_to_write(
+    mesh: MeshData, document: ObjDocument | None, writing: Writing, notes: list[str]
+) -> tuple[Longs, dict[int, bytes]]:
+    """(m, 5) the lines of `STATES` that hold for each face, -1 for none, and their texts.
+
+    Faces that do not look as they did in the file get new materials, which are added to the material file.
+    """
+    looks = _looks(mesh)
+    states = np.full((len(looks), len(STATES)), -1)
+    names, texts = set[str](), dict[int, bytes]()
+    if document is not None:
+        names = set(document.materials.named)
+        ids = kept_ids(mesh.face_ids, len(looks))
+        states[ids >= 0] = document.states[ids[ids >= 0]]
+        states[(ids < 0) | (looks != _looks(document.mesh)[ids]).any(axis=1), -1] = -1
+        texts = {k: document.tokens.line(k) + b"\n" for k in np.unique(states[states >= 0]).tolist()}
+    new = (states[:, -1] < 0) & (looks >= 0).any(axis=1)
+    firsts, kinds = numbered(looks[new])
+    if len(firsts) + len(names) > MOST_MATERIALS:
+        notes.append(f"colours of faces are left out: they need {len(firsts):,} materials; {MOST_MATERIALS:,} are the most")
+        looks[:, 1:] = -1
+        new &= looks[:, 0] >= 0
+        firsts, kinds = numbered(looks[new])
+    first = max(texts, default=-1) + 1
+    states[new, -1] = first + kinds
+    unused = (name for number in count() if (name := f"material_{number}") not in names)
+    added = {next(unused): look for look in looks[new][firsts].tolist()}
+    for k, (name, (number, *color)) in enumerate(added.items(), first):
+        definition = f"newmtl {name}\n"
+        if color[0] >= 0:
+            definition += "Kd {!r} {!r} {!r}\n".format(*_SHARES[color].tolist())
+        if 0 <= number < len(mesh.textures):
+            texture = mesh.textures[number].name
+            definition += f"map_Kd {writing.textures.get(texture, texture)}\n"
+        writing.materials.append(definition.encode("utf-8", "surrogateescape"))
+        texts[k] = b"usemtl %s\n" % name.encode()
+    return states, texts
+
+
+def _face_lines(
+    mesh: MeshData,
+    of_wedges: Longs | None,
+    of_normals: Longs | None,
+    states: Longs,
+    texts: dict[int, bytes],
+    notes: list[str],
+) -> Iterator[bytes]:
+    """The lines of the faces, with a line before each change of material, group or object."""
+    shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
+    notes += shape.notes
+    corners = [index.ravel()[shape.places] + 1 for index in (mesh.faces, of_wedges, of_normals) if index is not None]
+    form = "%d" if len(corners) == 1 else "%d//%d" if of_wedges is None else "/".join(["%d"] * len(corners))
+    each = [form % row for row in zip(*(c.tolist() for c in corners), strict=True)]
+    if of_wedges is not None and (of_wedges < 0).any():
+        for k in np.flatnonzero(corners[1] == 0).tolist():
+            each[k] = each[k].replace("/0", "/" if of_normals is not None else "", 1)
+    lines = [f"f {' '.join(run)}\n" for run in runs(each, shape.lengths)]
+    states = states[shape.triangles]
+    starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))
+    current = [-1] * states.shape[1]
+    for start, end in zip(starts.tolist(), [*starts[1:].tolist(), len(lines)], strict=True):
+        state = states[start].tolist()
+        yield from (texts[now] for now, was in zip(state, current, strict=True) if now >= 0 and now != was)
+        current = state
+        yield "".join(lines[start:end]).encode("ascii")

@@ -48,10 +48,7 @@ class MadeFrom:
 
 
 def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE)) -> None:
-    """Raise if the output of a run cannot or must not be written, before any work is done.
-
-    Without `overwrite` an existing file is replaced only if a run with the same sources wrote it, and nobody changed it since.
-    """
+    """Refuse an output that cannot be written or, without `overwrite`, is there and was changed or made from other sources."""
     check_kind(output, formats)
     if output.name.lower().endswith(".copc.laz"):
         raise OutputError(output, "COPC files are read and not written; name the output .laz")
@@ -99,7 +96,7 @@ def material_path(output: Path) -> Path:
 def stage_textures(
     textures: Sequence[Texture], output: Path, stage: Path, *, record: Mapping[str, Any] | None, own: bool = False
 ) -> tuple[list[StagedFile], tuple[Path, ...], dict[str, str]]:
-    """Write the textures of a mesh to the staging folder; with `own` every name begins with that of the output.
+    """Write textures to the staging folder, with `own` each under a name that begins with that of the output.
 
     Those to put in place, those that are already there, and by the names of the textures what they are called beside the output.
     """
@@ -126,7 +123,6 @@ def stage_textures(
 
 
 def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any] | None, taken: set[Path]) -> tuple[Path, bool]:
-    """The path of a texture to write, and whether an identical file is there already."""
     digest = sha256_of(staged)
     for before in ("", f"{output.stem}-", *(f"{output.stem}-{k}-" for k in range(2, 100))):
         target = output.with_name(before + name)
@@ -184,8 +180,7 @@ def save_mesh(
 ) -> Saved:
     """Write a mesh without a matrix, which will go to `output`, to the staging folder, and flush it to the disk.
 
-    `resolution` gives the mean edge, or the mean distance of points, that coordinates must be able to tell apart; `record` is the
-    provenance of a former output that is to be replaced.
+    `resolution` gives the mean edge, or the mean distance of points; `record` is the provenance of an output to be replaced.
     """
     kind = WRITABLE[extension(output)]
     warnings = _check_precision(kind, mesh, resolution, output)

@@ -21,16 +21,11 @@ from .tokens import Tokens
 CORNERS = ("vertex_indices", "vertex_index")
 PLACE, NORMAL, COLOR = ("x", "y", "z"), ("nx", "ny", "nz"), ("red", "green", "blue")
 ALPHA, SCALAR, RADIUS = "alpha", "quality", "radius"
-#: the names under which vertices have texture coordinates
 TEXTURE = (("texture_u", "texture_v"), ("s", "t"))
 WEDGES, TEXTURE_NUMBER = "texcoord", "texnumber"
 EDGE = ("vertex1", "vertex2")
 #: by element, the properties that become attributes of `MeshData` if all of a group are there; all others are custom ones
-_MEANT = {
-    "vertex": (PLACE, NORMAL, COLOR, (SCALAR,), (RADIUS,)),
-    "face": (COLOR, (SCALAR,), (TEXTURE_NUMBER,)),
-    "edge": (EDGE,),
-}
+_MEANT = {"vertex": (PLACE, NORMAL, COLOR, (SCALAR,), (RADIUS,)), "face": (COLOR, (SCALAR,), (TEXTURE_NUMBER,)), "edge": (EDGE,)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,13 +39,6 @@ class PlyDocument:
     row_of_face: Ints | None = None  # (m,) the row of ``face`` of each triangle; None if there is one row a triangle
     has_other_faces: bool = False  # whether triangles come from strips or a grid, and not from rows of ``face``
     wedges: Array | None = None  # (m, 3, 2) the texture coordinates at the corners of the triangles, or None
-
-    @property
-    def tail(self) -> bytes:
-        """The bytes after the last row: ends of lines, and padding by some programs."""
-        if self.tokens is not None:
-            return self.data[self.header.size + len(self.tokens.text) :].tobytes()
-        return self.data[max((table.bytes[1] for table in self.tables.values()), default=0) :].tobytes()
 
     def custom(self, element: str) -> dict[str, Array]:
         """The single numbers of an element that are no attributes of `MeshData`, by name."""
@@ -209,7 +197,6 @@ def _checked(values: Array, count: int, what: str, least: int = 0) -> Longs:
 
 
 def _other_faces(tables: Mapping[str, Table], header: PlyHeader, count: int) -> Ints:
-    """The triangles of a file whose faces are strips, or a grid."""
     for element, triangles in (("tristrips", _of_strips), ("range_grid", _of_grid)):
         if (table := tables.get(element)) is not None and table.element.count and (lists := table.lists(CORNERS[0])):
             what = element.removeprefix("tri").removeprefix("range_").removesuffix("s")
@@ -258,7 +245,6 @@ def _edges(table: Table | None, count: int) -> Ints:
 
 
 def _extras(document: PlyDocument) -> list[str]:
-    """Contents of the file that `MeshData` cannot hold, in words."""
     extras: list[str] = []
     for element in document.header.elements:
         if element.count and element.name in ("vertex", "face", "edge"):

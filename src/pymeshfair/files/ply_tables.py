@@ -217,8 +217,9 @@ class Table:
 
     element: PlyElement  # its declaration in the header
     columns: Mapping[str, Column]  # by property
-    bytes: tuple[int, int] = (0, 0)  # where they begin and end in the file
+    bytes: tuple[int, int] | None = None  # where they begin and end in the file; None for rows that are in none
     lines: Longs | None = None  # (n,) the lines of a text that they are, as `Tokens` counts them
+    changed: frozenset[str] = frozenset()  # the properties whose numbers are no more those of the file
 
     def numbers(self, name: str) -> Array | None:
         """(n,) the values of a property; None if it has no such property, or one of lists."""
@@ -263,24 +264,26 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
     tables: dict[str, Table] = {}
     position = header.size
     for element in header.elements:
-        tables[element.name] = table = _binary_table(data, position, element, header.byte_order)
-        position = table.bytes[1]
+        columns, end = _binary_columns(data, position, element, header.byte_order)
+        tables[element.name] = Table(element, columns, (position, end))
+        position = end
     more = data[position:].tobytes().strip(_PADDING)
     if more:
         raise ContentsError(f"{len(more):,} bytes follow behind all that its header declares")
     return tables
 
 
-def _binary_table(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> Table:
+def _binary_columns(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> tuple[dict[str, Column], int]:
+    """The columns of the element that begins at a byte; where it ends."""
     n, properties = element.count, element.properties
     kind = row_type_at(data, position, element, order)
     if not n or not properties:
-        return Table(element, _columns(np.empty(0, kind), element), (position, position))
+        return _columns(np.empty(0, kind), element), position
     end = position + n * kind.itemsize
     if end <= len(data):
         rows = np.frombuffer(data, kind, n, position)
         if all((rows[f"{p.name} count"] == kind[p.name].shape[0]).all() for p in properties if p.count_type):
-            return Table(element, _columns(rows, element), (position, end))
+            return _columns(rows, element), end
     places, lengths, end = _walked(data, position, element, order, n)
     columns: dict[str, Column] = {}
     for k, p in enumerate(properties):
@@ -292,7 +295,7 @@ def _binary_table(data: NDArray[np.uint8], position: int, element: PlyElement, o
         each = data[at[:, None] + np.arange(kind.itemsize)] if len(at) else np.empty((0, kind.itemsize), np.uint8)
         values = np.ascontiguousarray(each).view(kind)[:, 0]
         columns[p.name] = Lists(values, lengths[:, k].copy()) if p.count_type else values
-    return Table(element, columns, (position, end))
+    return columns, end
 
 
 def _columns(rows: Array, element: PlyElement) -> dict[str, Column]:
@@ -307,7 +310,6 @@ def _columns(rows: Array, element: PlyElement) -> dict[str, Column]:
 
 
 def _walked(data: NDArray[np.uint8], position: int, element: PlyElement, order: str, n: int) -> tuple[Longs, Longs, int]:
-    """(n, p) the places and lengths of the properties of the first rows, one for a single value; the end of the last row."""
     counts = np.array([_SIZES[p.count_type] if p.count_type else 0 for p in element.properties])
     kinds = np.array([ord(KINDS[p.count_type][0]) if p.count_type else 0 for p in element.properties])
     sizes = np.array([_SIZES[p.type] for p in element.properties])
@@ -360,22 +362,23 @@ def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Token
     if b"#" in body:
         raise ContentsError("it has comments behind its header")
     tables: dict[str, Table] = {}
-    line = 0
+    line, position = 0, header.size
     for element in header.elements:
         if (left := len(piece.lengths) - line) < element.count:
             raise ContentsError(f"it declares {element.count:,} of {element.name!r}, but {left:,} lines follow")
-        tables[element.name] = _text_table(piece, line, element)
+        lines = np.arange(line, line + element.count)
         line += element.count
+        end = header.size + int(piece.starts[line] if line < len(piece.starts) else len(body))
+        tables[element.name] = Table(element, _text_columns(piece, lines, element), (position, end), lines)
+        position = end
     if line < len(piece.lengths):
         raise at_line(piece, line, "is one more than its header declares")
     return tables, piece
 
 
-def _text_table(piece: Tokens, line: int, element: PlyElement) -> Table:
-    at = piece.first[line : line + element.count].copy()
-    end = piece.first[line + 1 : line + element.count + 1]
+def _text_columns(piece: Tokens, lines: Longs, element: PlyElement) -> dict[str, Column]:
+    at, end = piece.first[lines], piece.first[lines + 1]
     last = max(len(piece.kinds) - 1, 0)
-    lines = np.arange(line, line + element.count)
     columns: dict[str, Column] = {}
     for p in element.properties:
         lengths = np.ones(element.count, np.int64)
@@ -394,11 +397,10 @@ def _text_table(piece: Tokens, line: int, element: PlyElement) -> Table:
         columns[p.name] = Lists(values, lengths) if p.count_type else values
         at += lengths
     refuse(piece, lines, at != end, "has more than is declared")
-    return Table(element, columns, lines=lines)
+    return columns
 
 
 def _fits(piece: Tokens, tokens: Longs, type_: str) -> Bools:
-    """Which tokens are numbers of a type."""
     kinds, values = piece.kinds[tokens], piece.values[tokens]
     if KINDS[type_][0] != "f":
         limits = np.iinfo(KINDS[type_])

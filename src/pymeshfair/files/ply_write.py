@@ -5,13 +5,13 @@ one if it can, perhaps from another corner on; in a row of an added element prop
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filters.mesh import Ints, Longs
+from ..filters.mesh import Longs
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, Array, numbered
 from . import ply, ply_tables
@@ -21,27 +21,16 @@ from .ply_tables import KINDS, Column, Lists, PlyElement, PlyProperty, Table
 from .polygons import are_equal, outlines
 from .tokens import changed_words, patched, runs, words
 
-_EMPTY = b"ply\nformat binary_little_endian 1.0\nend_header\n"
+_HEAD = b"ply\nformat binary_little_endian 1.0\n"
 #: a share of the mean edge by which rounding to the type of the file may move a vertex
 _ROUNDING = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
-class _Rows:
-    """The rows of an element as they are to be written."""
-
-    element: PlyElement  # for the header
-    columns: Mapping[str, Column]  # by property
-    source: Table | None = None  # the table that they come from, if only the `changed` properties differ from it
-    changed: frozenset[str] = frozenset()  # the properties that differ
-
-
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
-    """Write a mesh without a matrix; the differences from the file that it comes from, in words.
-
-    Without `writing` coordinates have the type that they have in that file.
-    """
-    document = mesh.document(PlyDocument) or _plain_document(mesh)
+    """Write a mesh without a matrix; without `writing` coordinates have the type of the file that it comes from."""
+    if (document := mesh.document(PlyDocument)) is None:
+        names = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
+        document = PlyDocument(ply_tables.parse_header(_HEAD + names + b"end_header\n"), {}, np.empty(0, np.uint8))
     notes: list[str] = []
     rows = (_vertex_rows(mesh, document, writing, notes), _face_rows(mesh, document, notes), _edge_rows(mesh, document))
     written = {row.element.name: row for row in rows if row is not None}
@@ -58,26 +47,25 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
             notes.append(f"element {name!r} ({element.count:,}), which names vertices by their numbers, is left out")
     elements |= {name: row.element for name, row in written.items()}
     target.write(ply_tables.header_bytes(document.header, list(elements.values()), None if writing is None else writing.textures))
-    as_it_was = False
-    for name, element in elements.items():
-        row = written.get(name) or _Rows(element, {}, document.tables.get(name))
-        if document.header.format == "ascii":
-            as_it_was = _write_text(target, row, document)
+    is_text, own, last = document.header.format == "ascii", None, b"\n"
+    for name in elements:
+        table = written.get(name) or document.tables[name]
+        if (own := _own_bytes(table, document)) is not None:
+            target.write(own)
+            last = bytes(own[-1:]) or last
+        elif is_text:
+            target.write(b"" if last.isspace() else b"\n")  # the end of the last line of the file is in its tail
+            target.writelines(_lines(table))
+            last = b"\n"
         else:
-            _write_binary(target, row, document)
-    if as_it_was or document.header.format != "ascii":
-        target.write(document.tail)
+            _write_binary(target, table, document.header.byte_order)
+    if own is not None or not is_text:
+        end = max((table.bytes[1] for table in document.tables.values() if table.bytes), default=0)
+        target.write(document.data[end:].data)  # ends of lines, and padding by some programs
     return tuple(notes)
 
 
-def _plain_document(mesh: MeshData) -> PlyDocument:
-    """A file without elements, to be extended."""
-    comments = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
-    header = ply_tables.parse_header(_EMPTY.replace(b"end_header", comments + b"end_header"))
-    return PlyDocument(header, {}, np.empty(0, np.uint8))
-
-
-def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None, notes: list[str]) -> _Rows:
+def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None, notes: list[str]) -> Table:
     attributes = mesh.vertex_attributes
     table = document.tables.get("vertex")
     values: dict[str, Column] = dict(zip(ply.PLACE, mesh.vertices.T, strict=True))
@@ -88,7 +76,7 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
         values |= zip((table and ply.texture_names(table)) or ply.TEXTURE[0], places.T, strict=True)
     ids = mesh.vertex_ids
     rows = _rows("vertex", table, ids, values | _custom(attributes, VERTEX_ATTRIBUTES), attributes.get("colors"))
-    if table is None or (rows.source is None and ids is None):
+    if table is None or (ids is None and rows.element != table.element):
         return rows
     narrow = [p for p in table.element.properties if p.name in ply.PLACE and p.type != "double"]
     moves = [np.abs(mesh.vertices[:, ply.PLACE.index(p.name)] - rows.columns[p.name]).max(initial=0.0) for p in narrow]
@@ -97,22 +85,22 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
         notes.append(f"coordinates are written as double, as {narrow[0].type} would round them")
         properties = tuple(replace(p, type="double") if p.name in ply.PLACE else p for p in rows.element.properties)
         columns = {**rows.columns, **dict(zip(ply.PLACE, mesh.vertices.T, strict=True))}
-        rows = _Rows(replace(rows.element, properties=properties), columns)
+        rows = Table(replace(rows.element, properties=properties), columns)
     return rows
 
 
-def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> _Rows | None:
+def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table | None:
     """The rows of the faces, a polygon whole where all its triangles are there."""
     table = document.tables.get("face")
     corners = next((name for name in ply.CORNERS if table is not None and table.lists(name) is not None), ply.CORNERS[0])
     unchanged = mesh.face_ids is None and mesh.vertex_ids is None
     if document.has_other_faces:
         if unchanged and not mesh.face_attributes.keys() - {"selection", "normals"}:
-            return None if table is None else _Rows(table.element, table.columns, table)
+            return table
         table = None
     if not len(mesh.faces):
-        names_none = table is not None and (not table.element.count or table.lists(corners) is None)
-        return _Rows(table.element, table.columns, table) if table is not None and names_none else _without_rows(table)
+        names_none = table is None or not table.element.count or table.lists(corners) is None
+        return table if names_none else _without_rows(table)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     values: dict[str, Column] = {}
     row: Longs | None = None
@@ -122,7 +110,11 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> _Rows
         chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
     else:
         ids = numbered(mesh.face_ids, len(mesh.faces))
-        shape = outlines(mesh.faces, _polygons(mesh, wedges, document, ids, notes))
+        polygon = mesh.face_attributes.get("polygon")
+        if polygon is not None and wedges is not None and (polygon >= 0).any():
+            polygon, what = None, "MeshLab opens none with texture coordinates at the corners of faces"
+            notes.append(f"polygons are written as triangles: {what}")
+        shape = outlines(mesh.faces, polygon)
         notes += shape.notes
         chosen = shape.triangles
         if table is not None:
@@ -140,38 +132,26 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> _Rows
     return _rows("face", table, row, values | _custom(of_rows, FACE_ATTRIBUTES), of_rows.get("colors"))
 
 
-def _polygons(mesh: MeshData, wedges: Array | None, document: PlyDocument, ids: Longs, notes: list[str]) -> Ints | None:
-    """(m,) the polygon of each triangle; None if all are written as triangles."""
-    polygon = mesh.face_attributes.get("polygon")
-    if polygon is None or wedges is None or not (polygon >= 0).any():
-        return polygon
-    if document.wedges is not None and are_equal(document.wedges[ids[ids >= 0]], wedges[ids >= 0]):
-        return polygon
-    notes.append("polygons are written as triangles: MeshLab opens none with texture coordinates at the corners of faces")
-    return None
-
-
-def _edge_rows(mesh: MeshData, document: PlyDocument) -> _Rows | None:
+def _edge_rows(mesh: MeshData, document: PlyDocument) -> Table | None:
     table = document.tables.get("edge")
     if table is not None and mesh.edge_ids is None and mesh.vertex_ids is None:
-        return _Rows(table.element, table.columns, table)
+        return table
     if not len(mesh.edges):
         return _without_rows(table)
     ids = None if table is None else numbered(mesh.edge_ids, len(mesh.edges))
     return _rows("edge", table, ids, dict(zip(ply.EDGE, mesh.edges.T, strict=True)))
 
 
-def _without_rows(table: Table | None) -> _Rows | None:
+def _without_rows(table: Table | None) -> Table | None:
     if table is None:
         return None
     none = np.empty(0, np.int64)
-    return _Rows(replace(table.element, count=0), {name: _chosen(column, none) for name, column in table.columns.items()})
+    return Table(replace(table.element, count=0), {name: _chosen(column, none) for name, column in table.columns.items()})
 
 
 def _rows(
     element: str, table: Table | None, ids: Longs | None, values: Mapping[str, Column], colors: NDArray[np.uint8] | None = None
-) -> _Rows:
-    """The rows of an element: those of the file by their ids, with these values and (n, 4) colours."""
+) -> Table:
     if colors is not None:
         values = {**values, **_channels(colors, table, ids)}
     columns: dict[str, Column] = {}
@@ -197,8 +177,9 @@ def _rows(
             properties.append(_new_property(name, value))
     first = next(iter(columns.values()))
     new = PlyElement(element, len(first.lengths if isinstance(first, Lists) else first), tuple(properties))
-    same = table is not None and ids is None and new == table.element
-    return _Rows(new, columns, table if same else None, frozenset(changed))
+    if table is not None and ids is None and new == table.element:
+        return replace(table, columns=columns, changed=frozenset(changed))
+    return Table(new, columns)
 
 
 def _chosen(column: Column, ids: Longs | None) -> Column:
@@ -254,7 +235,6 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None)
 
 
 def _new_property(name: str, column: Column) -> PlyProperty:
-    """The declaration of a column that the file does not have."""
     if isinstance(column, Lists):
         return _wide_enough(PlyProperty(name, "float" if name == ply.WEDGES else "int", "uchar"), column)
     small = "uchar" if column.dtype.itemsize == 1 else "uint"
@@ -272,13 +252,8 @@ def _wide_enough(p: PlyProperty, column: Column) -> PlyProperty:
     return p
 
 
-def _write_binary(target: BinaryIO, row: _Rows, document: PlyDocument) -> None:
-    """Write the rows of an element of a binary file."""
-    if row.source is not None and not row.changed:
-        start, end = row.source.bytes
-        target.write(document.data[start:end].data)
-        return
-    order, element = document.header.byte_order, row.element
+def _write_binary(target: BinaryIO, row: Table, order: str) -> None:
+    element = row.element
     widths = {name: column.width for name, column in row.columns.items() if isinstance(column, Lists)}
     if element.count and None in widths.values():
         target.write(_packed(row, order))
@@ -294,8 +269,7 @@ def _write_binary(target: BinaryIO, row: _Rows, document: PlyDocument) -> None:
     target.write(rows.tobytes())
 
 
-def _packed(row: _Rows, order: str) -> bytes:
-    """The rows of an element whose lists differ in length."""
+def _packed(row: Table, order: str) -> bytes:
     n = row.element.count
     fields: list[tuple[NDArray[np.uint8], Longs]] = []  # the bytes of a field of all rows, and how many each row has
     for p in row.element.properties:
@@ -315,30 +289,25 @@ def _packed(row: _Rows, order: str) -> bytes:
     return buffer.tobytes()
 
 
-def _write_text(target: BinaryIO, row: _Rows, document: PlyDocument) -> bool:
-    """Write the rows of an element of a text; whether they are as they were, but for changed words."""
-    table, tokens, properties = row.source, document.tokens, row.element.properties
-    lists = [k for k, p in enumerate(properties) if p.count_type]
-    changed = [k for k, p in enumerate(properties) if p.name in row.changed]
-    if table is None or tokens is None or table.lines is None or (changed and lists and changed[-1] >= lists[0]):
-        target.writelines(_lines(row))
-        return False
-    if not len(table.lines):
-        return True
-    begin, last = int(tokens.starts[table.lines[0]]), int(table.lines[-1])
-    end = int(tokens.starts[last + 1]) if last + 1 < len(tokens.starts) else len(tokens.text)
-    text = tokens.text[begin:end].tobytes()
-    if changed:
-        names = [properties[k].name for k in changed]
-        new, old = ([np.asarray(columns[name]) for name in names] for columns in (row.columns, table.columns))
-        differs = [a != b for a, b in zip(new, old, strict=True)]
-        spans, each = changed_words(tokens, table.lines, changed, new, differs)
-        text = patched(text, spans - begin, each)
-    target.write(text)
-    return True
+def _own_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
+    """The bytes that rows have in the file, in a text with other words for changed numbers; None if they are written anew."""
+    if row.bytes is None:
+        return None
+    start, end = row.bytes
+    data, tokens, properties = document.data[start:end], document.tokens, row.element.properties
+    if not row.changed:
+        return data.data
+    columns = [k for k, p in enumerate(properties) if p.name in row.changed]
+    if tokens is None or row.lines is None or any(p.count_type for p in properties[: columns[-1] + 1]):
+        return None
+    before, names = document.tables[row.element.name].columns, [properties[k].name for k in columns]
+    new = [np.asarray(row.columns[name]) for name in names]
+    differs = [a != np.asarray(before[name]) for a, name in zip(new, names, strict=True)]
+    spans, each = changed_words(tokens, row.lines, columns, new, differs)
+    return patched(data.tobytes(), spans - (start - document.header.size), each)
 
 
-def _lines(row: _Rows) -> Iterator[bytes]:
+def _lines(row: Table) -> Iterator[bytes]:
     columns: list[list[bytes]] = []
     for p in row.element.properties:
         column = row.columns[p.name]

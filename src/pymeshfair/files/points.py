@@ -18,18 +18,16 @@ from .inputs import Reading, References, unended
 from .outputs import Writing
 from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, refuse, rows, tokenise
 
-_EXPE = b"[Expe/PointSet/Binary/0.1]\n"
-#: the types of properties of Expe
+#: the head of a binary point set of Expe, and the types of its properties
+_EXPE = re.compile(rb"\[Expe/PointSet/Binary/0\.1\]\n((?:property \w+ \d+\n)+)nofpoints (\d+)\ndata\n")
 _OF_EXPE = {"position": ("<f4", 3), "normal": ("<f4", 3), "radius": ("<f4", ()), "color": ("u1", 4)}
 _PLACE, _COLOR, _NORMAL = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
 #: other titles of columns
 _TITLES = {"r": "red", "g": "green", "b": "blue", "i": "intensity"} | {f"normal{axis}": f"n{axis}" for axis in "xyz"}
-
 #: numbers in the lines of a head: columns, rows, four lines of the scanner's pose, four of a matrix
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
 #: numbers of a point: position and intensity; the same and a colour
 _PLAIN, _COLOURED = 4, 7
-#: tolerance for the rounding of a written matrix
 _ROUNDED = 1e-6
 
 
@@ -47,8 +45,8 @@ class PointsDocument:
 def read_points(path: Path, references: References) -> Reading:
     """Read a text of points."""
     data = path.read_bytes()
-    if data.startswith(_EXPE):
-        return Reading(_expe(path, data))
+    if (head := _EXPE.match(data)) is not None:
+        return _expe(path, data, head)
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")
     separator = _separator(data)
@@ -79,7 +77,6 @@ def read_points(path: Path, references: References) -> Reading:
 
 
 def _separator(data: bytes) -> str:
-    """The separator of numbers besides blanks."""
     head = data[:65536]
     if b";" in head:
         if b"," in data:
@@ -106,19 +103,16 @@ def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
     return b"", (), 0
 
 
-def _are_levels(values: Floats, whole: Bools, first: int) -> bool:
-    three = values[:, first : first + 3]
-    return bool(whole[first : first + 3].all() and three.min() >= 0 and three.max() <= 255)
-
-
 def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
     """The names of columns without titles: as in a scanner's text, or by the ranges of their numbers."""
     width = values.shape[1]
+    three = slice(4, 7) if width == 7 else slice(3, 6)
+    are_levels = width > 5 and whole[three].all() and values[:, three].min() >= 0 and values[:, three].max() <= 255
     if width == 6:
-        return (*_PLACE, *(_COLOR if _are_levels(values, whole, 3) and values[:, 3:].max() > 1 else _NORMAL))
-    if width == 7 and not _are_levels(values, whole, 4):
+        return (*_PLACE, *(_COLOR if are_levels and values[:, 3:].max() > 1 else _NORMAL))
+    if width == 7 and not are_levels:
         raise ContentsError("the last three numbers of its rows are no colours from 0 to 255")
-    if width == 9 and _are_levels(values, whole, 3):
+    if width == 9 and are_levels:
         return (*_PLACE, *_COLOR, *_NORMAL)
     if width in (3, 4, 7):
         return (*_PLACE, "intensity", *_COLOR)[:width]
@@ -126,7 +120,6 @@ def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
 
 
 def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple[Floats, dict[str, Array], float]:
-    """The coordinates, the attributes, and the highest value of a colour."""
     place = {name: k for k, name in enumerate(columns)}
     three = {names: values[:, [place[n] for n in names]] for names in (_PLACE, _COLOR, _NORMAL) if set(names) <= set(columns)}
     attributes: dict[str, Array] = {}
@@ -147,23 +140,19 @@ def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple
     return three[_PLACE], attributes, top
 
 
-def _expe(path: Path, data: bytes) -> MeshData:
-    """A binary point set of Expe: a header with the bytes of each property, then the points."""
-    head, mark, body = data.partition(b"\ndata\n")
-    words = [line.split() for line in head[:4096].decode("latin-1").splitlines()[1:]]
-    sizes = {w[1]: int(w[2]) for w in words if len(w) == 3 and w[0] == "property" and w[2].isdigit()}
-    counts = [int(w[1]) for w in words if len(w) == 2 and w[0] == "nofpoints" and w[1].isdigit()]
-    if not mark or len(sizes) + len(counts) != len(words) or len(counts) != 1 or sizes.get("position") != 12:
-        raise ContentsError("it is a point set of Expe of a kind that is not known")
+def _expe(path: Path, data: bytes, head: re.Match[bytes]) -> Reading:
+    sizes = {name: int(size) for name, size in re.findall(r"property (\w+) (\d+)", head[1].decode("ascii"))}
+    count, each, size = int(head[2]), sum(sizes.values()), len(data) - head.end()
+    if not count or size != count * each:
+        raise ContentsError(f"it declares {count:,} points of {each:,} bytes, but {size:,} bytes follow")
     row = np.dtype([(name, *_OF_EXPE.get(name, ("V1", size))) for name, size in sizes.items()])
-    if row.itemsize != sum(sizes.values()) or not counts[0] or len(body) != counts[0] * row.itemsize:
-        raise ContentsError(f"it declares {counts[0]:,} points of {sum(sizes.values()):,} bytes, but {len(body):,} bytes follow")
-    rows = np.frombuffer(body, row)
-    names = {"normal": "normals", "radius": "radii", "color": "colors"}
-    attributes = {names[n]: rows[n].astype(np.uint8 if n == "color" else np.float64) for n in sizes if n in names}
-    extras = tuple(f"property {n!r}" for n in sizes if n not in _OF_EXPE)
-    source = Source(path, "xyz", extras=extras)
-    return MeshData(vertices=rows["position"], vertex_attributes=attributes, source=source)
+    if "position" not in sizes or row.itemsize != each:
+        raise ContentsError("it is a point set of Expe of a kind that is not known")
+    points = np.frombuffer(data, row, count, head.end())
+    kinds = (("normal", "normals", np.float64), ("radius", "radii", np.float64), ("color", "colors", np.uint8))
+    attributes = {name: points[key].astype(kind) for key, name, kind in kinds if key in sizes}
+    source = Source(path, "xyz", extras=tuple(f"property {name!r}" for name in sizes if name not in _OF_EXPE))
+    return Reading(MeshData(vertices=points["position"], vertex_attributes=attributes, source=source))
 
 
 def read_ptx(path: Path, references: References) -> Reading:
@@ -174,12 +163,13 @@ def read_ptx(path: Path, references: References) -> Reading:
     if b"#" in data:
         raise ContentsError("it has comments, which the format does not know")
     tokens = tokenise(data)
-    grids, extras, line = [], [], 0
+    grids, places, line = [], [], 0
     while line < len(tokens.numbers):
         grid, place = _grid(tokens, line)
         grids.append(grid)
-        extras += [place] if place else []
+        places += [place] if place else []
         line += len(_HEAD) + len(grid)
+    extras = (f"the scanner's places ({len(places):,})",) if len(places) > 1 else tuple(places)
     widest = max((grid.shape[1] for grid in grids), default=_PLAIN)
     # White in a grid without colours, if another one has some.
     grids = [np.pad(grid, ((0, 0), (0, widest - grid.shape[1])), constant_values=255.0) for grid in grids]
@@ -193,11 +183,9 @@ def read_ptx(path: Path, references: References) -> Reading:
         if not ((colors >= 0) & (colors <= 255) & (colors == np.rint(colors))).all():
             raise ContentsError("the last three numbers of its points are no colours from 0 to 255")
         attributes["colors"] = colors.astype(np.uint8)
-    if len(extras) > 1:
-        extras = [f"the scanner's places ({len(extras):,})"]
     missing = len(rows) - len(measured)
     doubts = (f"{missing:,} positions of its grids without a measured point are left out",) if missing else ()
-    mesh = MeshData(vertices=measured[:, :3], vertex_attributes=attributes, source=Source(path, "ptx", extras=tuple(extras)))
+    mesh = MeshData(vertices=measured[:, :3], vertex_attributes=attributes, source=Source(path, "ptx", extras=extras))
     return Reading(mesh, (*unended(data), *doubts))
 
 
@@ -220,9 +208,8 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
     rows = numbers_of(tokens, np.arange(first, first + count), 0, int(lengths[0]) if count else _PLAIN)
     if not np.allclose(matrix[:, 3], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=_ROUNDED):
         raise ContentsError("the last column of a grid's matrix is not 0 0 0 1")
-    is_moved = not np.array_equal(matrix, np.eye(4))
     missing = ~rows[:, :3].any(axis=1)
-    if is_moved:
+    if is_moved := not np.array_equal(matrix, np.eye(4)):
         finite = ~missing & np.isfinite(rows[:, :3]).all(axis=1)
         with np.errstate(over="ignore", invalid="ignore"):
             rows[:, :3] = rows[:, :3] @ matrix[:3, :3] + matrix[3, :3]
@@ -233,10 +220,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh, with the columns of the text that they come from.
-
-    From another file they get normals, in .pts their number, intensities and colours.
-    """
+    """Write the vertices of a mesh with the columns of their text; of another file with normals, in .pts as scanners do."""
     counted = writing.extension == "pts"
     plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     document = mesh.document(PointsDocument) or plain

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..filters.compilation import compiled
 from ..filters.mesh import Floats, Ints, Longs
+from ..filters.topology import proper_faces
 from ..mesh_data.mesh_data import Array
 
 
@@ -32,15 +33,23 @@ def edges_of(corners: Longs, lengths: Longs) -> Array:
     return np.stack([corners[starts], corners[starts + 1]], axis=1)
 
 
+def triangles_of(corners: Longs, lengths: Longs, *, fans: bool) -> Longs:
+    """(t, 3) which of the corners of strips or fans, one after another, make their triangles, without collapsed ones."""
+    counts = np.maximum(lengths - 2, 0)
+    first = np.repeat(np.cumsum(lengths) - lengths, counts)
+    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    odd = 0 if fans else step % 2
+    places = np.stack([first if fans else first + step + odd, first + step + 1 - odd, first + step + 2], axis=1)
+    return np.asarray(places[proper_faces(corners[places])])
+
+
 class Outlines(NamedTuple):
     """Polygons made of triangles again."""
 
     places: Longs  # (c,) which of the 3 m corners of the triangles each corner is, those of one polygon after those of another
     lengths: Longs  # (p,) how many corners each has
     triangles: Longs  # (p,) the first triangle of each
-    notes: tuple[
-        str, ...
-    ] = ()  # of a writer about those left in triangles, as some of theirs are gone, or they have an edge twice
+    notes: tuple[str, ...] = ()  # of a writer, about those left in triangles: some are gone, or an edge is there twice
 
 
 def outlines(faces: Ints, polygon: Array | None) -> Outlines:
@@ -73,10 +82,7 @@ def _end(corners: Any, e: int) -> int:
 
 @compiled
 def _walk_round(corners: Any, members: Any, counts: Any, places: Any, lengths: Any, at: Any, more: Any) -> tuple[int, int]:
-    """Fill the places and lengths of `Outlines`; the numbers of both.
-
-    ``at`` has for a vertex the half-edge of a polygon that begins there, ``more`` the next one after each.
-    """
+    """Fill the places and lengths; ``at`` has the half-edge that begins at a vertex, ``more`` the next one after each."""
     c, p, start = 0, 0, 0
     for count in counts:
         edges = (3 * members[start : start + count]).repeat(3)

@@ -1,8 +1,4 @@
-"""``OUTPUT.provenance.json``: how an output came about, so that it can be made again and compared.
-
-The document is the same for the same run on the same machine, byte for byte, except under ``"run"``: the times, the memory and
-the command line.
-"""
+"""``OUTPUT.provenance.json``: how an output came about; the same bytes for the same run, except under ``"run"``."""
 
 import hashlib
 import json

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from ..filters.geometry import unit_vectors, vertex_normals_by_angle
 from ..filters.mesh import Floats, Longs
-from ..filters.topology import proper_faces
 from ..mesh_data import MeshData, Source, Texture
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
@@ -27,13 +26,9 @@ DEEPEST = 200
 _MOST_ELEMENTS = 500_000
 #: placements, and vertices and faces of all of them together, of one file
 MOST_PLACED, _MOST_MADE = 100_000, 100_000_000
-#: units of length in metres
 METRES = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
 #: values for a part without an attribute that another part has
 _DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}
-
-
-# ---------------------------------------------------------------------------------------------------------------------- XML
 
 
 def parse_xml(
@@ -91,9 +86,6 @@ def read_tree(data: bytes) -> ElementTree.Element:
     return builder.close()
 
 
-# ------------------------------------------------------------------------------------------------------------------ numbers
-
-
 def numbers(text: str, what: str, count: int | None = None) -> Floats:
     """The `count` finite numbers of a text, parted by blanks; `what` names them in messages."""
     words = text.split()
@@ -136,27 +128,16 @@ def check_range(values: Longs, least: int, below: int, what: str) -> None:
         raise ContentsError(f"number {k + 1:,} of {what} is {values[k]}, which is none of {below:,}")
 
 
-# -------------------------------------------------------------------------------------------------------------------- parts
-
-
 class Assembly:
-    """Collects the parts of a scene.
-
-    Attributes:
-        lost: contents of the scene that a mesh cannot have, in words, each once.
-    """
+    """Collects the parts of a scene."""
 
     def __init__(self, references: References) -> None:
-        self.lost: dict[str, None] = {}
+        self.lost: dict[str, None] = {}  # contents of the scene that a mesh cannot have, in words, each once
         self._references = references
         self._textures: dict[str, tuple[int, Texture]] = {}
         self._parts: list[tuple[MeshData, Floats]] = []
         self._open: set[Hashable] = set()
         self._entered = self._made = 0
-
-    def __bool__(self) -> bool:
-        """Whether anything was placed."""
-        return bool(self._parts)
 
     @contextmanager
     def within(self, part: Hashable) -> Iterator[None]:
@@ -181,17 +162,11 @@ class Assembly:
         of_corners: Mapping[str, Array],
         of_polygons: Mapping[str, Array | None],
     ) -> MeshData:
-        """A part made of polygons; what of it a mesh cannot hold is added to `lost`.
+        """A part made of polygons, as `triangulated` has them; what of it a mesh cannot hold is added to `lost`.
 
-        Args:
-            vertices: (n, 3) coordinates.
-            corners: (c,) indices of vertices, those of one polygon after those of another.
-            lengths: (p,) how many corners each polygon has.
-            what: the corners in a message.
-            of_corners: ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); normals
-                and colours become those of vertices if they are the same at all corners there, else colours those of faces if
-                possible. A row of nan is no value.
-            of_polygons: attributes of polygons, (p, ...). If ``texture`` is -1 in all, there are no texture coordinates either.
+        `of_corners` has ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, and ``wedge_texture_coordinates`` (c, 2):
+        normals and colours become those of vertices if they are the same at all corners there, else colours those of faces if
+        possible. A row of nan is no value. `of_polygons` are (p, ...); if no ``texture`` is there, coordinates are none either.
         """
         check_range(corners, 0, len(vertices), what)
         if (lengths < 3).any():
@@ -207,7 +182,11 @@ class Assembly:
                 continue
             if name == "wedge_texture_coordinates":
                 face[name] = np.nan_to_num(values[places])
-            elif (own := _of_vertices(values, corners, len(vertices))) is not None:
+                continue
+            is_there = ~np.isnan(values).any(axis=1)
+            own = np.full((len(vertices), values.shape[1]), np.nan)
+            own[corners[is_there]] = values[is_there]
+            if (own[corners[is_there]] == values[is_there]).all():
                 vertex[name] = levels(own) if name == "colors" else np.nan_to_num(own)
             elif name == "colors" and ((all_levels := levels(values)[places]) == all_levels[:, :1]).all():
                 face["colors"] = all_levels[:, 0]
@@ -258,16 +237,6 @@ class Assembly:
         )
 
 
-def triangles_of(corners: Longs, lengths: Longs, *, fans: bool) -> Longs:
-    """(t, 3) which of the corners of strips or fans, one after another, make their triangles, without collapsed ones."""
-    counts = np.maximum(lengths - 2, 0)
-    first = np.repeat(np.cumsum(lengths) - lengths, counts)
-    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    odd = 0 if fans else step % 2
-    places = np.stack([first if fans else first + step + odd, first + step + 1 - odd, first + step + 2], axis=1)
-    return np.asarray(places[proper_faces(corners[places])])
-
-
 def placing(linear: Floats, move: Any = 0.0) -> Floats:
     """(4, 4) the matrix of a (3, 3) linear map and a translation after it."""
     matrix = np.eye(4)
@@ -296,14 +265,6 @@ def levels(colors: Floats) -> NDArray[np.uint8]:
     return whole
 
 
-def _of_vertices(values: Floats, corners: Longs, count: int) -> Floats | None:
-    """(count, k) the values of corners as those of their vertices, nan where there is none; None if they differ at one."""
-    present = ~np.isnan(values).any(axis=1)
-    own = np.full((count, values.shape[1]), np.nan)
-    own[corners[present]] = values[present]
-    return own if (own[corners[present]] == values[present]).all() else None
-
-
 def _placed(part: MeshData, matrix: Floats) -> MeshData:
     if (matrix == np.eye(4)).all():
         return part
@@ -319,7 +280,6 @@ def _placed(part: MeshData, matrix: Floats) -> MeshData:
 
 
 def _joined(attributes: Sequence[Mapping[str, Array]], counts: Sequence[int]) -> dict[str, Array]:
-    """The attributes of all parts, one after another; a part that has none of a name gets its default."""
     joined = {}
     for name in dict.fromkeys(name for own in attributes for name in own):
         like = next(own[name] for own in attributes if name in own)

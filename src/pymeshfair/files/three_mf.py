@@ -1,11 +1,8 @@
-"""Reads 3MF archives within limits, and writes them.
-
-An archive of a few kilobytes may hold gigabytes, a name in it may lead out of it, and two programs may see two different
-archives in one file.
-"""
+"""Reads 3MF archives within limits, since a few kilobytes may hold gigabytes and names lead out of them; writes them."""
 
 import io
 import lzma
+import re
 import struct
 import zipfile
 import zlib
@@ -60,11 +57,7 @@ class _Object:
 
 @dataclass
 class _Model:
-    """One model file as it is read.
-
-    Besides its objects and items: the colours, the coordinates in a texture and the textures by their numbers, and how many
-    there are of each kind of element and attribute that is not read.
-    """
+    """A model file; by their numbers colours, coordinates with their texture, and textures; how much of each kind is not read."""
 
     objects: dict[str, _Object] = field(default_factory=dict)
     items: list[dict[str, str]] = field(default_factory=list)
@@ -90,44 +83,40 @@ class _Model:
                 if name.rpartition(":")[2] not in _KNOWN[tag] and not name.startswith(_UNSAID) and not name.endswith(_UNSAID):
                     self.unread[f"attributes {shown(name, 30)} of the elements {tag!r}"] += 1
         try:
-            self._take(tag, attributes, named)
+            match tag:
+                case "vertex":
+                    self._object.coordinates += (attributes["x"], attributes["y"], attributes["z"])
+                case "triangle":
+                    if len(attributes) > 3:
+                        self._object.attributes[len(self._object.corners) // 3] = attributes
+                    self._object.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
+                case "model":
+                    self.unit = attributes.get("unit", self.unit)
+                    for prefix in named.get("requiredextensions", "").split():
+                        if (space := named.get(f"xmlns:{prefix}", prefix)) not in _UNDERSTOOD:
+                            raise ContentsError(f"it needs the extension {shown(space, 100)}, which is not known here")
+                case "object":
+                    if attributes["id"] in self.objects:
+                        raise ContentsError(f"it has two objects {shown(attributes['id'], 30)}")
+                    self._object = _Object((attributes.get("pid", ""), attributes.get("pindex", "0")))
+                    self.objects[attributes["id"]] = self._object
+                    if attributes.get("type", "model") != "model":
+                        self.unread[f"objects of the type {shown(attributes['type'], 30)}"] += 1
+                case "component" | "item":
+                    uses = self.items if tag == "item" else self._object.components
+                    uses.append({"objectid": attributes["objectid"], **attributes})
+                case "basematerials" | "colorgroup":
+                    self._group = self.colors.setdefault(attributes["id"], [])
+                case "base" | "color":
+                    self._group.append(attributes["displaycolor" if tag == "base" else "color"])
+                case "texture2d":
+                    self.textures[attributes["id"]] = attributes["path"]
+                case "texture2dgroup":
+                    self._group = self.coordinates.setdefault(attributes["id"], (attributes["texid"], []))[1]
+                case "tex2coord":
+                    self._group.append(f"{attributes['u']} {attributes['v']}")
         except KeyError as error:
             raise ContentsError(f"a {tag} of it has no {error.args[0]}") from None
-
-    def _take(self, tag: str, attributes: dict[str, str], named: dict[str, str]) -> None:
-        match tag:
-            case "vertex":
-                self._object.coordinates += (attributes["x"], attributes["y"], attributes["z"])
-            case "triangle":
-                if len(attributes) > 3:
-                    self._object.attributes[len(self._object.corners) // 3] = attributes
-                self._object.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
-            case "model":
-                self.unit = attributes.get("unit", self.unit)
-                for prefix in named.get("requiredextensions", "").split():
-                    if (space := named.get(f"xmlns:{prefix}", prefix)) not in _UNDERSTOOD:
-                        raise ContentsError(f"it needs the extension {shown(space, 100)}, which is not known here")
-            case "object":
-                if attributes["id"] in self.objects:
-                    raise ContentsError(f"it has two objects {shown(attributes['id'], 30)}")
-                self._object = _Object((attributes.get("pid", ""), attributes.get("pindex", "0")))
-                self.objects[attributes["id"]] = self._object
-                if attributes.get("type", "model") != "model":
-                    self.unread[f"objects of the type {shown(attributes['type'], 30)}"] += 1
-            case "component":
-                self._object.components.append({"objectid": attributes["objectid"], **attributes})
-            case "item":
-                self.items.append({"objectid": attributes["objectid"], **attributes})
-            case "basematerials" | "colorgroup":
-                self._group = self.colors.setdefault(attributes["id"], [])
-            case "base" | "color":
-                self._group.append(attributes["displaycolor" if tag == "base" else "color"])
-            case "texture2d":
-                self.textures[attributes["id"]] = attributes["path"]
-            case "texture2dgroup":
-                self._group = self.coordinates.setdefault(attributes["id"], (attributes["texid"], []))[1]
-            case "tex2coord":
-                self._group.append(f"{attributes['u']} {attributes['v']}")
 
     def end(self, tag: str) -> None:
         self._beyond = max(self._beyond - 1, 0)
@@ -150,8 +139,6 @@ def read_3mf(path: Path, references: References) -> Reading:
 
 
 class _Reader:
-    """Follows the references of an archive from its build items on."""
-
     def __init__(self, archive: zipfile.ZipFile, size: int, references: References) -> None:
         self.assembly = Assembly(references)
         self.parts: dict[str, zipfile.ZipInfo] = {}
@@ -268,14 +255,9 @@ class _Reader:
 
 
 def _color(text: str) -> list[float]:
-    """The shares of red, green, blue and opacity of a colour."""
-    try:
-        if len(text) not in (7, 9) or text[0] != "#":
-            raise ValueError
-        levels = bytes.fromhex(text[1:])
-    except ValueError:
-        raise ContentsError(f"a colour of it is {shown(text, 30)}") from None
-    return [level / 255 for level in (*levels, 255)[:4]]
+    if not re.fullmatch(r"#([0-9a-fA-F]{2}){3,4}", text):
+        raise ContentsError(f"a colour of it is {shown(text, 30)}")
+    return [level / 255 for level in (*bytes.fromhex(text[1:]), 255)[:4]]
 
 
 _TYPES = (

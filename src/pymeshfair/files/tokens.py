@@ -45,10 +45,9 @@ def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
 def lex(
     text: Bytes, slashes: bool, kinds: Any, values: Any, first: Any, starts: Any, numbers: Any, keywords: Any, decimals: Any
 ) -> tuple[int, int]:
-    """Fill the arrays; how many tokens and lines there are.
+    """Fill the arrays of `Tokens`; how many tokens and lines there are.
 
-    The arrays are those of `Tokens`. A number that is not whole, or has too many digits, has the value NaN, and its characters
-    are put into `decimals`, at their places in the text.
+    A number that is not whole, or has too many digits, is NaN, and its characters are put into `decimals`, at their places.
     """
     i, n, t, length, line = 0, len(text), 0, 0, 1
     end_of_token = np.zeros(256, np.bool_)

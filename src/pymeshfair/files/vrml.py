@@ -19,7 +19,7 @@ from . import scenes
 from .errors import ContentsError
 from .inputs import Reading, References, shown
 from .outputs import Writing
-from .polygons import edges_of
+from .polygons import edges_of, triangles_of
 from .scenes import Assembly
 
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|#[^\n\r]*|[\[\]{}"]|[^\s,\[\]{}"#]+', re.DOTALL)
@@ -33,7 +33,6 @@ _HEADS = ("#VRML V2.0 utf8", "#X3D V3")
 _STATEMENTS = {"ROUTE": 3, "PROFILE": 1, "COMPONENT": 1, "META": 2, "EXPORT": 1}
 #: nodes that load, run or define something else
 _REFUSED = {"Inline", "EXTERNPROTO", "PROTO", "IMPORT", "Script", "ProtoDeclare", "ExternProtoDeclare", "ProtoInstance", "IS"}
-#: nodes that place others
 _TRANSFORMS = ("Transform", "CADPart")
 _GROUPS = (*_TRANSFORMS, "Group", "StaticGroup", "Anchor", "Billboard", "Collision", "Switch", "LOD", "CADAssembly", "CADFace")
 #: their fields, of whose nodes one is shown by a number, and those that show nothing
@@ -53,13 +52,8 @@ _ATTRIBUTES = (
 )
 
 
-# -------------------------------------------------------------------------------------------------------------------- nodes
-
-
 @dataclass(eq=False)
 class _Node:
-    """A node: its type, the texts of its fields, and the nodes in them."""
-
     type: str
     fields: dict[str, str] = field(default_factory=dict)  # the numbers, truths or texts of each field
     parts: list[tuple[str, _Node]] = field(default_factory=list)  # the nodes in fields, each with the name of the field
@@ -102,8 +96,6 @@ def read_vrml(path: Path, references: References) -> Reading:
 
 
 class _Parser:
-    """Takes a text apart, from one token to the next."""
-
     def __init__(self, text: str) -> None:
         self._text, self._at = text, 0
         self._names: dict[str, _Node] = {}
@@ -121,7 +113,6 @@ class _Parser:
         return nodes
 
     def _next(self, count: int = 1) -> str:
-        """The next token, or the last of some, "" at the end."""
         while match := _TOKEN.search(self._text, self._at):
             self._at = match.end()
             if match[0] == '"':
@@ -203,27 +194,21 @@ def _of_element(part: Element, names: dict[str, _Node]) -> _Node:
     return node
 
 
-# ------------------------------------------------------------------------------------------------------------------- shapes
-
-
 def _read_nodes(nodes: list[_Node], path: Path, references: References) -> Reading:
-    """The mesh that the shapes of a scene make."""
     reader = _Reader(references)
     with np.errstate(all="ignore"):
         reader.visit(_Node("Group", parts=[("children", node) for node in nodes]), np.eye(4))
-    if reader.unread and not reader.assembly:
+    if reader.unread and all(part is None for part in reader.shapes.values()):
         raise ContentsError(f"it has no shape that is known here, but nodes {', '.join(sorted(reader.unread))[:100]}")
     extras = [f"nodes {type} ({n:,})" for type, n in sorted(reader.unread.items())]
     return reader.assembly.reading(path, path.suffix[1:].lower(), extras)
 
 
 class _Reader:
-    """Places the shapes of a scene."""
-
     def __init__(self, references: References) -> None:
         self.assembly, self.unread = Assembly(references), Counter[str]()
         self._references = references
-        self._shapes: dict[int, MeshData | None] = {}
+        self.shapes: dict[int, MeshData | None] = {}
         self._harmless: set[int] = set()
 
     def visit(self, node: _Node, above: Floats) -> None:
@@ -233,9 +218,9 @@ class _Reader:
             elif node.type in _GROUPS:
                 self._visit_parts(node, above)
             elif node.type == "Shape":
-                if id(node) not in self._shapes:
-                    self._shapes[id(node)] = self._shape(node)
-                if (part := self._shapes[id(node)]) is not None:
+                if id(node) not in self.shapes:
+                    self.shapes[id(node)] = self._shape(node)
+                if (part := self.shapes[id(node)]) is not None:
                     self.assembly.place(part, above)
             elif id(node) not in self._harmless:
                 self._check_harmless(node)
@@ -264,7 +249,6 @@ class _Reader:
                 left += [child for _, child in part.parts]
 
     def _shape(self, shape: _Node) -> MeshData | None:
-        """The part of a shape; None if its geometry cannot be read."""
         look = shape.part("Appearance")
         geometry = next((p for _, p in shape.parts if p.type != "Appearance" and not p.type.startswith("Metadata")), None)
         if geometry is None or geometry.type not in _GEOMETRIES:
@@ -323,10 +307,7 @@ def _runs(geometry: _Node, name: str, count: int) -> tuple[Longs, Longs]:
 def _made(
     geometry: _Node, assembly: Assembly, points: Floats, corners: Longs, lengths: Longs, what: str, chosen: Longs | None = None
 ) -> MeshData:
-    """The part made of polygons, with the colours, normals and texture coordinates of the geometry.
-
-    `chosen` are the triangles, as numbers of corners, that strips and fans become.
-    """
+    """The part made of polygons, or of the triangles `chosen`, as numbers of corners, that strips and fans become."""
     of_corners: dict[str, Any] = {}
     of_polygons: dict[str, Any] = {}
     for types, attribute, field_name, per_vertex in _ATTRIBUTES:
@@ -355,7 +336,6 @@ def _made(
 
 
 def _set(geometry: _Node, assembly: Assembly) -> MeshData:
-    """A set of faces, triangles, quads, strips or fans: indexed, or strips and fans with counts."""
     kind = geometry.type.removeprefix("Indexed").removesuffix("Set")
     points, what, name = _points(geometry), f"the corners of a {geometry.type!r}", _COUNTS.get(kind, "")
     if kind == "Face":
@@ -374,7 +354,7 @@ def _set(geometry: _Node, assembly: Assembly) -> MeshData:
         return _made(geometry, assembly, points, corners, np.full(len(corners) // size, size), what)
     if (lengths < 3).any() or lengths.sum() != len(corners):
         raise ContentsError(f"{what} are {len(corners):,}, but {name} says otherwise")
-    chosen = scenes.triangles_of(corners, lengths, fans=kind == "TriangleFan")
+    chosen = triangles_of(corners, lengths, fans=kind == "TriangleFan")
     return _made(geometry, assembly, points, corners, lengths, what, chosen)
 
 
@@ -399,7 +379,6 @@ def _lines(geometry: _Node, assembly: Assembly) -> MeshData:
 
 
 def _elevation(geometry: _Node, assembly: Assembly) -> MeshData:
-    """A grid of heights, rows along z."""
     (wide, deep), heights = (int(geometry.numbers(f"{a}Dimension", "0", 1)[0]) for a in "xz"), geometry.numbers("height", "")
     if wide < 2 or deep < 2 or wide * deep != len(heights):
         raise ContentsError(f"an ElevationGrid of it has {len(heights):,} heights for {wide} x {deep}")
@@ -417,9 +396,6 @@ _GEOMETRIES: Mapping[str, Callable[[_Node, Assembly], MeshData]] = {
     **dict.fromkeys(("PointSet", "IndexedLineSet", "LineSet"), _lines),
     "ElevationGrid": _elevation,
 }
-
-
-# ------------------------------------------------------------------------------------------------------------------ writing
 
 
 def write_vrml(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:

@@ -1,13 +1,11 @@
 """The one way to write files: rules for replacing them, and files that appear whole or not at all.
 
-Nothing that exists is replaced unless that was asked for, and links, folders, pipes and devices not even then. One file is
-written by `write_file`: a temporary file beside it, flushed to the disk, and renamed. The files of a run are written to a hidden
-folder beside the output, on the same file system, and put in place by `place`, all or none.
+Nothing that exists is replaced unless that was asked for, and links, folders, pipes and devices not even then. The files of a
+run are written to a hidden folder beside the output, on the same file system, and put in place by `place`, all or none.
 
-That folder is removed with the run. One that was left behind, because the power failed or everything was killed at once, is
-removed by the next run in the same folder: a process that works in it holds a lock, and a dead one holds none. On a system
-without such locks it stays until a user removes it. That of a run by tiles may hold hours of work: it stays until that goes on.
-The output is locked meanwhile: of two simultaneous runs one would silently replace the result of the other.
+One that was left behind, because the power failed or everything was killed at once, is removed by the next run in the same
+folder: a process that works in it holds a lock, and a dead one holds none. On a system without such locks it stays until a user
+removes it. That of a run by tiles may hold hours of work: it stays until that goes on.
 """
 
 import contextlib
@@ -27,9 +25,7 @@ from ..operating_system import this_system
 from .errors import OutputBusyError, OutputError
 from .formats import extension, listed
 
-#: bytes of a name, as usual file systems have it
 _LONGEST_NAME = 255
-#: the advice about a file that is not replaced
 OVERWRITE = "name another output, or ask to overwrite"
 _KINDS = (
     (stat.S_ISLNK, "a link: name the file itself that it leads to"),
@@ -41,9 +37,6 @@ _LOCK_PREFIX, STAGE_PREFIX, WORK_PREFIX, _GONE = ".pymeshfair-lock-", ".pymeshfa
 _LOCK = "lock"
 #: seconds after which a folder without a lock file counts as abandoned; a younger one may just be being made or removed
 _GRACE = 3600.0
-
-
-# ------------------------------------------------------------------------------------------------------------------- checks
 
 
 def check_place(path: Path) -> bool:
@@ -86,17 +79,9 @@ def check_kind(path: Path, kinds: Collection[str]) -> None:
         raise OutputError(path, f"{what}; name a file that ends with {listed(tuple(kinds))}")
 
 
-# -------------------------------------------------------------------------------------------------------- locks and folders
-
-
 @contextlib.contextmanager
 def output_lock(output: Path) -> Iterator[None]:
-    """Lock an output for writing, where the file system can. The lock of a process that dies is released.
-
-    Raises:
-        OutputBusyError: another run has locked it.
-        OutputError: the lock file cannot be made.
-    """
+    """Lock an output for writing, where the file system can; `OutputBusyError` if another run has locked it."""
     path = output.with_name(_LOCK_PREFIX + _mark(output))
     with _locked(path, output):
         for folder in output.parent.glob(f"{STAGE_PREFIX}{_mark(output)}-*"):
@@ -204,27 +189,19 @@ def _is_abandoned(folder: Path) -> bool:
     return False
 
 
-# ------------------------------------------------------------------------------------------------------------------ writing
-
-
 def write_file(path: Path, data: bytes, *, overwrite: bool) -> None:
-    """Write one file, which appears whole or not at all.
-
-    Raises:
-        OutputError: it cannot or must not be written; a former file is still there.
-    """
+    """Write one file, which appears whole or not at all; if it cannot be written, a former file is still there."""
     _check_free(path, overwrite=overwrite)
     made = path.with_name(f".pymeshfair-{secrets.token_hex(8)}")
     try:
-        try:
-            _write_whole(made, data)
-            made.replace(path)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                made.unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise OutputError(path, _words(error)) from error
+        _write_whole(made, data)
+        made.replace(path)
+    except BaseException as error:
+        with contextlib.suppress(OSError):
+            made.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise OutputError(path, _words(error)) from error
+        raise
 
 
 def _write_whole(path: Path, data: bytes) -> None:
@@ -257,13 +234,9 @@ def stage_file(staged: Path, target: Path, data: bytes) -> StagedFile:
 
 
 def place(files: Sequence[StagedFile], stage: Path, *, outdated: Path | None = None) -> None:
-    """Put all files in place in their order, or none; `outdated` is removed before.
+    """Put all files in place in their order, or none, and then the former ones are there again; `outdated` is removed before.
 
-    A rename works within a file system alone; so files for other folders than that of the staging folder are first brought into
-    a staging folder there. Replaced files are kept in the staging folder until all is done.
-
-    Raises:
-        OutputError: one could not be put in place; the former files are there again.
+    A rename works within a file system alone: files for another folder are first brought into a staging folder there.
     """
     done: list[tuple[Path, Path | None]] = []
     stages, target = {stage.parent: stage}, files[0].target if files else stage
@@ -301,7 +274,6 @@ def place(files: Sequence[StagedFile], stage: Path, *, outdated: Path | None = N
 
 
 def _kept(target: Path, backup: Path) -> Path | None:
-    """A second name for the file at `target`, so that it can be put back; None if there is none."""
     if not os.path.lexists(target):
         return None
     try:
