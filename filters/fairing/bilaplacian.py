@@ -205,7 +205,7 @@ class BendingEnergy(NamedTuple):
             try:
                 moved[free] = refined_solution(
                     matrix, residual, np.zeros((len(data), 3)), extent=diagonal, solve=method, progress=progress
-                )
+                ).values
                 break
             except ConvergenceError:
                 if method is methods[-1]:
