@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import ConvergenceError, FilterInputError, check_choice
-from ..compilation import compiled
 from ..execution import Progress, ignore_progress
 from ..geometry import face_areas
 from ..libraries import sparse
@@ -313,18 +312,8 @@ def _floored(mass: Floats, faces: Ints) -> Floats:
     mean = float(mass.mean()) if len(mass) else 0.0
     if not mean > 0.0:
         return np.ones(len(mass))
-    around = _largest_around(mass, faces)
+    around = mass.copy()
+    np.maximum.at(around, faces, mass[faces].max(axis=1, keepdims=True))
     # Where there is no mass at all around, as at triangles without area, any will do.
     around[around <= _NO_MASS * mean] = mean
     return np.asarray(np.maximum(mass, _LEAST_MASS * around))
-
-
-@compiled
-def _largest_around(mass: Floats, faces: Ints) -> Floats:
-    """The largest mass at each vertex and its neighbours."""
-    largest = mass.copy()
-    for f in range(faces.shape[0]):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        most = max(mass[a], mass[b], mass[c])
-        largest[a], largest[b], largest[c] = max(largest[a], most), max(largest[b], most), max(largest[c], most)
-    return largest

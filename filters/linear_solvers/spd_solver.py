@@ -62,11 +62,7 @@ class ShiftedFactors:
     """L D L^T of A - shift I for a symmetric A, without row exchanges.
 
     Without exchanges D is diagonal, and by Sylvester's law of inertia it has as many negative entries as A has eigenvalues below
-    the shift. A pivot close to 0 would spoil that; then the shift is moved a little.
-
-    Attributes:
-        shift: the shift of the factors, close to the one that was to be taken.
-        below: how many eigenvalues of A, counted with multiplicity, lie below the shift.
+    the shift, `below`. A pivot close to 0 would spoil that; then the `shift` is moved a little.
     """
 
     def __init__(self, matrix: sparse.csc_matrix, fronts: Fronts, shift: float, progress: Progress, done: float) -> None:

@@ -170,9 +170,7 @@ class Response:
 def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
     """Removes waves shorter than the detail size and keeps longer ones: F(2 pi / detail_size) = 1/2 exactly.
 
-    Args:
-        detail_size: the wavelength whose amplitude is halved, in mesh units. Larger is smoother.
-        order: n; larger cuts off more sharply, takes longer and rings more.
+    The larger the size, in mesh units, the smoother; a larger order n cuts off more sharply, takes longer and rings more.
     """
     return Response("low_pass", (cutoff_frequency("detail_size", detail_size),), _checked_order(order), (1.0,))
 
