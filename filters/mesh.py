@@ -329,14 +329,7 @@ def _mark_used(cells: Ints, used: Bools) -> None:
 
 @compiled(parallel=True)
 def _restore(
-    vertices: Floats,
-    middle: Floats,
-    scale: float,
-    order: Ints,
-    after: Floats,
-    result: Floats,
-    furthest: Longs,
-    squares: Floats,
+    vertices: Floats, middle: Floats, scale: float, order: Ints, after: Floats, result: Floats, furthest: Longs, squares: Floats
 ) -> None:
     """Writes the vertices; for every block the point that moves furthest, or the first that is not finite, and its square."""
     for block in prange(squares.shape[0]):

@@ -299,13 +299,7 @@ def _find(tree: KdTree, indices: Ints, distances: Floats, first: int, last: int)
 
 @compiled(nogil=True)
 def _sort_rows(
-    index_at: Ints,
-    start: int,
-    positions: Ints,
-    squared: Floats,
-    scale: float,
-    indices: Ints,
-    distances: Floats,
+    index_at: Ints, start: int, positions: Ints, squared: Floats, scale: float, indices: Ints, distances: Floats
 ) -> None:
     """Writes the rows of the positions from `start` on to the rows of their points, ordered by distance, then by index."""
     k = positions.shape[1]

@@ -50,12 +50,7 @@ _TOGETHER = 16
 
 
 def lowest_eigenpairs(
-    problem: SpectralProblem,
-    count: int,
-    *,
-    constants: bool = True,
-    tolerance: float = 1e-9,
-    progress: Progress = ignore_progress,
+    problem: SpectralProblem, count: int, *, constants: bool = True, tolerance: float = 1e-9, progress: Progress = ignore_progress
 ) -> tuple[Floats, Floats]:
     """The `count` lowest modes: S v = kappa M v with V^T M V = I.
 
