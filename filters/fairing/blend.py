@@ -150,21 +150,12 @@ def _bending(start: Floats, end: Floats, chord: Floats) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """A band that joins two rims.
+    """A band that joins two rims, doubtful if turning a part over would bend the neck neither clearly more nor clearly less."""
 
-    Attributes:
-        vertices: (k, 3) the new vertices.
-        faces: (b, 3) the new triangles, oriented as those on the rims. An index below n names a vertex of the mesh, n + i the new
-            vertex i.
-        rims: the vertices of the two rims, in the direction of these triangles.
-        doubtful: whether one of the parts may be inside out: turning one of them over would bend the neck neither clearly more
-            nor clearly less.
-    """
-
-    vertices: Floats
-    faces: Ints
-    rims: tuple[Ints, Ints]
-    doubtful: bool
+    vertices: Floats  # (k, 3) the new vertices
+    faces: Ints  # (b, 3) the new triangles, oriented as those on the rims; n + i names the new vertex i of a mesh of n
+    rims: tuple[Ints, Ints]  # the vertices of the two rims, in the direction of these triangles
+    doubtful: bool  # whether one of the parts may be inside out
 
 
 def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: Progress = ignore_progress) -> "Blend":

@@ -29,30 +29,18 @@ class Fronts(NamedTuple):
     The group g eliminates the rows from ``firsts[g]`` to before ``firsts[g + 1]`` and changes the rows
     ``rows[starts[g] : starts[g + 1]]``. All numbers of rows are places in `order`. Disjoint subtrees of groups are parts, which
     know nothing of each other, so that threads share them; the groups above them follow on one thread.
-
-    Attributes:
-        order: (n,) int32 the row of the matrix at each place.
-        places: (n,) int32 the place of each row.
-        firsts: (groups + 1,).
-        lows: (groups,) what a group changes goes into the first later group whose number here is not above its `firsts`.
-        starts: (groups + 1,).
-        rows: int32, ascending in each group.
-        numbers: (groups + 1,) where L of each group begins among all numbers of L.
-        parts: (p, 2) the first group of each part, and the one after its last.
-        last: the last group of each part and the groups above all parts, ascending.
-        above: (n,) int32 the number of a row among those that are in no part, -1 of the others.
     """
 
-    order: Ints
-    places: Ints
-    firsts: Longs
-    lows: Longs
-    starts: Longs
-    rows: Ints
-    numbers: Longs
-    parts: Longs
-    last: Longs
-    above: Ints
+    order: Ints  # (n,) the row of the matrix at each place
+    places: Ints  # (n,) the place of each row
+    firsts: Longs  # (groups + 1,)
+    lows: Longs  # (groups,) what a group changes goes into the first later group whose number here is not above its `firsts`
+    starts: Longs  # (groups + 1,)
+    rows: Ints  # ascending in each group
+    numbers: Longs  # (groups + 1,) where L of each group begins among all numbers of L
+    parts: Longs  # (p, 2) the first group of each part, and the one after its last
+    last: Longs  # the last group of each part and the groups above all parts, ascending
+    above: Ints  # (n,) the number of a row among those that are in no part, -1 of the others
 
     @classmethod
     def of(cls, matrix: sparse.csr_matrix) -> Fronts:

@@ -130,20 +130,14 @@ DEFAULT_ORDER = 2
 @dataclass(frozen=True)
 class Response:
     """F(omega), smooth on omega > 0, with a limit at infinity.
-
-    Attributes:
-        name: of the function that made it.
-        cutoffs: the frequencies omega_c at which its parts pass one half, ascending, in radians per unit length.
-        order: n of the profile.
-        weights: of the profiles at the cutoffs: F(omega) = infinity + sum_i weights_i exp(-ln 2 (omega / cutoffs_i)^(2 n)).
-        infinity: the limit of F for short waves.
+    F(omega) = infinity + sum_i weights_i exp(-ln 2 (omega / cutoffs_i)^(2 order)).
     """
 
-    name: ResponseName
-    cutoffs: tuple[float, ...]
+    name: ResponseName  # of the function that made it
+    cutoffs: tuple[float, ...]  # the frequencies at which its parts pass one half, ascending, in radians per unit length
     order: int
-    weights: tuple[float, ...]
-    infinity: float = 0.0
+    weights: tuple[float, ...]  # of the profiles at the cutoffs
+    infinity: float = 0.0  # the limit of F for short waves
 
     def __call__(self, frequencies: Floats) -> Floats:
         """F at each frequency from 0; 1 at exactly 0, the frequency of a component's mean: the surface keeps its place."""
