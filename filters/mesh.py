@@ -76,11 +76,7 @@ def check_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[Floats, Ints]:
 
 
 def check_edges(edges: ArrayLike, n_vertices: int) -> Ints:
-    """The edges of polylines as (e, 2) int32, C-contiguous and not copied when they are so already.
-
-    Raises:
-        FilterInputError: a wrong shape or type, an index that names no vertex; the message gives the first and their number.
-    """
+    """The edges of polylines as (e, 2) int32, like the faces of `check_mesh`."""
     return _checked_cells("edge", "(e, 2)", 2, edges, n_vertices)
 
 
@@ -103,11 +99,7 @@ def _checked_cells(cell: str, shape: str, corners: int, values: ArrayLike, n_ver
 
 
 def check_points(vertices: ArrayLike) -> Floats:
-    """The points as (n, 3) float64, C-contiguous, not copied when they are so already.
-
-    Raises:
-        FilterInputError: a wrong shape or type, or a coordinate that is not finite.
-    """
+    """The points as (n, 3) float64, like those of `check_mesh`."""
     raw = np.asarray(vertices)
     if raw.size == 0:
         return np.empty((0, 3))
@@ -134,20 +126,12 @@ def mask_of(indices: NDArray[np.integer] | Bools, count: int) -> Bools:
 
 
 def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
-    """(n,) which vertices may move: all of them for None.
-
-    Raises:
-        FilterInputError: not a truth value for every vertex.
-    """
+    """(n,) which vertices may move: all of them for None; `FilterInputError` if there is not a truth value for every vertex."""
     return np.ones(n_vertices, dtype=np.bool_) if movable is None else check_vertex_mask("movable", movable, n_vertices)
 
 
 def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
-    """(n,) one truth value for each vertex; errors name the parameter `name`.
-
-    Raises:
-        FilterInputError: not a truth value for every vertex.
-    """
+    """(n,) one truth value for each vertex; a `FilterInputError` that names the parameter if it is something else."""
     mask = np.asarray(values)
     if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
         raise FilterInputError(
@@ -158,15 +142,10 @@ def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """Properties of the whole mesh that a part of it needs to give the same bits.
+    """Properties of the whole mesh that a part of it needs to give the same bits."""
 
-    Attributes:
-        low: (3,) the lowest coordinates of the vertices that its cells use.
-        high: (3,) their highest.
-    """
-
-    low: Floats
-    high: Floats
+    low: Floats  # (3,) the lowest coordinates of the vertices that its cells use
+    high: Floats  # (3,) their highest
 
     @property
     def diagonal(self) -> float:
@@ -329,14 +308,7 @@ def _mark_used(cells: Ints, used: Bools) -> None:
 
 @compiled(parallel=True)
 def _restore(
-    vertices: Floats,
-    middle: Floats,
-    scale: float,
-    order: Ints,
-    after: Floats,
-    result: Floats,
-    furthest: Longs,
-    squares: Floats,
+    vertices: Floats, middle: Floats, scale: float, order: Ints, after: Floats, result: Floats, furthest: Longs, squares: Floats
 ) -> None:
     """Writes the vertices; for every block the point that moves furthest, or the first that is not finite, and its square."""
     for block in prange(squares.shape[0]):

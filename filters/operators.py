@@ -446,13 +446,9 @@ def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName
         FilterInputError: an unknown operator.
     """
     check_choice("operator", operator, SurfaceOperatorName)
-    if operator == "robust" or (operator == "auto" and _needs_robust(points, faces)):
-        return robust_mesh_laplacian(points, faces)
-    return laplace_beltrami(points, faces)
-
-
-def _needs_robust(points: Floats, faces: Ints) -> bool:
-    return len(non_manifold_edges(faces)) > 0 or _thinnest_triangle(points, faces) < _SLIVER
+    if operator == "auto" and (len(non_manifold_edges(faces)) > 0 or _thinnest_triangle(points, faces) < _SLIVER):
+        operator = "robust"
+    return robust_mesh_laplacian(points, faces) if operator == "robust" else laplace_beltrami(points, faces)
 
 
 @compiled(nogil=True)

@@ -27,12 +27,7 @@ if TYPE_CHECKING:
 
 #: Environment variables of the process, on which the code depends; the user's settings of numba have no effect on it. With SLP
 #: the three coordinates of a point go through the processor's vectors together: a step of 10,000 vertices takes 0.7 of the time.
-SETTINGS = {
-    "NUMBA_DISABLE_INTEL_SVML": "1",
-    "NUMBA_CPU_FEATURES": "",
-    "NUMBA_SLP_VECTORIZE": "1",
-    "PYTHONDONTWRITEBYTECODE": "1",
-}
+SETTINGS = {"NUMBA_DISABLE_INTEL_SVML": "1", "NUMBA_CPU_FEATURES": "", "NUMBA_SLP_VECTORIZE": "1", "PYTHONDONTWRITEBYTECODE": "1"}
 
 
 class CompilationError(PymeshfairError, ImportError):

@@ -12,7 +12,7 @@ from ..execution import Progress, ignore_progress, threads_for
 from ..libraries import sparse
 from ..mesh import Bools, Floats, NormalisedMesh, Whole, check_mesh, mask_of, normalised_mesh, worth_reordering
 from ..operators import OperatorName
-from ..topology import BorderPolicy, border_edges, border_vertices, edges, stars
+from ..topology import BorderPolicy, border_edges, border_vertices, edge_face_counts, edges, stars
 from .stencil import Advance, UpdateRule, explicit_stencil
 
 #: The operators without a unit, whose spectrum lies in [-2, 0] on every mesh: lambda, mu and the pass band are defined for these.
@@ -49,8 +49,9 @@ def explicit_smoothing(
         operator: the Laplace operator L; see `build_laplacian`. Weights that depend on lengths or angles are computed anew for
             every step; those of "robust" once, for the input.
         step: larger is smoother. For "uniform", "inverse_length" and "cotangent" a share, above 0 and at most 1. For the others
-            a time in squared mesh units, stable up to 2 / rho with rho the largest eigenvalue of -L. Of rho Gershgorin's
-            upper bound is used, so that a step that passes is stable; on equilateral triangles it is 4/3 of the truth.
+            a time in squared mesh units, stable up to 2 / rho with rho the largest eigenvalue of -L. Of rho an upper bound is
+            used, so that a step that passes is stable: for "scale_dependent" and "robust" Gershgorin's, for "laplace_beltrami"
+            the better of that and the largest eigenvalue of a single triangle [irons1971], exact on equilateral triangles.
         iterations: number of steps. More are smoother; the time is proportional.
         border: what the vertices on borders do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
@@ -179,11 +180,17 @@ def taubin_fairing(
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
-        UnstableStepError: (1 - step k)(1 - mu k) is below -1 for k = 2, the largest that a mesh can have, so that the finest
-            detail would grow. The error names the largest stable step for the same mu / step.
+        UnstableStepError: (1 - step k)(1 - mu k) is below -1 for the largest eigenvalue that such a mesh can have, so that
+            the finest detail would grow. The error names the largest stable step for the same mu / step.
     """
     check_choice("operator", operator, TaubinOperator)
-    mu = checked_mu(step, mu, pass_band)
+    try:
+        mu = checked_mu(step, mu, pass_band)
+    except UnstableStepError:
+        if operator != "uniform" or whole is not None or not (edge_face_counts(check_mesh(vertices, faces)[1])[1] == 2).all():
+            raise
+        # Where every edge has two triangles the operator is a mean over triangles, whose eigenvalues are up to 3/2.
+        mu = checked_mu(step, mu, pass_band, largest_eigenvalue=1.5)
     surface = explicit_surface(vertices, faces, operator, border, movable, iterations, whole, steps=2)
 
     def back_and_forth(_: int, now: Floats, free: Floats) -> tuple[Floats, Floats]:
@@ -224,8 +231,8 @@ def meshlab_taubin_smooth(
     return surface.iterated(back_and_forth, iterations, ignore_progress)
 
 
-def checked_mu(step: float, mu: float, pass_band: float | None) -> float:
-    """The mu of a stable pair of steps: that of the pass band, or `mu` without one. The eigenvalues of -L are at most 2."""
+def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigenvalue: float = 2.0) -> float:
+    """The mu of a stable pair of steps: that of the pass band, or `mu` without one. No eigenvalue of -L is above the largest."""
     check_positive("step", step)
     if pass_band is not None:
         mu = mu_of_pass_band(pass_band, step)
@@ -233,7 +240,7 @@ def checked_mu(step: float, mu: float, pass_band: float | None) -> float:
         raise FilterInputError(
             f"mu {mu} is not below -step, {-step}: the step back must be the longer one, for example {-1.06 * step:g}"
         )
-    largest = largest_stable_step(mu / step)
+    largest = largest_stable_step(mu / step, largest_eigenvalue)
     if step > largest:
         raise UnstableStepError(
             f"step {step:g} with mu {mu:g} makes the finest detail grow: take a step of at most {largest:.6g} and mu in "
@@ -263,13 +270,13 @@ def mu_of_pass_band(pass_band: float, step: float) -> float:
     return 1.0 / (pass_band - 1.0 / step)
 
 
-def largest_stable_step(ratio: float) -> float:
-    """The step above which (1 - step k)(1 - mu k) is below -1 at k = 2, for mu = ratio * step.
+def largest_stable_step(ratio: float, largest_eigenvalue: float) -> float:
+    """The step above which (1 - step k)(1 - mu k) is below -1 at the largest eigenvalue k of -L, for mu = ratio * step.
 
     With r = -ratio and x = step k it is the positive root of r x^2 + (1 - r) x - 2 = 0, over k.
     """
     r = -ratio
-    return (r - 1.0 + math.sqrt((r - 1.0) ** 2 + 8.0 * r)) / (4.0 * r)
+    return (r - 1.0 + math.sqrt((r - 1.0) ** 2 + 8.0 * r)) / (2.0 * r * largest_eigenvalue)
 
 
 def remove_spikes(

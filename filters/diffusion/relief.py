@@ -18,15 +18,10 @@ _MEASURABLE = 0.7
 
 
 class ReliefLoss(NamedTuple):
-    """A loss of relief.
+    """A loss of relief."""
 
-    Attributes:
-        share: from 0, nothing, to 1, all, and beyond where relief was turned over.
-        shortest: the shortest waves that count, in mean edges; 0 for all, else shorter relief is hidden by the noise.
-    """
-
-    share: float
-    shortest: float
+    share: float  # from 0, nothing, to 1, all, and beyond where relief was turned over
+    shortest: float  # the shortest waves that count, in mean edges; 0 for all, else shorter relief is hidden by the noise
 
 
 def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise: float = 0.0) -> ReliefLoss | None:

@@ -205,7 +205,7 @@ class BendingEnergy(NamedTuple):
             try:
                 moved[free] = refined_solution(
                     matrix, residual, np.zeros((len(data), 3)), extent=diagonal, solve=method, progress=progress
-                )
+                ).values
                 break
             except ConvergenceError:
                 if method is methods[-1]:
@@ -335,11 +335,7 @@ class InnerSolver:
 
 
 def feature_weights(
-    vertices: ArrayLike,
-    faces: ArrayLike,
-    *,
-    feature_angle: float = 20.0,
-    progress: Progress = ignore_progress,
+    vertices: ArrayLike, faces: ArrayLike, *, feature_angle: float = 20.0, progress: Progress = ignore_progress
 ) -> Floats:
     """W_i = max(1e-4, 1 / (1 + (a_i / a)^8)), a_i the largest angle between filtered normals across the edges at vertex i.
 

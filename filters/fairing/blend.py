@@ -16,7 +16,7 @@ from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
 from ..topology import boundary_loops, connected_components
 from .region import Energy, fair_region
 
-# A part is inside out if the neck would bend less than this share with one of them turned over.
+# One orientation is clear if the neck bends less than this share of what it would bend with the other.
 _CLEARLY = 0.5
 # If the centres are nearer than this many mean radii, the line between them does not give the direction of the neck.
 _NEAR = 1.0
@@ -26,6 +26,9 @@ _PARALLEL = 0.7
 MOST_ADDED = 10_000_000
 #: The most spans between two rims among which a band is searched; each takes a byte, so these are 400 MB, and 3 s.
 MOST_SPANS = 400_000_000
+
+# The number of spans between two calls of `progress`.
+_SPANS_AT_A_TIME = 10_000_000
 
 
 def blend_parts(
@@ -51,7 +54,7 @@ def blend_parts(
 
     Raises:
         FilterInputError: there are no two rims, they meet, the product of their numbers of edges is above 400 million, they are
-            too far apart for their edges, or they belong to two components of which one is inside out.
+            too far apart for their edges, or they belong to two components of which one is clearly inside out.
     """
     points, triangles = check_mesh(vertices, faces)
     first, second = facing_rims(points, triangles, among=among, progress=part_of(progress, 0.0, 0.1))
@@ -109,34 +112,35 @@ def facing_rims(
     return rims[first[pair]], rims[second[pair]]
 
 
-def one_is_inside_out(first: Floats, second: Floats) -> bool:
-    """Whether the neck between two parts bends more than twice as much as after turning one of them over.
+def one_is_inside_out(first: Floats, second: Floats) -> bool | None:
+    """Whether the neck between two parts bends over twice as much, or under half, as with one turned over; None: neither.
 
     The area vector of a rim, in the direction of the faces that would close it, points out of a part that is the right way out,
     and into one that is inside out. A neck leaves one part along this vector and enters the other against it. Its axis is taken
     as the cubic between the centres of the rims with these unit tangents s and t, scaled so that the chord d has length 1. The
     bending is |s - d|^2 + (s - d) . (t - d) + |t - d|^2, a fourth of the integral of its squared second derivative.
 
-    The rims, (a, 3) and (b, 3), are in the direction of the faces that would close them; where one has no area nothing is known.
+    The rims, (a, 3) and (b, 3), are in the direction of the faces that would close them; None where one has no area.
     """
     centre = first.mean(axis=0)
     extent = float(max(np.abs(first - centre).max(), np.abs(second - centre).max()))
     if extent == 0.0:
-        return False
+        return None
     loops = (first - centre) / extent, (second - centre) / extent
     areas = [area_vector(loop) for loop in loops]
     sizes = [float(np.linalg.norm(area)) for area in areas]
     if min(sizes) == 0.0:
-        return False
+        return None
     out, into = areas[0] / sizes[0], -areas[1] / sizes[1]
     chord = loops[1].mean(axis=0) - loops[0].mean(axis=0)
     apart = float(np.linalg.norm(chord))
     if apart <= _NEAR * float(np.sqrt(np.array(sizes) / np.pi).mean()):
-        return bool(out @ into < -_PARALLEL)
+        same = float(out @ into)
+        return same < 0.0 if abs(same) > _PARALLEL else None
     chord /= apart
     alike = min(_bending(out, into, chord), _bending(-out, -into, chord))
     opposite = min(_bending(out, -into, chord), _bending(-out, into, chord))
-    return opposite <= _CLEARLY * alike
+    return opposite < alike if min(alike, opposite) <= _CLEARLY * max(alike, opposite) else None
 
 
 def _bending(start: Floats, end: Floats, chord: Floats) -> float:
@@ -146,18 +150,12 @@ def _bending(start: Floats, end: Floats, chord: Floats) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """A band that joins two rims.
+    """A band that joins two rims, doubtful if turning a part over would bend the neck neither clearly more nor clearly less."""
 
-    Attributes:
-        vertices: (k, 3) the new vertices.
-        faces: (b, 3) the new triangles, oriented as those on the rims. An index below n names a vertex of the mesh, n + i the new
-            vertex i.
-        rims: the vertices of the two rims, in the direction of these triangles.
-    """
-
-    vertices: Floats
-    faces: Ints
-    rims: tuple[Ints, Ints]
+    vertices: Floats  # (k, 3) the new vertices
+    faces: Ints  # (b, 3) the new triangles, oriented as those on the rims; n + i names the new vertex i of a mesh of n
+    rims: tuple[Ints, Ints]  # the vertices of the two rims, in the direction of these triangles
+    doubtful: bool  # whether one of the parts may be inside out
 
 
 def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: Progress = ignore_progress) -> "Blend":
@@ -176,7 +174,8 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
             f"{MOST_SPANS:,}; simplify the parts, or open them where their rims are shorter"
         )
     component = connected_components(triangles, len(points))[0]
-    if component[a[0]] != component[b[0]] and one_is_inside_out(points[a], points[b]):
+    wrong = component[a[0]] != component[b[0]] and one_is_inside_out(points[a], points[b])
+    if wrong:
         raise FilterInputError(
             f"one of the parts is inside out, that of vertex {a[0]} or that of vertex {b[0]}: their rims are turned so that a "
             "neck between them would have to turn back; turn the faces of one of them over (invert faces orientation) before "
@@ -184,7 +183,7 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
         )
     rims = a, b
     a = a[::-1]  # now both have the same direction
-    lower, upper = shortest_spans(points[a], points[b])
+    lower, upper = shortest_spans(points[a], points[b], part_of(progress, 0.0, 0.3))
     count = _rows_between(points, a, b, a[lower], b[upper])
     loops, added = [a], [np.empty((0, 3))]
     total = len(points)
@@ -200,9 +199,9 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
     everything = np.concatenate([points, *added])
     strips = []
     for row, (low, high) in enumerate(pairwise(loops)):
-        strips.append(_strip(everything, low, high))
-        progress((row + 1) / count)
-    return Blend(np.concatenate(added), np.concatenate(strips), rims)
+        partial = part_of(progress, 0.3 + 0.7 * row / count, 0.3 + 0.7 * (row + 1) / count)
+        strips.append(_strip(everything, low, high, partial))
+    return Blend(np.concatenate(added), np.concatenate(strips), rims, wrong is None)
 
 
 def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) -> int:
@@ -221,9 +220,9 @@ def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) ->
     return max(1, count)
 
 
-def _strip(points: Floats, low: Ints, high: Ints) -> Ints:
+def _strip(points: Floats, low: Ints, high: Ints, progress: Progress) -> Ints:
     """(a + b, 3) the triangles between two loops of the same direction."""
-    i, j = shortest_spans(points[low], points[high])
+    i, j = shortest_spans(points[low], points[high], progress)
     along_low = np.roll(i, -1) != i
     here, there = low[i], high[j]
     first = np.where(along_low, np.roll(here, -1), here)
@@ -239,7 +238,7 @@ def _resampled(loop: Floats, count: int, shift: float) -> Floats:
     return np.column_stack([np.interp(places, lengths, closed[:, k]) for k in range(3)])
 
 
-def shortest_spans(first: Floats, second: Floats) -> tuple[Ints, Ints]:
+def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[Ints, Ints]:
     """The spans between two loops whose squared lengths have the least sum, the shortest of all spans among them.
 
     The loops have the same direction. Returns the (a + b,) indices of both ends of each span, in order along the band.
@@ -252,15 +251,19 @@ def shortest_spans(first: Floats, second: Floats) -> tuple[Ints, Ints]:
     # The path of least cost through the grid of spans, from (i, j) all round both loops to (i, j) again.
     closed, other = (np.take(loop, range(k, k + len(loop) + 1), axis=0, mode="wrap") for loop, k in ((first, i), (second, j)))
     from_first = np.empty((len(closed), len(other)), dtype=np.bool_)
-    _cheapest(closed, other, from_first)
+    costs = np.empty(len(other))
+    rows = max(1, _SPANS_AT_A_TIME // len(other))
+    for start in range(0, len(closed), rows):
+        progress(start / len(closed))
+        _cheapest(closed, other, start, min(start + rows, len(closed)), costs, from_first)
     path = _way_back(from_first)
     return (path[:, 0] + i) % len(first), (path[:, 1] + j) % len(second)
 
 
 @compiled
-def _cheapest(first: Floats, second: Floats, from_first: Bools) -> None:
-    costs = np.empty(second.shape[0])  # of the spans to the row so far
-    for i in range(first.shape[0]):
+def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats, from_first: Bools) -> None:
+    """Rows start to end of the grid; `costs` holds those of the row before, and afterwards those of row end - 1."""
+    for i in range(start, end):
         for j in range(second.shape[0]):
             length = 0.0
             for k in range(3):

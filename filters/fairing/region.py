@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import ConvergenceError, FilterInputError, check_choice
-from ..compilation import compiled
 from ..execution import Progress, ignore_progress
+from ..geometry import face_areas
 from ..libraries import sparse
-from ..linear_solvers import Cholesky, laplacian_power, refined_solution
+from ..linear_solvers import Cholesky, RefinedSolution, laplacian_power, refined_solution
 from ..mesh import Bools, Floats, Ints, check_healthy, check_mesh, check_vertex_mask, mask_of, normalised_mesh, spikes
 from ..operators import surface_laplacian
 from ..topology import Submesh, edges, proper_faces, submesh_around
@@ -32,17 +32,27 @@ _LEAST_MASS, _NO_MASS = 1e-6, 1e-20
 
 @dataclass(frozen=True, eq=False)
 class FairedRegion:
-    """A mesh with a fair region.
+    """A mesh with a fair region, and how well the equations are solved.
 
     Attributes:
         vertices: (n, 3) all vertices; those that are not free keep every bit.
         free: (n,) the vertices that were solved for: those of the region that have a triangle and lie on no border.
+        backward_error: |r| / (|A| |x| + |b|), the residual r computed in twice the precision; 0 if nothing was free.
+        last_correction: how far the last step of refinement moved a vertex, as a share of the diagonal of the region: an upper
+            bound of the error that solving has left.
+        refinements: how many steps of refinement that took.
+        area_share: the area of the triangles with a free vertex over what it was; 1 if there was none. Near 0 the fixed vertices
+            lie too close together to span the region.
         irregular: how many vertices were placed by the connectivity of their component alone, as the equations of the surface
             threw vertices out: see `evened_operator`.
     """
 
     vertices: Floats
     free: Bools
+    backward_error: float = 0.0
+    last_correction: float = 0.0
+    refinements: int = 0
+    area_share: float = 1.0
     irregular: int = 0
 
 
@@ -102,18 +112,24 @@ def fair_region(
     try:
         solution = system.solution(extent, progress)
         thrown[:] = False
-        thrown[places] = spikes(before, solution, extent)
+        thrown[places] = spikes(before, solution.values, extent)
     except ConvergenceError:
         pass  # the failing element is unknown
     if thrown.any():
         operator, even = evened_operator(operator, part.faces, thrown)
         system = _system(operator, part, order, dense)
         solution, irregular = system.solution(extent, progress), int((even & part.free).sum())
-        check_healthy(before, solution, extent, part.vertices[part.free], "improve them first, or take a lower energy")
+        check_healthy(before, solution.values, extent, part.vertices[part.free], "improve them first, or take a lower energy")
     progress(1.0)
     moved, freed = points.copy(), part.vertices.take(places)
-    moved[freed] = solution / mesh.scale + mesh.middle
-    return FairedRegion(moved, mask_of(freed, len(points)), irregular)
+    moved[freed] = solution.values / mesh.scale + mesh.middle
+    faired = part.points.copy()
+    faired[places] = solution.values
+    changed = part.faces[part.free[part.faces].any(axis=1)]
+    area = float(face_areas(part.points, changed).sum())
+    share = float(face_areas(faired, changed).sum()) / area if area > 0.0 else 1.0
+    accuracy = solution.backward_error, solution.last_correction / extent, solution.refinements
+    return FairedRegion(moved, mask_of(freed, len(points)), *accuracy, share, irregular)
 
 
 class _System(NamedTuple):
@@ -135,7 +151,7 @@ class _System(NamedTuple):
         product = self.columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled)
         return sparse.csr_matrix(product)
 
-    def solution(self, extent: float, progress: Progress) -> Floats:
+    def solution(self, extent: float, progress: Progress) -> RefinedSolution:
         """The solution at the free vertices."""
         # A membrane's condition leaves most digits to the first step, which the next one only completes.
         first = -(self.dirichlet @ self.points).compress(self.free, axis=0) if self.order == 1 else None
@@ -296,18 +312,8 @@ def _floored(mass: Floats, faces: Ints) -> Floats:
     mean = float(mass.mean()) if len(mass) else 0.0
     if not mean > 0.0:
         return np.ones(len(mass))
-    around = _largest_around(mass, faces)
+    around = mass.copy()
+    np.maximum.at(around, faces, mass[faces].max(axis=1, keepdims=True))
     # Where there is no mass at all around, as at triangles without area, any will do.
     around[around <= _NO_MASS * mean] = mean
     return np.asarray(np.maximum(mass, _LEAST_MASS * around))
-
-
-@compiled
-def _largest_around(mass: Floats, faces: Ints) -> Floats:
-    """The largest mass at each vertex and its neighbours."""
-    largest = mass.copy()
-    for f in range(faces.shape[0]):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        most = max(mass[a], mass[b], mass[c])
-        largest[a], largest[b], largest[c] = max(largest[a], most), max(largest[b], most), max(largest[c], most)
-    return largest

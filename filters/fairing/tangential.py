@@ -204,9 +204,7 @@ class KeptSurface:
 
 def _mean_edges(points: Floats, faces: Ints) -> Floats:
     """(n,) the mean length of the sides of the faces at each vertex."""
-    following = np.roll(faces, -1, axis=1)
-    lengths = np.linalg.norm(points[following] - points[faces], axis=2)
-    means = lengths.mean(axis=1)
+    means = np.linalg.norm(points[np.roll(faces, -1, axis=1)] - points[faces], axis=2).mean(axis=1)
     count = np.bincount(faces.ravel(), minlength=len(points))
     return np.asarray(np.bincount(faces.ravel(), np.repeat(means, 3), len(points)) / np.maximum(count, 1))
 

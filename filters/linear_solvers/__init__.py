@@ -2,13 +2,14 @@
 
 from .conjugate_gradients import CompressedRows, SmoothedAggregation, conjugate_gradients, preconditioned_norm
 from .fronts import Fronts
-from .spd_solver import FINEST_TOLERANCE, Cholesky, ShiftedFactors, SpdSolver, laplacian_power, refined_solution
+from .spd_solver import FINEST_TOLERANCE, Cholesky, RefinedSolution, ShiftedFactors, SpdSolver, laplacian_power, refined_solution
 
 __all__ = [
     "FINEST_TOLERANCE",
     "Cholesky",
     "CompressedRows",
     "Fronts",
+    "RefinedSolution",
     "ShiftedFactors",
     "SmoothedAggregation",
     "SpdSolver",

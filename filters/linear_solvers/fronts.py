@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,30 +29,18 @@ class Fronts(NamedTuple):
     The group g eliminates the rows from ``firsts[g]`` to before ``firsts[g + 1]`` and changes the rows
     ``rows[starts[g] : starts[g + 1]]``. All numbers of rows are places in `order`. Disjoint subtrees of groups are parts, which
     know nothing of each other, so that threads share them; the groups above them follow on one thread.
-
-    Attributes:
-        order: (n,) int32 the row of the matrix at each place.
-        places: (n,) int32 the place of each row.
-        firsts: (groups + 1,).
-        lows: (groups,) what a group changes goes into the first later group whose number here is not above its `firsts`.
-        starts: (groups + 1,).
-        rows: int32, ascending in each group.
-        numbers: (groups + 1,) where L of each group begins among all numbers of L.
-        parts: (p, 2) the first group of each part, and the one after its last.
-        last: the last group of each part and the groups above all parts, ascending.
-        above: (n,) int32 the number of a row among those that are in no part, -1 of the others.
     """
 
-    order: Ints
-    places: Ints
-    firsts: Longs
-    lows: Longs
-    starts: Longs
-    rows: Ints
-    numbers: Longs
-    parts: Longs
-    last: Longs
-    above: Ints
+    order: Ints  # (n,) the row of the matrix at each place
+    places: Ints  # (n,) the place of each row
+    firsts: Longs  # (groups + 1,)
+    lows: Longs  # (groups,) what a group changes goes into the first later group whose number here is not above its `firsts`
+    starts: Longs  # (groups + 1,)
+    rows: Ints  # ascending in each group
+    numbers: Longs  # (groups + 1,) where L of each group begins among all numbers of L
+    parts: Longs  # (p, 2) the first group of each part, and the one after its last
+    last: Longs  # the last group of each part and the groups above all parts, ascending
+    above: Ints  # (n,) the number of a row among those that are in no part, -1 of the others
 
     @classmethod
     def of(cls, matrix: sparse.csr_matrix) -> Fronts:
@@ -87,16 +75,17 @@ class Fronts(NamedTuple):
 
     def solve(self, values: Floats, b: Floats) -> Floats:
         """The solution for (n, k) right-hand sides by the factors, (n, k), in the order in memory of the right-hand sides."""
-        layout: Literal["F", "C"] = "F" if b.flags.f_contiguous else "C"
-        x = np.empty(b.shape, order=layout)
+        x = np.empty(b.shape, order="F" if b.flags.f_contiguous else "C")
         y = np.zeros((-(-b.shape[1] // _TOGETHER), len(b), _TOGETHER))
         aside = np.zeros((len(self.parts), len(y), int(self.above.max(initial=-1)) + 1, _TOGETHER))
-        _put_in_order(self.order, np.asarray(b, order=layout), y)
+        for k, column in enumerate(b.T):
+            y[k // _TOGETHER, :, k % _TOGETHER] = column[self.order]
         with threads_for(len(self.order)):
             _forward_parts(self, values, y, aside)
             _solve_above(self, values, y, aside)
             _backward_parts(self, values, y)
-        _put_back(self.order, y, x)
+        for k in range(b.shape[1]):
+            x[self.order, k] = y[k // _TOGETHER, :, k % _TOGETHER]
         return x
 
     def in_place(self) -> Fronts:
@@ -344,23 +333,6 @@ def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> No
         for i in range(np.uint64(j), np.uint64(front.shape[0])):
             one = (a[i] * s + b[i] * t) + (c[i] * u + d[i] * v)
             column[i] -= one + ((e[i] * w + f[i] * x) + (g[i] * y + h[i] * z))
-
-
-@compiled(nogil=True)
-def _put_in_order(order: Ints, b: Floats, y: Floats) -> None:
-    """Copies the columns of `b`, which may be read-only, in groups of four into `y`, its rows in `order`."""
-    for h in range(y.shape[0]):
-        for i in range(order.shape[0]):
-            for c in range(min(_TOGETHER, b.shape[1] - h * _TOGETHER)):
-                y[h, i, c] = b[order[i], h * _TOGETHER + c]
-
-
-@compiled(nogil=True)
-def _put_back(order: Ints, y: Floats, x: Floats) -> None:
-    for h in range(y.shape[0]):
-        for i in range(order.shape[0]):
-            for c in range(min(_TOGETHER, x.shape[1] - h * _TOGETHER)):
-                x[order[i], h * _TOGETHER + c] = y[h, i, c]
 
 
 @compiled(parallel=True)

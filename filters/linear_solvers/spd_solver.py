@@ -7,6 +7,7 @@ powers of Laplace operators take iterative refinement with residuals in twice th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -61,11 +62,7 @@ class ShiftedFactors:
     """L D L^T of A - shift I for a symmetric A, without row exchanges.
 
     Without exchanges D is diagonal, and by Sylvester's law of inertia it has as many negative entries as A has eigenvalues below
-    the shift. A pivot close to 0 would spoil that; then the shift is moved a little.
-
-    Attributes:
-        shift: the shift of the factors, close to the one that was to be taken.
-        below: how many eigenvalues of A, counted with multiplicity, lie below the shift.
+    the shift, `below`. A pivot close to 0 would spoil that; then the `shift` is moved a little.
     """
 
     def __init__(self, matrix: sparse.csc_matrix, fronts: Fronts, shift: float, progress: Progress, done: float) -> None:
@@ -309,6 +306,15 @@ class Solution(NamedTuple):
     method: Method  # what gave x
 
 
+class RefinedSolution(NamedTuple):
+    """The solution of an ill-conditioned system."""
+
+    values: Floats  # x, (n, k)
+    backward_error: float  # |r| / (|A| |x| + |b|), measured as if A had a unit diagonal
+    last_correction: float  # the largest entry of the last correction, in the unit of x: larger than the remaining error
+    refinements: int  # the corrections after the first solution
+
+
 def refined_solution(
     matrix: sparse.csr_matrix,
     residual: Callable[[Floats], Floats],
@@ -318,7 +324,7 @@ def refined_solution(
     first: Floats | None = None,
     solve: Callable[[Floats], Floats] | None = None,
     progress: Progress = ignore_progress,
-) -> Floats:
+) -> RefinedSolution:
     """Solves A x = b by factors and iterative refinement; the caller computes b - A x more precisely than A is stored.
 
     If A is a product, its rounding alone may leave only a few digits of x. With a precise residual each step adds that many, and
@@ -333,22 +339,19 @@ def refined_solution(
         solve: solves A x = r to a few digits for (n, k) residuals; None for factors.
         progress: called meanwhile; may raise to stop.
 
-    Returns:
-        x, (n, k).
-
     Raises:
         FilterInputError: A is not finite or has a diagonal entry that is not positive.
         ConvergenceError: A is singular to rounding, or the corrections do not shrink.
     """
-    csr = SpdSystem.of(matrix).matrix
-    solve = solve or Cholesky(csr, progress=progress, done=0.1).solve
+    system = SpdSystem.of(matrix)
+    solve = solve or Cholesky(system.matrix, progress=progress, done=0.1).solve
     x = np.asarray(start, dtype=np.float64)
     del start  # not needed after the first step
     before, steps = np.inf, 0
     while True:
         rest = first if steps == 0 and first is not None else residual(x)
         correction = solve(rest)
-        x = x + correction
+        before_it, x = x, x + correction
         moved = float(np.abs(correction).max(initial=0.0))
         progress(0.9 + 0.1 * steps / (steps + 1))
         if moved == 0.0 or (steps > 0 and moved * (moved / before) <= _REFINED * extent):
@@ -358,7 +361,16 @@ def refined_solution(
         before, steps = moved, steps + 1
     if not moved <= _UNREFINED * extent:
         raise ConvergenceError(f"refinement of {len(x)} equations stalls at corrections of {moved / extent:.3g} of the extent")
-    return x
+    # The last step is so short that the rounding of its product with A does not count.
+    left_over = rest - system.matrix @ (x - before_it)
+    scale = np.repeat(system.scale, x.shape[1]).reshape(x.shape)
+    size = system.norm * _length(x / scale) + _length(scale * (left_over + system.matrix @ x))
+    return RefinedSolution(x, _length(scale * left_over) / size if size > 0.0 else 0.0, moved, steps)
+
+
+def _length(values: Floats) -> float:
+    """The norm, by numpy's own sum: that of the library behind `norm` depends on its threads and waits for them."""
+    return math.sqrt(float(np.square(values).sum()))
 
 
 def laplacian_power(

@@ -100,16 +100,6 @@ def gap_to(boxes: Floats, node: int, x: float, y: float, z: float) -> float:
 
 
 @compiled(nogil=True)
-def _farthest_of(box: Floats, x: float, y: float, z: float) -> float:
-    """The squared distance of the farthest corner of a box."""
-    dx = max(abs(box[0, 0] - x), abs(box[1, 0] - x))
-    dy = max(abs(box[0, 1] - y), abs(box[1, 1] - y))
-    dz = max(abs(box[0, 2] - z), abs(box[1, 2] - z))
-    squared: float = dx * dx + dy * dy + dz * dz
-    return squared
-
-
-@compiled(nogil=True)
 def _covered(node: int, width: int, first: int, last: int) -> bool:
     """Whether all cells of a node belong to the tile."""
     low, high = node, node + 1
@@ -132,7 +122,10 @@ def shrink_bounds(points: Floats, bounds: Floats, cells: CellTree, k: int) -> No
             node = stack[top]
             if counts[node] <= k or gap_to(boxes, node, x, y, z) > bounds[p]:
                 continue
-            bounds[p] = min(bounds[p], _farthest_of(boxes[node], x, y, z))
+            dx = max(abs(boxes[node, 0, 0] - x), abs(boxes[node, 1, 0] - x))
+            dy = max(abs(boxes[node, 0, 1] - y), abs(boxes[node, 1, 1] - y))
+            dz = max(abs(boxes[node, 0, 2] - z), abs(boxes[node, 1, 2] - z))
+            bounds[p] = min(bounds[p], dx * dx + dy * dy + dz * dz)  # the farthest corner
             if node < width:
                 left, right = 2 * node, 2 * node + 1
                 if gap_to(boxes, left, x, y, z) < gap_to(boxes, right, x, y, z):

@@ -37,20 +37,12 @@ _STEPS = 300
 
 @dataclass(frozen=True, eq=False)
 class EnhancedDetails:
-    """A surface with its relief enhanced.
+    """A surface with its relief enhanced, lengths in mesh units."""
 
-    Attributes:
-        vertices: (n, 3) the new coordinates.
-        detail_size: the shortest wave of the band, in mesh units; 0 where there is nothing to enhance.
-        largest_size: the longest.
-        height: the root mean square of the heights of the relief as it was, over the vertices, in mesh units.
-        largest_displacement: in mesh units.
-    """
-
-    vertices: Floats
-    detail_size: float = 0.0
-    largest_size: float = 0.0
-    height: float = 0.0
+    vertices: Floats  # (n, 3) the new coordinates
+    detail_size: float = 0.0  # the shortest wave of the band; 0 where there is nothing to enhance
+    largest_size: float = 0.0  # the longest
+    height: float = 0.0  # the root mean square of the heights of the relief as it was, over the vertices
     largest_displacement: float = 0.0
 
 

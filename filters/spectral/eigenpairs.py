@@ -50,12 +50,7 @@ _TOGETHER = 16
 
 
 def lowest_eigenpairs(
-    problem: SpectralProblem,
-    count: int,
-    *,
-    constants: bool = True,
-    tolerance: float = 1e-9,
-    progress: Progress = ignore_progress,
+    problem: SpectralProblem, count: int, *, constants: bool = True, tolerance: float = 1e-9, progress: Progress = ignore_progress
 ) -> tuple[Floats, Floats]:
     """The `count` lowest modes: S v = kappa M v with V^T M V = I.
 
@@ -229,19 +224,12 @@ def _by_slicing(
 
 @dataclass(frozen=True, eq=False)
 class OneHarmonic:
-    """A mode, of mean square 1 over the whole surface.
+    """A mode, of mean square 1 over the whole surface."""
 
-    Attributes:
-        values: (n,) at the vertices; 0 on other components and at vertices that are part of no surface.
-        eigenvalue: kappa, in one over squared mesh units.
-        share_of_area: of the components where it is not 0, in the area of all.
-        n_components: how many components the surface has.
-    """
-
-    values: Floats
-    eigenvalue: float
-    share_of_area: float
-    n_components: int
+    values: Floats  # (n,) at the vertices; 0 on other components and at vertices that are part of no surface
+    eigenvalue: float  # kappa, in one over squared mesh units
+    share_of_area: float  # of the components where it is not 0, in the area of all
+    n_components: int  # how many components the surface has
 
 
 def one_harmonic(

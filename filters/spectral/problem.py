@@ -130,20 +130,14 @@ DEFAULT_ORDER = 2
 @dataclass(frozen=True)
 class Response:
     """F(omega), smooth on omega > 0, with a limit at infinity.
-
-    Attributes:
-        name: of the function that made it.
-        cutoffs: the frequencies omega_c at which its parts pass one half, ascending, in radians per unit length.
-        order: n of the profile.
-        weights: of the profiles at the cutoffs: F(omega) = infinity + sum_i weights_i exp(-ln 2 (omega / cutoffs_i)^(2 n)).
-        infinity: the limit of F for short waves.
+    F(omega) = infinity + sum_i weights_i exp(-ln 2 (omega / cutoffs_i)^(2 order)).
     """
 
-    name: ResponseName
-    cutoffs: tuple[float, ...]
+    name: ResponseName  # of the function that made it
+    cutoffs: tuple[float, ...]  # the frequencies at which its parts pass one half, ascending, in radians per unit length
     order: int
-    weights: tuple[float, ...]
-    infinity: float = 0.0
+    weights: tuple[float, ...]  # of the profiles at the cutoffs
+    infinity: float = 0.0  # the limit of F for short waves
 
     def __call__(self, frequencies: Floats) -> Floats:
         """F at each frequency from 0; 1 at exactly 0, the frequency of a component's mean: the surface keeps its place."""
@@ -170,9 +164,7 @@ class Response:
 def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
     """Removes waves shorter than the detail size and keeps longer ones: F(2 pi / detail_size) = 1/2 exactly.
 
-    Args:
-        detail_size: the wavelength whose amplitude is halved, in mesh units. Larger is smoother.
-        order: n; larger cuts off more sharply, takes longer and rings more.
+    The larger the size, in mesh units, the smoother; a larger order n cuts off more sharply, takes longer and rings more.
     """
     return Response("low_pass", (cutoff_frequency("detail_size", detail_size),), _checked_order(order), (1.0,))
 

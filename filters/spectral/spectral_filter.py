@@ -1,6 +1,7 @@
 """Spectral filter of a surface: by eigenvectors, or by a function of the Laplacian without them."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
@@ -87,10 +88,10 @@ def spectral_filter(
         detail_size: the wavelength, in mesh units, at which a low pass halves the amplitude, or the shortest of a band. Larger is
             smoother, and enhances larger details.
         largest_size: the longest wave of a band, in mesh units; None for four times the shortest. Not used by "low_pass".
-        modes: in place of `detail_size`, for "low_pass": the lowest modes of all components together are kept, all others dropped
-            (brick wall). Modes that are constant on a component hold its centroid; they are kept and not counted. Fewer are
-            smoother; a small component without a mode among the lowest shrinks to its centroid. Without eigenvectors: the smooth
-            response with the wavelength of the last mode by Weyl's law, kappa = 4 pi (modes + 1) / area.
+        modes: in place of `detail_size`: the lowest modes of all components together are kept, all others dropped (brick wall).
+            Modes that are constant on a component hold its centroid; they are kept and not counted. Fewer are smoother; a small
+            component without a mode among the lowest shrinks to its centroid. Without eigenvectors: the smooth response with the
+            wavelength of the last mode by Weyl's law, kappa = 4 pi (modes + 1) / area.
         gain: the factor of the band; None for 2 with "enhance" and 1 with "band_pass". Larger exaggerates, below 1 attenuates.
         order: of the smooth responses, see `low_pass`. Larger cuts off more sharply.
         method: "eigenvectors" computes modes, "polynomial" does without them, by a rational function where a polynomial
@@ -119,8 +120,6 @@ def spectral_filter(
         raise FilterInputError("give either detail_size, a wavelength, or modes, their number")
     if modes is not None:
         check_whole_number("modes", modes, least=1)
-        if response != "low_pass":
-            raise FilterInputError(f"a number of modes is for the response 'low_pass', not {response!r}: give a detail_size")
     if largest_size is not None and response != "low_pass":
         cutoff_frequency("largest_size", largest_size)
     if detail_size is not None:  # before any work, and also where there is nothing to filter
@@ -142,7 +141,7 @@ def spectral_filter(
     centred, centroids = about_centroids(mesh.points[problem.vertices], problem)
     if method == "eigenvectors" or (method == "auto" and modes is not None and _basis_fits(problem, modes)):
         if modes is not None:
-            done = _brick_wall(problem, centred, int(modes), progress)
+            done = _brick_wall(problem, centred, int(modes), None if response == "low_pass" else transfer, progress)
         else:
             done = _by_modes(problem, centred, size, transfer(size), tolerance, progress)
     else:
@@ -190,11 +189,23 @@ def _by_modes(
     return SpectralResult(after, "eigenvectors", 0.0 if count == most else tolerance * rest, size, count)
 
 
-def _brick_wall(problem: SpectralProblem, values: Floats, count: int, progress: Progress) -> SpectralResult:
-    """The `count` lowest modes of the values, of mean 0 on every component."""
+def _brick_wall(
+    problem: SpectralProblem, values: Floats, count: int, band_of: Callable[[float], Response] | None, progress: Progress
+) -> SpectralResult:
+    """The `count` lowest modes of the values, of mean 0 on every component; or a band that ends with the last of them.
+
+    `band_of` gives the band pass or enhancement for a shortest wave: modes from its longest wave on get its gain, all others its
+    limit. None drops all others.
+    """
     omega, shapes = _modes(problem, min(count, problem.n_waves), progress)
     size = 2.0 * math.pi / float(omega[-1]) if omega.any() else math.inf
-    after, _ = _combined(problem, values, shapes, np.ones_like(omega), 0.0)
+    factors, rest = np.ones_like(omega), 0.0
+    if band_of is not None and size < math.inf:
+        band = band_of(size)
+        rest = band.infinity
+        # The band adds the weight of the profile at its short end to the limit.
+        factors = np.where(omega >= band.cutoffs[0], rest + band.weights[-1], rest)
+    after, _ = _combined(problem, values, shapes, factors, rest)
     return SpectralResult(after, "eigenvectors", 0.0, size, len(omega))
 
 

@@ -55,7 +55,7 @@ WITHOUT_UNIT = {"measure=deficit"}
 #: filters that take a direction in space
 BY_DIRECTION = {"compute_color_by_reflection_lines_per_vertex"}
 #: reported values that are roundings themselves, or bounds of errors
-OF_ERRORS = {"error"}
+OF_ERRORS = {"backward_error", "error", "last_correction", "refinements"}
 #: reported values that belong to the axes or to a unit: the box, and bands at frequencies that are the same for every mesh
 OF_A_FRAME = {"band_edges", "band_energies", "diagonal"}
 #: reported values that are measured on the coordinates of the result, after their last rounding

@@ -104,6 +104,20 @@ def test_a_number_of_modes_is_a_brick_wall() -> None:
     np.testing.assert_allclose(spectral_filter(vertices, faces, modes=len(vertices)).vertices, vertices, rtol=0, atol=1e-12)
 
 
+def test_a_number_of_modes_ends_a_band() -> None:
+    """The band holds the modes that as many lowest ones have, less those longer than its longest wave; `enhance` adds it."""
+    vertices, faces = noisy(icosphere(3), 0.02)
+    low = spectral_filter(vertices, faces, modes=40)
+    longer = spectral_filter(vertices, faces, modes=8)
+    size = longer.detail_size * 0.999
+    band = spectral_filter(vertices, faces, modes=40, response="band_pass", largest_size=size)
+    more = spectral_filter(vertices, faces, modes=40, response="enhance", gain=3.0, largest_size=size)
+    about = low.vertices - longer.vertices
+    assert (band.route, band.modes, band.detail_size) == ("eigenvectors", 40, low.detail_size)
+    np.testing.assert_allclose(band.vertices - band.vertices.mean(axis=0), about - about.mean(axis=0), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(more.vertices, vertices + 2.0 * about, rtol=0, atol=1e-9)
+
+
 def test_every_component_keeps_its_centroid_and_none_counts() -> None:
     """However many components there are, as many waves are kept: three rebuild a large sphere, twenty small ones stay apart."""
     large, small = icosphere(3), icosphere(0, 0.01)

@@ -110,25 +110,30 @@ def test_it_is_an_explicit_step_and_one_back(operator: TaubinOperator, border: B
     assert found[~movable].tobytes() == vertices[~movable].tobytes()
 
 
-@given(st.floats(1.001, 3.0))
-def test_the_largest_stable_step_is_where_the_finest_mode_is_turned_over(ratio: float) -> None:
-    """At the largest stable step f(k) = -1 for the largest eigenvalue, 2, and no eigenvalue below it comes out below -1."""
-    step = largest_stable_step(-ratio)
-    k = np.linspace(0.0, 2.0, 101)
+@given(st.floats(1.001, 3.0), st.floats(0.1, 2.0))
+def test_the_largest_stable_step_is_where_the_finest_mode_is_turned_over(ratio: float, eigenvalue: float) -> None:
+    """At the largest stable step f(k) = -1 for the largest eigenvalue, and no eigenvalue below it comes out below -1."""
+    step = largest_stable_step(-ratio, eigenvalue)
+    k = np.linspace(0.0, eigenvalue, 101)
     f = transfer_function(k, step=step, mu=-ratio * step, iterations=1)
     assert f[-1] == pytest.approx(-1.0)
     assert f.min() >= -1.0 - 1e-12
 
 
 def test_a_pair_that_makes_the_finest_detail_grow_is_an_error() -> None:
-    """(1, -1.06) is refused with the largest stable step named, with which nothing grows."""
-    mesh = noisy(grid(), 0.05)
-    with pytest.raises(UnstableStepError, match="makes the finest detail grow: take a step of at most") as caught:
-        taubin_fairing(*mesh, step=1.0, mu=-1.06)
-    assert caught.value.largest_stable == pytest.approx(largest_stable_step(-1.06))
-    step = caught.value.largest_stable * (1 - 1e-9)
-    found = taubin_fairing(*mesh, step=step, mu=-1.06 * step, iterations=300)
-    assert diagonal(found) < 1.5 * diagonal(mesh[0])
+    """(1, -1.06) is refused with the largest stable step named; a closed mesh, whose spectrum ends at 3/2, allows longer ones."""
+    closed, open_mesh = noisy(icosphere(2), 0.05), noisy(grid(), 0.05)
+    named = {}
+    for name, mesh in (("closed", closed), ("open", open_mesh)):
+        with pytest.raises(UnstableStepError, match="makes the finest detail grow: take a step of at most") as caught:
+            taubin_fairing(*mesh, step=1.0, mu=-1.06)
+        named[name] = caught.value.largest_stable
+    assert named["closed"] == pytest.approx(largest_stable_step(-1.06, 1.5))
+    assert named["open"] == pytest.approx(largest_stable_step(-1.06, 2.0))
+    for name, mesh in (("closed", closed), ("open", open_mesh)):
+        step = named[name] * (1 - 1e-9)
+        found = taubin_fairing(*mesh, step=step, mu=-1.06 * step, iterations=300)
+        assert diagonal(found) < 1.5 * diagonal(mesh[0])
 
 
 @pytest.mark.parametrize("operator", get_args(TaubinOperator))

@@ -20,7 +20,7 @@ from pymeshfair.filters.holes import remesh_region
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.topology import border_vertices
 from pymeshfair.plugins import fairing
-from tests.filters.test_blend import two_tubes
+from tests.filters.test_blend import two_opened_spheres, two_tubes
 from tests.host.snapshots import NORMALS, add_attributes, differences, everything
 from tests.meshes import (
     AWKWARD,
@@ -76,7 +76,8 @@ def test_a_region_is_that_of_the_function(energy: Energy) -> None:
     np.testing.assert_allclose(found, expected.vertices, rtol=0, atol=1e-12)
     assert found[~chosen].tobytes() == mesh[0][~chosen].tobytes()
     assert told["moved"] == chosen.sum()
-    assert set(told) == {"moved"}
+    assert told["backward_error"] <= 1e-13
+    assert set(told) == {"moved", "backward_error", "last_correction", "refinements"}
 
 
 def test_selected_triangles_stand_for_their_inner_vertices() -> None:
@@ -231,12 +232,30 @@ def test_any_unit_will_do(unit: float, values: dict[str, float]) -> None:
     assert 0.01 * unit < told["largest_displacement"] < unit
 
 
-def test_a_region_held_by_one_vertex_is_refused() -> None:
-    """It would shrink to that."""
-    meshes = mesh_set(icosphere(3))
+def test_a_region_that_shrinks_to_what_holds_it_is_told() -> None:
+    """A sphere held by the few rings around one vertex loses its area, and a note says so; held by one vertex it is refused."""
+    vertices, faces = icosphere(3)
+    meshes = mesh_set((vertices, faces))
+    notes: list[str] = []
+    meshes.on_note = notes.append
+    select(meshes, "z > -0.95")
+    meshes.apply_filter(REGION, energy="membrane")
+    assert len(notes) == 1
+    assert notes[0].startswith("The region's area shrank to 0.0")
     select(meshes, "vi != 5")
     with pytest.raises(pymeshlab.PyMeshLabException, match="are held by 1 fixed vertex alone, such as 5, and would shrink"):
         meshes.apply_filter(REGION)
+
+
+def test_necks_in_doubt_are_told() -> None:
+    """Two cups side by side are joined with a note on their orientation, two that face each other without."""
+    for degrees, count in ((90, 1), (0, 0)):
+        meshes = mesh_set(two_opened_spheres(degrees))
+        notes: list[str] = []
+        meshes.on_note = notes.append
+        meshes.apply_filter(BRIDGE)
+        assert len(notes) == count
+        assert all("whether both parts are the right way out" in note for note in notes)
 
 
 def test_nothing_to_do_is_said() -> None:
