@@ -62,7 +62,7 @@ class NormalFilter:
             as far as the neighbourhood reaches. For "gaussian" the standard deviation.
         neighborhood: which faces are averaged over; see `Neighborhood`. Larger smooths larger details, and costs in proportion.
             With "vertex_normals" rings of vertices: one for "edge" and "vertex", two, or three; distances are then in mean edges.
-        radius: for the neighbourhood "radius", in mean distances of the centres of the input.
+        radius: for the neighbourhoods "radius" and "geodesic", in mean distances of the centres of the input.
         normal_iterations: filter passes. More smooth more.
 
     Raises:
