@@ -105,10 +105,9 @@ class Adjacency:
 
     @staticmethod
     def of(mesh: NormalisedMesh, *, ends: bool = True, sweeps: int = 0) -> "Adjacency":
-        """Of a mesh of triangles.
+        """Of triangles, the faces in an order in which neighbours are near each other if that is worth it for the `sweeps`.
 
-        The faces are put into an order, too, in which neighbours lie near each other in memory, if that is worth it for so many
-        `sweeps`, 0 if they may not be: a sum around a face or a vertex has the same bits then, one over all faces may not.
+        0 forbids that: a sum around a face or a vertex has the same bits then, one over all faces may not.
         """
         sorts_faces = worth_reordering(mesh.cells, len(mesh), sweeps, size=_SIZE)
         reorders = sorts_faces or worth_reordering(mesh.cells, len(mesh))
@@ -163,10 +162,7 @@ def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floa
 def _visit_touching(
     faces: Ints, at_vertices: VertexFaces, whole_edges: bool, offsets: Longs, neighbours: Ints, first: int, last: int
 ) -> None:
-    """The faces that share a vertex with each face, or if `whole_edges` an edge, for `_listed`.
-
-    A face that touches in several places is listed at the first: its row tells its corners.
-    """
+    """The faces that share a vertex with each, or if `whole_edges` an edge, for `_listed`; where they touch first."""
     row_offsets, rows = at_vertices
     for i in range(first, last):
         a, b, c = faces[i, 0], faces[i, 1], faces[i, 2]
@@ -238,13 +234,9 @@ def _visit_within(
 ) -> None:
     """The faces j around every face i with d(i, j) <= radius, d the length of the shortest path of steps from centre to centre.
 
-    A step goes straight to the centre of a face that shares a vertex. On a plane of equal triangles such paths are up to 3.6 %
-    longer than straight lines, 2.2 % in the mean. Across a crease a step is shorter than the path on the surface, at a right
-    angle by up to 29 %, at the rim of a thin wall by more. Two sheets that lie close together without being connected nearby are
-    as far apart as the path along the surface is long. Faces are listed in the order of the search; for `_listed`.
-
-    A face whose path has become shorter passes this on to its neighbours, until none has. With few faces this is faster than a
-    queue ordered by length, and the lengths are the same.
+    A step goes to a face that shares a vertex. On a plane of equal triangles paths are up to 3.6 % longer than straight lines,
+    across a right angle up to 29 % shorter. A face whose path has become shorter passes this on, until none has: with few faces
+    this is faster than a queue. Faces are listed in the order of the search; for `_listed`.
     """
     near_offsets, near = touching
     seen = np.full(centres.shape[0], -1, dtype=np.int32)

@@ -117,10 +117,9 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
 
 
 def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> Floats:
-    """(n, 3) the vertices, (n,) outliers put back along the surface by a share of the way to the mean of their neighbours.
+    """(n, 3) the vertices, outliers put back along the surface by a share of the way to the mean of their neighbours.
 
-    That is (s^2 - t^2) / s^2, which has the least expected square of all shares [james1961], if they are off it by s and others,
-    which did not slide, by t in the root mean square. On a border the neighbours are those along it.
+    That is (s^2 - t^2) / s^2, the best of all shares [james1961], for ways s of outliers and t of others in the root mean square.
     """
     others = referenced_vertices(faces, len(vertices)) & ~outlying
     if not others.any() or not outlying.any():
@@ -168,10 +167,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
 
 
 def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, scored: Bools) -> tuple[float, float]:
-    """The median sizes of `height_residuals` of vertices beside an outlier and of all others that are `scored`; 0 without any.
-
-    Spikes strike anywhere, so that both are alike. Uneven noise stands out where it is loud, and all vertices there are off.
-    """
+    """The median sizes of `height_residuals` beside an outlier and elsewhere: alike with spikes, not where noise is uneven."""
     sizes = np.abs(height_residuals(points, one_rings(faces, len(points)), normals, outlying))
     beside, counted = with_neighbours(outlying, edges(faces)), scored & ~outlying
     near, far = (float(np.median(sizes[which])) if which.any() else 0.0 for which in (counted & beside, counted & ~beside))

@@ -129,10 +129,9 @@ def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, floa
 
 
 def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
-    """How much the residuals of neighbours agree, see `FourthOrder.correlation`: of all inner vertices, and where it is calm.
+    """How much residuals of neighbours agree, see `FourthOrder.correlation`: of all inner vertices, and in the calmest third.
 
-    That is the third with the least h^2 around them, where edges and details do not hide weak noise; neighbours in it are a
-    little alike, 0.07 of pure noise. Both are 0 without inner vertices.
+    Edges and details do not hide weak noise there; of pure noise it is 0.07. Both are 0 without inner vertices.
     """
     found = _residuals(vertices, faces)
     if found is None:

@@ -72,11 +72,10 @@ def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
 
 
 def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> BoundaryLoop:
-    """The rim with each island joined by the shortest cut to the polygon so far, the nearest island first.
+    """The rim with each island joined by the shortest cut to the polygon so far, the nearest first; `opposite` is -1 there.
 
-    At cuts `opposite` is -1. A vertex is several corners where a cut begins or ends, and where parts of the surface are attached
-    by it alone. The polygon begins after the longest edge of the rim: the triangulation depends slightly on its first corner,
-    which must not depend on the numbers of the vertices.
+    A vertex is several corners where cuts end and where a part of the surface is attached by it alone. The polygon begins after
+    the longest edge: the triangulation depends slightly on its first corner, and must not on the numbers of the vertices.
     """
     first = int(side_lengths(points[rim.vertices]).argmax()) + 1
     vertices, opposite = np.roll(rim.vertices, -first), np.roll(rim.opposite, -first)
@@ -148,14 +147,13 @@ def triangulate_rim(
 ) -> Ints | None:
     """The triangulation of a rim that minimises (largest dihedral angle, area), compared in this order [liepa2003].
 
-    A rim of up to `LARGEST_WHOLE` vertices is triangulated by `minimal_triangulation`. A longer one is cut in two by the chord
-    that is shortest relative to the rim between its ends, again and again; the parts are triangulated one after the other, each
-    with the triangles of those before it as neighbours. Then what lies around each chord is triangulated again, so that it need
-    not stay an edge: the result is at least as good as that of the parts.
+    A rim of more than `LARGEST_WHOLE` vertices is cut in two by the chord that is shortest relative to the rim between its ends,
+    again and again; each part is triangulated with the triangles of those before it as neighbours. Then what lies around each
+    chord is triangulated again, so that it need not stay an edge: the result is at least as good as that of the parts.
 
     (k, 3) `points` are the vertices of the rim in the direction of the new faces, (k, 3) `opposite` the third vertices of the
-    faces of the mesh at the edges from i to i + 1, NaN if there is none. (k - 2, 3) indices of points are returned; None if there
-    is no triangulation without degenerate triangles and `forbidden` diagonals.
+    faces of the mesh at the edges from i to i + 1, NaN without. (k - 2, 3) indices of points are returned; None if every
+    triangulation has degenerate triangles or `forbidden` diagonals.
     """
     n = len(points)
     centre = points.mean(axis=0)
@@ -165,9 +163,6 @@ def triangulate_rim(
     # Products of four lengths stay in range in any unit.
     points, opposite = (points - centre) / size, (opposite - centre) / size
     parts = [np.arange(n, dtype=np.int32)]
-    if n <= LARGEST_WHOLE:
-        progress(1.0)
-        return minimal_triangulation(points, opposite, forbidden.among(parts[0]))
     rim = RimTriangles(points, opposite, forbidden, np.empty((n - 2, 3), dtype=np.int32), {})
     chords: list[tuple[int, int]] = []
     done = 0
@@ -225,9 +220,8 @@ def _sides(triangle: list[int]) -> tuple[tuple[int, int], ...]:
 def retriangulate(rim: RimTriangles, chord: tuple[int, int]) -> None:
     """Triangulates what lies around a chord anew, where that is better.
 
-    The `WINDOW` triangles nearest to a chord, by the number of edges crossed, form a polygon, since a triangulated polygon is a
-    tree of triangles. `minimal_triangulation` triangulates it anew, with the triangles around as neighbours, and its triangles
-    are taken if their (largest dihedral angle, area) is less.
+    The `WINDOW` triangles that are fewest edges away from it form a polygon, as a triangulated polygon is a tree. Its
+    `minimal_triangulation` is taken if its (largest dihedral angle, area) is less.
     """
     if chord not in rim.holder:
         return  # no longer an edge
@@ -298,11 +292,9 @@ def _chord(p: Floats, part: Ints, forbidden: VertexPairs) -> tuple[int, int]:
 def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools) -> Ints | None:
     """The triangulation of a closed polygon that minimises (largest dihedral angle, area), compared in this order [liepa2003].
 
-    By dynamic programming: the best triangulation of the part of the polygon from i to j is, for the best vertex m between, the
-    triangle (i, m, j) and the best ones from i to m and from m to j. Dihedral angles are those between the normals of the two
-    triangles at the new edges and at the sides, 0 if both lie in one plane. So the angle of a part depends on its last triangle,
-    and the minimum is taken over the best parts, as in the paper. Time O(k^3). The arguments are those of `triangulate_rim`, but
-    for (k, k) `forbidden`, and the coordinates of ordinary size.
+    By dynamic programming in O(k^3): the best triangulation of the part from i to j is, for the best vertex m between, the
+    triangle (i, m, j) and the best ones from i to m and from m to j. Angles are those with the triangles beside, and over the
+    sides. The arguments are those of `triangulate_rim`, but for (k, k) `forbidden` and coordinates of ordinary size.
     """
     n = len(points)
     angle, third = np.full((n, n), np.inf), np.full((n, n), -1, dtype=np.int32)
