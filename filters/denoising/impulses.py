@@ -38,16 +38,14 @@ def without_outliers(
     movable: Bools | None = None,
     certain: Bools | None = None,
 ) -> Floats:
-    """Filter a mesh, its outliers no evidence.
+    """Filter a mesh, its outliers no evidence; with `outliers` "keep" `smooth` filters once.
 
-    1. Put the vertices that stand out where a quadric expects them, `replace_outlying`, and filter: z.
-    2. At edges a quadric takes vertices for outliers that are none, and misses others; a filter that keeps edges does not. So
-       find them again: they are `far_from` z, or were outliers before, since a filter that takes details is far from all; and
-       putting them on z is `flattening`. Put them there, also along the surface, `put_back_along`, all others where they were,
-       and filter once more; and again, a few times, since outliers that were missed mislead the filter.
-
-    With `outliers` "keep" `smooth` filters once. Vertices that are `certain` are outliers whatever they look like; with them the
-    mesh is a trial, and the others are looked for but once.
+    1. Put the vertices that stand out where a quadric expects them, `replace_outlying`, and filter: z. 2. At edges a quadric
+    takes vertices for outliers that are none, and misses others; a filter that keeps edges does not. So those count that are
+    `far_from` z, or were outliers before, since a filter that takes details is far from all, and that are `flattening` on z. Put
+    them there, also along the surface, `put_back_along`, all others where they were, and filter again, a few times, since
+    outliers that were missed mislead the filter. Vertices that are `certain` are outliers in any case: then the mesh is a trial,
+    and the others are looked for but once.
     """
     check_choice("outliers", outliers, Outliers)
     if outliers == "keep":
