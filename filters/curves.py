@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -14,7 +15,7 @@ from .diffusion.implicit import LONGEST_STEP, BackwardEulerStep, time_step_of_de
 from .diffusion.stencil import curve_stencil
 from .execution import Progress, ignore_progress, part_of, threads_for
 from .linear_solvers import CompressedRows
-from .mesh import Bools, Floats, Ints, Longs, check_edges, check_points, mask_of, normalised_mesh
+from .mesh import Bools, Floats, Ints, Longs, check_edges, check_points, mask_of, normalised_mesh, worth_reordering
 from .operators import Laplacian, OperatorName, curve_laplacian
 from .topology import OneRings, one_rings
 
@@ -93,6 +94,12 @@ def curve_smoothing(
     count = check_whole_number("iterations", iterations, least=0)
     mesh = normalised_mesh(points, check_edges(edges, len(points)), movable)
     rings = one_rings(mesh.cells, len(mesh))
+    sweeps = math.inf if method == "implicit" else count * (2 if method == "taubin" else 1)
+    if worth_reordering(mesh.cells, len(mesh), sweeps):
+        # The vertices of each unbranched stretch come next to each other.
+        simple = np.diff(rings.offsets) <= 2
+        mesh = mesh.in_order(np.concatenate([trace_chains(rings, simple).order, np.flatnonzero(~simple).astype(np.int32)]))
+        rings = one_rings(mesh.cells, len(mesh))
     moves = np.diff(rings.offsets) > (1 if border == "fixed" else 0)
     if mesh.movable is not None:
         moves &= mesh.movable

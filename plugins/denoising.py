@@ -49,9 +49,9 @@ class NormalFilterParameters:
             agree. Larger smooths more.
         space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres. Larger
             smooths larger details.
-        neighborhood: Which faces are averaged over: those across the edges, at the vertices, in two or three rings, or within
-            twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'). Larger smooths larger
-            details.
+        neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three rings,
+            or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'),
+            which does not jump across a thin wall. Larger smooths larger details and is slower.
         normal_iterations: How often the normals are filtered before the vertices follow. More smooth more.
     """
 

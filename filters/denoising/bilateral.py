@@ -173,11 +173,7 @@ def space_term(kernel: KernelName, sigma: float | None, scale: float, automatic:
 
 
 def range_term(kernel: KernelName, sigma: float | None, scale: float, heights: Floats, share: float) -> Term:
-    """The kernel of heights; as `space_term`, but that the automatic sigma is a share of that of 95 % efficiency.
-
-    Most of a surface being smooth, the deviation of the heights of neighbours is that of noise, not of features. A sigma of 0
-    comes from heights that are all 0 but for the rounding of coordinates, of which the largest are about 1: there is no noise.
-    """
+    """The kernel of heights, as `space_term`; the automatic sigma is a share of that of 95 % efficiency, 0 without noise."""
     check_choice("range_kernel", kernel, KERNEL_NAMES)
     deviation = robust_deviation(heights) if sigma is None and len(heights) else 0.0
     if deviation < np.finfo(np.float64).eps:
@@ -315,10 +311,7 @@ def _mean_height(
 
 
 class _Triangles(NamedTuple):
-    """The triangles that have an area, in the order of their cells, which are as large as the kernel reaches.
-
-    Those of a column of cells lie one after the other, so that the 27 cells around a vertex are 9 ranges.
-    """
+    """The triangles with an area, in the order of their cells: the 27 around a vertex, as wide as the kernel, are 9 ranges."""
 
     centres: Floats  # (m, 3)
     normals: Floats  # (m, 3) unit normals
@@ -353,10 +346,7 @@ def _normals(points: Floats, faces: Ints) -> tuple[Floats, Bools]:
 
 
 def _estimated(points: Floats, which: Ints, triangles: _Triangles, space: Term, height: Term | None) -> Floats:
-    """(n, 3) the points, those in `which` at the weighted mean of their projections to the planes of near triangles.
-
-    Without a kernel of heights the mean is that of the centres of the triangles.
-    """
+    """(n, 3) the points, some at the weighted mean of their projections to near planes; without `height`, of their centres."""
     out = points.copy()
     _estimate(points, out, which, triangles, space, height or space, height is None)
     return out

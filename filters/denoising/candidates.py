@@ -77,10 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """The settings with what is given, by the names of `Setting` and `AutomaticParameters`, in all of them.
-
-        Parameters of normal filtering leave nothing and the chains, no outer iterations at all leave Taubin's steps.
-        """
+        """The settings with what is given in all; parameters of filtering leave the chains, no outer iterations the steps."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])

@@ -128,15 +128,10 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmes
     """Fit a sum of noises to what differences of several widths leave of a surface.
 
     With W the mean over the one-ring and twice the weight of its neighbours, (I + 2 U) / 3, the residuals of scale m are those of
-    (I - W^m)^2. Their squares, averaged over some rings, have a least part where the surface is calm. Every part of the noise,
-    made with a variance of 1 on the same mesh, has such numbers of its own; the variances are the non-negative sum of these that
-    is nearest to what was seen, relatively.
-
-    Args:
-        scan: the surface.
-        widths: the k steps over which parts of the noise are smoothed, 0 first; m have a standard deviation of 2/3 sqrt(m) edges.
-        scales: the scales of the residuals.
-        calmest: the share of the vertices that are the calm part.
+    (I - W^m)^2. Their squares, averaged over some rings, have a least part where the surface is calm, the share `calmest` of the
+    vertices. Every part of the noise, smoothed over as many steps as its width says, 0 first, and made with a variance of 1 on
+    the same mesh, has such numbers of its own; the variances are the non-negative sum of these that is nearest to what was seen,
+    relatively.
     """
     points, scored = scan.points, scan.scored
     nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(points)))

@@ -38,16 +38,14 @@ def without_outliers(
     movable: Bools | None = None,
     certain: Bools | None = None,
 ) -> Floats:
-    """Filter a mesh, its outliers no evidence.
+    """Filter a mesh, its outliers no evidence; with `outliers` "keep" `smooth` filters once.
 
-    1. Put the vertices that stand out where a quadric expects them, `replace_outlying`, and filter: z.
-    2. At edges a quadric takes vertices for outliers that are none, and misses others; a filter that keeps edges does not. So
-       find them again: they are `far_from` z, or were outliers before, since a filter that takes details is far from all; and
-       putting them on z is `flattening`. Put them there, also along the surface, `put_back_along`, all others where they were,
-       and filter once more; and again, a few times, since outliers that were missed mislead the filter.
-
-    With `outliers` "keep" `smooth` filters once. Vertices that are `certain` are outliers whatever they look like; with them the
-    mesh is a trial, and the others are looked for but once.
+    1. Put the vertices that stand out where a quadric expects them, `replace_outlying`, and filter: z. 2. At edges a quadric
+    takes vertices for outliers that are none, and misses others; a filter that keeps edges does not. So those count that are
+    `far_from` z, or were outliers before, since a filter that takes details is far from all, and that are `flattening` on z. Put
+    them there, also along the surface, `put_back_along`, all others where they were, and filter again, a few times, since
+    outliers that were missed mislead the filter. Vertices that are `certain` are outliers in any case: then the mesh is a trial,
+    and the others are looked for but once.
     """
     check_choice("outliers", outliers, Outliers)
     if outliers == "keep":
@@ -117,10 +115,9 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
 
 
 def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> Floats:
-    """(n, 3) the vertices, (n,) outliers put back along the surface by a share of the way to the mean of their neighbours.
+    """(n, 3) the vertices, outliers put back along the surface by a share of the way to the mean of their neighbours.
 
-    That is (s^2 - t^2) / s^2, which has the least expected square of all shares [james1961], if they are off it by s and others,
-    which did not slide, by t in the root mean square. On a border the neighbours are those along it.
+    That is (s^2 - t^2) / s^2, the best of all shares [james1961], for ways s of outliers and t of others in the root mean square.
     """
     others = referenced_vertices(faces, len(vertices)) & ~outlying
     if not others.any() or not outlying.any():
@@ -168,10 +165,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
 
 
 def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, scored: Bools) -> tuple[float, float]:
-    """The median sizes of `height_residuals` of vertices beside an outlier and of all others that are `scored`; 0 without any.
-
-    Spikes strike anywhere, so that both are alike. Uneven noise stands out where it is loud, and all vertices there are off.
-    """
+    """The median sizes of `height_residuals` beside an outlier and elsewhere: alike with spikes, not where noise is uneven."""
     sizes = np.abs(height_residuals(points, one_rings(faces, len(points)), normals, outlying))
     beside, counted = with_neighbours(outlying, edges(faces)), scored & ~outlying
     near, far = (float(np.median(sizes[which])) if which.any() else 0.0 for which in (counted & beside, counted & ~beside))

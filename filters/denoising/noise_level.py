@@ -129,10 +129,9 @@ def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, floa
 
 
 def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
-    """How much the residuals of neighbours agree, see `FourthOrder.correlation`: of all inner vertices, and where it is calm.
+    """How much residuals of neighbours agree, see `FourthOrder.correlation`: of all inner vertices, and in the calmest third.
 
-    That is the third with the least h^2 around them, where edges and details do not hide weak noise; neighbours in it are a
-    little alike, 0.07 of pure noise. Both are 0 without inner vertices.
+    Edges and details do not hide weak noise there; of pure noise it is 0.07. Both are 0 without inner vertices.
     """
     found = _residuals(vertices, faces)
     if found is None:
@@ -174,19 +173,12 @@ def smooth_normals(points: Floats, faces: Ints, *, whole: Whole | None = None) -
 
 
 def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored: Bools) -> float:
-    """The level of noise along the normals that a twentieth of the vertices stays below.
+    """The level of noise along the normals that a twentieth of the (n,) `scored` vertices stays below, in the unit of the points.
 
     The squares of `height_residuals` estimate the variance of the noise at a vertex, and are averaged over the vertices around.
-    Where the surface is calm, without details and edges, noise alone is left.
-
-    Args:
-        points: (n, 3) coordinates with a mean edge of 1.
-        faces_or_edges: (m, 3) triangles, or (e, 2) edges, each once.
-        normals: (n, 3) unit normals of a smoothed copy.
-        scored: (n,) the vertices that count; exact planes do not, unless they are half of the mesh.
-
-    Returns:
-        In the unit of the points, a fifth to a third below the standard deviation of even noise; 0 if no vertex counts.
+    Where the surface is calm, without details and edges, noise alone is left. Exact planes do not count, unless they are half of
+    the mesh. It is a fifth to a third below the standard deviation of even noise; 0 if no vertex counts. The (n, 3) points have a
+    mean edge of 1, the (m, 3) triangles or (e, 2) edges are there once, the (n, 3) unit normals are those of a smoothed copy.
     """
     which = np.flatnonzero(scored).astype(np.int32)
     if not len(which):

@@ -62,7 +62,7 @@ class NormalFilter:
             as far as the neighbourhood reaches. For "gaussian" the standard deviation.
         neighborhood: which faces are averaged over; see `Neighborhood`. Larger smooths larger details, and costs in proportion.
             With "vertex_normals" rings of vertices: one for "edge" and "vertex", two, or three; distances are then in mean edges.
-        radius: for the neighbourhood "radius", in mean distances of the centres of the input.
+        radius: for the neighbourhoods "radius" and "geodesic", in mean distances of the centres of the input.
         normal_iterations: filter passes. More smooth more.
 
     Raises:
@@ -96,10 +96,7 @@ class NormalFilter:
 
     @property
     def ignores_numbers_of_faces(self) -> bool:
-        """Whether results have the same bits however faces are numbered, as long as each lists its neighbours in the same order.
-
-        "guided" takes the lowest of patches that are as good; "vertex_normals" sums up over all faces.
-        """
+        """Whether results have the same bits however faces are numbered: 'guided' takes the lowest, 'vertex_normals' sums up."""
         return self.method not in ("guided", "vertex_normals")
 
 
@@ -116,10 +113,7 @@ class Weighting(NamedTuple):
 
     @staticmethod
     def of(settings: NormalFilter, distance: float) -> "Weighting":
-        """That of a filter, for a mean distance of centres; kernels are those of `robust`.
-
-        But the Gaussian is exp(-x^2 / (2 sigma^2)), as in the literature on bilateral filters: sigma is a standard deviation.
-        """
+        """That of a filter, for a mean distance of centres; a Gaussian's sigma is a standard deviation, unlike in `robust`."""
         space = "constant" if settings.method == "unilateral" else settings.space_kernel
         return Weighting(
             KERNEL_CODES[settings.range_kernel],
@@ -150,9 +144,8 @@ def weighted_normals(
 ) -> Floats:
     """One pass of n_i' = normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j), (m, 3); where all weights are 0 the normal as it was.
 
-    The (m, 8) table of `measure_faces` has the areas A and the centres c; its normals are overwritten, since a copy is large.
-    The deviation x_ij is that of the (m, 3) guide, None for that of the normals n themselves. At the faces that are `cut_off`,
-    whose neighbours lie to one side, the mean follows a trend, see `_follow_trend`.
+    The normals of the (m, 8) table of `measure_faces`, which has A and c, are overwritten. The deviation x_ij is that of the (m,
+    3) guide or the normals themselves. At faces that are `cut_off` by a border the mean follows a trend, see `_follow_trend`.
     """
     result = np.empty_like(normals)
     # One row of 8 numbers, in which deviations are measured on the normal, is most that the kernel fetches of a neighbour.
@@ -248,10 +241,7 @@ def _faces_with_room(offsets: Longs, first: int, last: int, itself: bool, room: 
 def _neighbour_weights(
     first: int, last: int, rows: Floats, neighbourhoods: FaceNeighbourhoods, weighting: Weighting, room: _Room
 ) -> int:
-    """How many neighbours the faces from `first` to before `last` have; writes them and their weights, area times both kernels.
-
-    The faces are as many as `_faces_with_room` says. Of the neighbours of a face it is the first itself, if it is among them.
-    """
+    """How many neighbours the faces of `_faces_with_room` have; writes these, a face itself first, and areas times kernels."""
     offsets, neighbours = neighbourhoods
     range_code, range_scale, measure, floor, space_code, space_scale, itself = weighting
     near, weights, squares, distances = room

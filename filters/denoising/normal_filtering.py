@@ -138,8 +138,8 @@ def rounds(
 ) -> Iterator[Floats]:
     """The points after one round of `normal_filtering`, after two, and so on without end; none if no point may move.
 
-    The mesh is in the order of `adjacency`, the `distance` that of `NormalPasses`; `progress` is called with the share of a round
-    after each of its passes over the normals. Corners of a face that a round would turn over keep their place.
+    The mesh is in the order of `adjacency`; `progress` gets the share of a round. Corners of a face that a round would turn over
+    keep their place.
     """
     moves = np.diff(adjacency.at_vertices.offsets) > 0
     if mesh.movable is not None:
@@ -178,10 +178,7 @@ def _folded(adjacency: Adjacency, table: Floats) -> Bools:
 
 
 class NormalPasses:
-    """The passes of a filter of face normals over a mesh of (n, 3) points, in the order of `adjacency`.
-
-    The `distance` is the mean distance of the centres of faces that share an edge, if this is a part of a mesh.
-    """
+    """The passes of a filter of face normals in the order of `adjacency`; of a part, with the mean `distance` of centres."""
 
     def __init__(self, points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> None:
         self._settings, self._adjacency, self._distance, faces = settings, adjacency, distance, adjacency.faces
@@ -224,13 +221,11 @@ class NormalPasses:
 
 
 def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, edge_neighbours: FaceNeighbourhoods) -> Floats:
-    """(m, 3) the guide normal of every face.
+    """(m, 3) the guide normal of every face: the mean, by area, of the most even patch of it and of the faces in its own.
 
-    The patch of face i is i and its neighbours in `patches`. It is the more even the smaller H = D R, with D the largest
-    |n_j - n_k| of two of its faces and R the largest over the sum of |n_j - n_k| over the edges inside it: R is small where the
-    bends are spread and near 1 where one edge has them all. Among the patches of i and of the faces in its patch, the one with
-    the smallest H gives the guide, the mean of its normals weighted by area. The patches are the neighbourhoods "vertex",
-    `edge_neighbours` those of "edge"; the areas are in the table of `measure_faces`.
+    The patch of a face is itself and its neighbours in `patches`, "vertex". It is the more even the smaller H = D R, with D the
+    largest |n_j - n_k| in it and R the largest over the sum of |n_j - n_k| over its edges: small where the bends are spread, near
+    1 where one edge has them all.
     """
     measures, means, guides = np.empty(len(normals)), np.empty_like(normals), np.empty_like(normals)
     with threads_for(len(patches.neighbours)):

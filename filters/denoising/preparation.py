@@ -109,9 +109,8 @@ def relaxed(
 ) -> Floats:
     """(n, 3) the vertices after as many pairs of Taubin's steps, of 0.5 and -0.53.
 
-    With the border "along" its vertices are `outline_kept`: else an outline that is jagged by itself would be smoothed, and the
-    triangles at it be squashed. In the direction "normal" every vertex keeps the part of its way along its normal, that of a
-    smoothed copy.
+    With the border "along" a jagged outline is `outline_kept`. In the direction "normal" every vertex keeps the part of its way
+    along the normal of a smoothed copy.
     """
     check_choice("relaxation_direction", direction, RelaxationDirection)
     if iterations == 0:
@@ -132,8 +131,7 @@ def along_normals(vertices: Floats, moved: Floats, normals: Floats) -> Floats:
 def outline_kept(vertices: Floats, moved: Floats, normals: Floats, outline: Bools) -> Floats:
     """(n, 3) the moved vertices, of the way along the surface of those of the outline only what noise explains.
 
-    Vertices go along the surface as far as noise has scattered them. Those of the outline went farther if it has corners; then
-    they keep min(1, q / p) of that way, p its mean square and q that of the other vertices.
+    With p the mean square of these ways and q that of other vertices, which noise has scattered, they keep min(1, q / p) of them.
     """
     across = along_normals(vertices, moved, normals)
     along = moved - across
@@ -182,10 +180,10 @@ def rings_of_relaxation(iterations: int) -> int:
 
 
 def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
-    """(n, 3) the vertices `after` a filter, if that leaves more `folded_faces` than `before` some of them on their way back.
+    """(n, 3) the vertices `after` a filter, if it leaves more `folded_faces` than `before` some of them on their way back.
 
-    While there are more, vertices go back, see `going_back`: half of their way the first time, then all of it. That ends, at
-    worst with the mesh before: where all vertices around a face are back it is as it was, so one at least goes back each time.
+    While there are more, vertices go back, see `going_back`: half of their way, then all of it. That ends: at least one goes back
+    each time.
     """
     folded, share = folded_faces(before, faces), HALF_WAY
     while np.count_nonzero(now := folded_faces(after, faces)) > np.count_nonzero(folded):

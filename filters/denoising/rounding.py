@@ -69,8 +69,8 @@ class Rounding(NamedTuple):
 def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     """The rounding of a mesh; None of one that was not rounded.
 
-    Faces whose vertices were rounded alike have one normal, the axis. Along it all vertices lie on few levels, and the roughness
-    of the surface is along it. Others are at right angles to it.
+    Faces of vertices that were rounded alike have one normal, the axis: along it vertices lie on few levels, and the surface is
+    rough. Other axes are at right angles to it.
     """
     edge = mean_edge_length(points, faces)
     if edge == 0.0 or not len(faces):

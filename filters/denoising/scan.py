@@ -73,18 +73,11 @@ class Scan:
         """All of a mesh of up to 20,000 faces, or else patches, each of whole rings around a face.
 
         The faces are those with the least random numbers, made of their perimeters over the mean edge: renumbering, moving,
-        turning and scaling the mesh changes none of them by more than rounding.
+        turning and scaling the mesh changes none of them by more than rounding. The (n, 3) points are of ordinary size, `edge` is
+        the mean edge if it is known, `patches` says how many there are and how many faces they have at least, `attributes` are
+        others of the scan.
 
-        Args:
-            points: (n, 3) coordinates of ordinary size.
-            faces: (m, 3) triangles.
-            movable: (n,) which vertices may move, None for all.
-            edge: the mean edge, if it is known.
-            patches: how many are taken of a larger mesh, and the faces of each, at least.
-            attributes: others of the scan.
-
-        Returns:
-            The scan, and (k,) which vertices of the mesh it has; one of several patches appears several times.
+        Returns the scan, and (k,) which vertices of the mesh it has; one of several patches appears several times.
         """
         whole = len(faces) <= _WHOLE
         chosen, origin = faces, np.arange(len(points), dtype=np.int32)
@@ -193,19 +186,12 @@ class Scan:
     def choose(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, stays: float = tuned.STAYS, by_means: bool = False
     ) -> Choice[Label] | None:
-        """Choose the filter that best predicts vertices which it has not seen [batson2019].
+        """Choose the filter that best predicts vertices which it has not seen [batson2019]; None if no vertex can be held out.
 
         Noise of a vertex is independent of its neighbours', the surface is not: what predicts a vertex from the others fits the
-        surface. Held-out vertices y start at their `initial_positions`, and n . (y - f) is measured at the results f.
-
-        Args:
-            candidates: what is tried.
-            labels: see `cross_validate`.
-            stays: likewise.
-            by_means: they start at means in any case: quadrics hide what it costs to move vertices that are exact.
-
-        Returns:
-            The choice, the same for any number of threads; None if no vertex can be held out.
+        surface. Held-out vertices y start at their `initial_positions`, and n . (y - f) is measured at the results f of the
+        candidates; `labels` and `stays` are of `cross_validate`. They start at means in any case `by_means`: quadrics hide what
+        it costs to move vertices that are exact. The choice is the same for any number of threads.
         """
         held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
         if not held:
@@ -225,17 +211,10 @@ class Scan:
         """Choose the result whose slopes are expected to be nearest to the true ones [stein1981], for noise of any covariance.
 
         What a filter f makes of noise can be seen [ramani2008]: with heights h = n . (f(y) - y), one more noise b of the same
-        covariance, and g = n . (f(y + e b) - f(y)) / e, the mean over the edges of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) is
-        the squared error of the differences of heights along the edges, and the variance of the noise in these. Of those within
-        one standard error of the best the flattest is taken.
-
-        Args:
-            candidates: what is tried, each on all vertices.
-            labels: for each family the labels of its results. The very first should be that of doing nothing.
-            noise: (n,) heights of a noise as that of the scan, independent of it; None for noise of single vertices.
-
-        Returns:
-            The choice; None if no edge counts. The errors are in mean edges.
+        covariance, (n,) heights or None for noise of single vertices, and g = n . (f(y + e b) - f(y)) / e, the mean over the
+        edges of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) is the squared error of the differences of heights along the edges, and
+        the variance of the noise in these. Of those within one standard error of the best the flattest is taken. The very first
+        label should be that of doing nothing; errors are in mean edges. None if no edge counts.
         """
         pairs = edges(self.faces)
         i, j = pairs[self.scored[pairs].all(axis=1)].T

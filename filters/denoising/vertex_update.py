@@ -40,12 +40,9 @@ def fit_vertices(
     """(n, 3) the vertices after `iterations` steps towards faces with the given normals.
 
     "sun" and "ohtake" take p_i to p_i + sum_j w_j n_j (n_j . (c_j - p_i)) / sum_j w_j over the faces j at i, of centre c_j, with
-    w_j = 1 or the area of j, all vertices at once. Steps of faces that have no area yet weigh 0 in "ohtake". With `avoid_flips`
-    a step that turns a face away from its wanted normal is halved, and in the end left out.
-
-    The (n, 3) vertices are of ordinary size, `at_vertices` their `vertex_faces`; the (n,) ones that are `along_normal` move along
-    the mean of their faces' wanted normals only, as those of borders. An (m, 8) table of `measure_faces` that is not needed any
-    more may be overwritten: a new one is large.
+    w_j = 1 or the area of j, all vertices at once. With `avoid_flips` a step that turns a face away from its wanted normal is
+    halved, and in the end left out. Vertices that are `along_normal`, as those of borders, move along the mean wanted normal
+    only. A table of `measure_faces` may be overwritten: a new one is large.
     """
     check_choice("vertex_update", update, VertexUpdate)
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal

@@ -85,13 +85,10 @@ def scores_of(deviations: Floats) -> Scores:
 def initial_positions(
     points: Floats, faces: Ints, *, normals: Floats, scored: Bools, by_means: bool = False
 ) -> Callable[[Ints], Floats]:
-    """Where held-out vertices start: the mean of their neighbours, which passes less noise on, or the quadric through two rings.
+    """From numbers of held-out vertices (n, 3) points: these at the mean of their neighbours, or the quadric through two rings.
 
-    That is taken which predicts all vertices that are scored, (n,), better; `by_means` takes means in any case. The (n, 3) points
-    have a mean edge of 1, the (n, 3) unit normals are those of a smoothed copy, the faces (m, 3) triangles.
-
-    Returns:
-        A function of the numbers of held-out vertices: (n, 3) the points with these moved.
+    Means pass less noise on. That is taken which predicts all vertices that are scored, (n,), better; `by_means` takes means in
+    any case. The (n, 3) points have a mean edge of 1, the (n, 3) unit normals are those of a smoothed copy.
     """
     rings, which = one_rings(faces, len(points)), np.flatnonzero(scored).astype(np.int32)
     if not by_means:
@@ -112,16 +109,12 @@ def cross_validate(
 ) -> Choice[Label]:
     """Run all candidates without each set of held-out vertices, and choose by what they say of these.
 
-    After each set candidates that are worse than the best by more than two standard errors are dropped, the very first one apart:
-    it is what the others are compared with. Once a single candidate is left no more sets are asked.
+    After each set candidates that are worse than the best by more than two standard errors, or as many as `stays` says, are
+    dropped, but the very first one, which should be that of doing nothing. Once a single candidate is left no more sets are
+    asked.
 
-    Args:
-        held: the sets, none of them empty.
-        run: the candidates without a set, by families.
-        deviations: in mean edges, from the vertices of a set, of a candidate by its number and its result.
-        labels: for each family the labels of its results. The very first should be that of doing nothing.
-        stays: so many standard errors in place of two; a huge number tries all to the end.
-        progress: called after every family that was run; may raise to stop.
+    `run` gives the candidates without a set, by families, `labels` their labels; the deviations, in mean edges, are from the
+    vertices of a set, of a candidate by its number and its result. `progress` is called after every family; it may raise to stop.
     """
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])

@@ -14,20 +14,11 @@ _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
 
 
 def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
-    """Random independent sets: no two vertices of a set are adjacent.
+    """Random independent sets of the `scored` vertices: no two vertices of a set are adjacent; each ascending, none empty.
 
-    The sets are disjoint until less than 35 % of the scored vertices are left; then all may be drawn again. Random numbers are
-    made of the edge lengths at a vertex over the mean length: the same for a mesh moved, turned, scaled or renumbered.
-
-    Args:
-        points: (n, 3) coordinates.
-        faces_or_edges: (m, 3) triangles; or (e, 2) edges, each once, such as those between neighbours in a cloud.
-        scored: (n,) the vertices that may be held out.
-        masks: how many sets.
-        seed: another number gives other sets.
-
-    Returns:
-        The vertices of every set, ascending; sets without any are left out.
+    The `masks` sets are disjoint until less than 35 % of the vertices are left; then all may be drawn again. Random numbers are
+    made of the edge lengths at a vertex over the mean length: the same for a mesh moved, turned, scaled or renumbered; another
+    seed gives others. Of (e, 2) edges each is there once, as those between neighbours in a cloud.
     """
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     sums = lengths_around(points, pairs, mean_edge_length(points, pairs))

@@ -97,10 +97,7 @@ def _find_medians(
 
 @compiled(nogil=True)
 def _two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints) -> int:
-    """Put the vertices of the two rings around i that are not ignored into `around`, as many as there is room for; how many.
-
-    `seen` has a place for every vertex, i at none; it gets i at those that were met.
-    """
+    """Put the vertices of the two rings around i that are not ignored into `around`; how many. `seen` gets i at those met."""
     offsets, neighbours, _ = rings
     count = 0
     seen[i] = i

@@ -207,13 +207,11 @@ class Patches:
         return True
 
     def fair(self, energy: HoleEnergy, rounds: int, progress: Progress) -> tuple[list[HoleEnergy], list[bool]]:
-        """Fairs and refines the patches in turn, and moves their new vertices.
+        """Fairs and refines the patches in turn; of each the energy that placed it last, and whether a higher one threw it out.
 
-        All patches of one energy are solved for together, the highest energy first. If their equations cannot be solved, the set
-        is halved until each patch that causes it stands alone. Such a patch gets the next lower energy, in this round and all
-        later ones, and so does one that leaves the box of its rim by more than `FURTHEST`. The last energy, "none", leaves
-        vertices among those around. Returns for each patch the energy that placed it last, and whether a higher one would have
-        put it further than `FURTHEST`.
+        Patches of one energy are solved for together, the highest first; a set that cannot be solved is halved until each cause
+        stands alone. Such a patch, and one that leaves the box of its rim by more than `FURTHEST`, gets the next lower energy
+        from then on.
         """
         energies, thrown_out = [energy] * len(self._placed), [False] * len(self._placed)
         for done in range(rounds):

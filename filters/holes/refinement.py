@@ -56,15 +56,11 @@ def refined_patch(
 ) -> Patch:
     """Splits triangles at their centroids until they are as small as the edges of the rim, and flips edges, in turn [liepa2003].
 
-    A triangle is split if, for each of its corners, `DENSITY` times the distance to the centroid exceeds both the size of the
-    corner and the size of the centroid, which is the mean of the three. After each round edges are flipped until at none the two
-    opposite angles sum to more than pi: the local Delaunay criterion of the two triangles unfolded into a plane. A flip is not
-    made if it would fold the surface over, double an edge or not lessen the sum. In the end the edges that still join two
-    vertices of the rim are split at their middles, except in cracks: a triangle between such an edge and the rim would have no
-    vertex that fairing could move. Edges of the rim stay. A patch of 300,000 vertices is not split any further.
-
-    The patch has points on the rim alone, or is a refined one whose points have moved. An edge of it between vertices that are
-    joined outside, by `forbidden`, is split. Beyond `uniform` edges from the rim triangles may be larger, see `growing`.
+    A triangle is split if, for each of its corners, `DENSITY` times the distance to the centroid exceeds the size of the corner
+    and their mean. After each round edges are flipped as long as two opposite angles sum to more than pi, unless that would fold
+    the surface over or double an edge. In the end edges that join two vertices of the rim, or that are `forbidden`, are split at
+    their middles, except in cracks: else triangles would have no vertex that fairing could move. Edges of the rim stay. Beyond
+    `uniform` edges from the rim triangles may be larger, see `growing`. The patch may be a refined one whose points have moved.
     """
     points, sizes, triangles, n_rim = patch
     rim, triangles = points[:n_rim], np.ascontiguousarray(triangles, dtype=np.int32).copy()
@@ -141,10 +137,7 @@ def _split(count: int, triangles: Ints, chosen: Ints) -> Ints:
 
 @compiled
 def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidden: ForbiddenEdges) -> None:
-    """Flip edges of a patch, in place, until no flip lessens a sum of opposite angles that is above pi.
-
-    (b, 3) `across` is as `faces_across` gives it, -1 at the rim; no flip may join the `forbidden` of the first k points.
-    """
+    """Flip edges in place until no flip lessens a sum of opposite angles above pi; `across` is `faces_across`, -1 at the rim."""
     for _ in range(_MOST_SWEEPS):
         flips = 0
         for t in range(triangles.shape[0]):
@@ -205,9 +198,8 @@ def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> f
 def uniform_width(patch: Patch) -> float:
     """The width of the band at the rim of a patch that is as dense as the rim, in edges; infinite for the whole patch.
 
-    A surface of equilateral triangles with sides h has one vertex for every h^2 sqrt(3) / 2. A band of k edges and the width of
-    u edges has k u 2 / sqrt(3) vertices, and what is inside it, where edges grow by g of the distance, k / g 2 / sqrt(3) at most.
-    So u is the width for which both together are `MOST_VERTICES`, but `_LEAST_WIDTH` at least.
+    Equilateral triangles with sides h have a vertex for every h^2 sqrt(3) / 2. A band of k edges, u edges wide, has k u 2 /
+    sqrt(3), and what is inside, where edges grow by g of the distance, at most k / g 2 / sqrt(3): together `MOST_VERTICES`.
     """
     each = np.sqrt(3.0) / 2.0
     areas = np.linalg.norm(cross_products(patch.points, patch.triangles), axis=1) / 2.0

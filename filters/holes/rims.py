@@ -96,11 +96,10 @@ def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
 def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[Outer]:
     """Whether each rim is the outer border of a sheet.
 
-    Surely, if its total geodesic curvature is above `OUTER_TURN`: the sum over its vertices of pi less the angle of the surface
-    there. By the theorem of Gauss and Bonnet this is 2 pi less the Gaussian curvature inside for a disc, however ragged its
-    border. So it is no criterion for the border of a curved sheet, such as a range map of a ball. Such a rim is probably an outer
-    border if it spans more than `OUTER_SHARE` of the area of its component and its curvature is above `FRAME_TURN`. The area
-    that a rim spans is that of its largest projection to a plane. A rim too short to go round its sheet is none, see `SHORT_RIM`.
+    Surely, if its total geodesic curvature, the sum of pi less the angle of the surface at a vertex, is above `OUTER_TURN`: by
+    Gauss and Bonnet it is 2 pi for a flat disc, however ragged, but less for a curved one. So a rim is probably one if it spans
+    more than `OUTER_SHARE` of the area of its component, by its largest projection, and turns by more than `FRAME_TURN`. A rim
+    too short to go round its sheet is none, see `SHORT_RIM`.
     """
     if not rims:
         return []
@@ -167,10 +166,10 @@ def sorted_rims(
 
 
 def _holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[int]:
-    """For every island's rim the index of the smallest hole that it lies in, -1 if there is none.
+    """For every island's rim the index of the smallest hole of another component that it lies in, -1 if there is none.
 
-    It lies in a hole of another component if, projected along the normal of the hole's rim, all its vertices are inside the rim
-    and not far from its middle plane, and its sheet is oriented as the surface around the hole.
+    Projected along the normal of the hole's rim all its vertices are inside, near the middle plane, and its sheet is oriented
+    alike.
     """
     components, _ = connected_components(faces, len(vertices))
     rims = [vertices[hole.vertices] for hole in holes]

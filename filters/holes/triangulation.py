@@ -3,6 +3,8 @@
 The rim becomes a polygon that cuts join with the islands in the hole.
 """
 
+from collections import deque
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress
-from ..geometry import cross_product, side_lengths, squared_length
+from ..geometry import cross_product, cross_products, side_lengths, squared_length
 from ..libraries import sparse, spatial
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import BoundaryLoop
@@ -24,6 +26,8 @@ _THINNEST = 1e-7
 _SAME = 1e-9
 # So do areas that differ by less than this share, the rounding of sums of some hundred of them.
 _SAME_AREA = 1e-12
+#: The number of triangles around a chord that are replaced together.
+WINDOW = 120
 # The most triangulations of a polygon that are tried.
 _MOST_TRIES = 20
 
@@ -68,11 +72,10 @@ def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
 
 
 def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> BoundaryLoop:
-    """The rim with each island joined by the shortest cut to the polygon so far, the nearest island first.
+    """The rim with each island joined by the shortest cut to the polygon so far, the nearest first; `opposite` is -1 there.
 
-    At cuts `opposite` is -1. A vertex is several corners where a cut begins or ends, and where parts of the surface are attached
-    by it alone. The polygon begins after the longest edge of the rim: the triangulation depends slightly on its first corner,
-    which must not depend on the numbers of the vertices.
+    A vertex is several corners where cuts end and where a part of the surface is attached by it alone. The polygon begins after
+    the longest edge: the triangulation depends slightly on its first corner, and must not on the numbers of the vertices.
     """
     first = int(side_lengths(points[rim.vertices]).argmax()) + 1
     vertices, opposite = np.roll(rim.vertices, -first), np.roll(rim.opposite, -first)
@@ -144,13 +147,13 @@ def triangulate_rim(
 ) -> Ints | None:
     """The triangulation of a rim that minimises (largest dihedral angle, area), compared in this order [liepa2003].
 
-    A rim of up to `LARGEST_WHOLE` vertices is triangulated by `minimal_triangulation`. A longer one is cut in two by the chord
-    that is shortest relative to the rim between its ends, again and again; the parts are triangulated one after the other, each
-    with the triangles of those before it as neighbours.
+    A rim of more than `LARGEST_WHOLE` vertices is cut in two by the chord that is shortest relative to the rim between its ends,
+    again and again; each part is triangulated with the triangles of those before it as neighbours. Then what lies around each
+    chord is triangulated again, so that it need not stay an edge: the result is at least as good as that of the parts.
 
     (k, 3) `points` are the vertices of the rim in the direction of the new faces, (k, 3) `opposite` the third vertices of the
-    faces of the mesh at the edges from i to i + 1, NaN if there is none. (k - 2, 3) indices of points are returned; None if there
-    is no triangulation without degenerate triangles and `forbidden` diagonals.
+    faces of the mesh at the edges from i to i + 1, NaN without. (k - 2, 3) indices of points are returned; None if every
+    triangulation has degenerate triangles or `forbidden` diagonals.
     """
     n = len(points)
     centre = points.mean(axis=0)
@@ -159,30 +162,111 @@ def triangulate_rim(
         return None
     # Products of four lengths stay in range in any unit.
     points, opposite = (points - centre) / size, (opposite - centre) / size
-    triangles = np.empty((0, 3), dtype=np.int32)
-    third: dict[tuple[int, int], int] = {}  # the third corner of the triangle at each directed edge
     parts = [np.arange(n, dtype=np.int32)]
+    rim = RimTriangles(points, opposite, forbidden, np.empty((n - 2, 3), dtype=np.int32), {})
+    chords: list[tuple[int, int]] = []
+    done = 0
     while parts:
         part = parts.pop()
-        i, j = _chord(points[part], part, forbidden) if len(part) > LARGEST_WHOLE else (-1, -1)
+        i, j = _chord(rim.points[part], part, forbidden) if len(part) > LARGEST_WHOLE else (-1, -1)
         if i >= 0:
+            chords.append((int(part[i]), int(part[j])))
             # The part from i to j is done first; its triangle at the chord is then the neighbour of the other part.
             parts += [np.concatenate([part[: i + 1], part[j:]]), part[i : j + 1]]
             continue
-        beyond = np.full((len(part), 3), np.nan)
-        for k, (u, v) in enumerate(zip(part.tolist(), np.roll(part, -1).tolist(), strict=True)):
-            if (v, u) in third:
-                beyond[k] = points[third[v, u]]
-            elif v == (u + 1) % n:
-                beyond[k] = opposite[u]
-        found = minimal_triangulation(points[part], beyond, forbidden.among(part))
-        if found is None:
+        triangles = minimal_triangulation(rim.points[part], rim.across(part), forbidden.among(part))
+        if triangles is None:
             return None
-        triangles = np.concatenate([triangles, part[found]])
-        for a, b, c in part[found].tolist():
-            third |= {(a, b): c, (b, c): a, (c, a): b}
-        progress(len(triangles) / (n - 2))
-    return triangles
+        rim.enter(range(done, done + len(triangles)), part[triangles])
+        done += len(triangles)
+        progress(done / (n - 2))
+    for chord in chords:
+        retriangulate(rim, chord)
+    return rim.triangles
+
+
+class RimTriangles(NamedTuple):
+    """A rim, and the triangles made so far."""
+
+    points: Floats  # (k, 3)
+    opposite: Floats  # (k, 3) as for `triangulate_rim`
+    forbidden: VertexPairs
+    triangles: Ints  # (k - 2, 3)
+    holder: dict[tuple[int, int], int]  # the triangle at each directed edge
+
+    def across(self, corners: Ints) -> Floats:
+        """(c, 3) the third vertex of what lies across each side of a polygon of these corners; NaN if nothing does yet."""
+        beyond = np.full((len(corners), 3), np.nan)
+        for i, (u, v) in enumerate(zip(corners.tolist(), np.roll(corners, -1).tolist(), strict=True)):
+            t = self.holder.get((v, u))
+            if t is not None:
+                beyond[i] = self.points[int(self.triangles[t].sum()) - u - v]
+            elif v == (u + 1) % len(self.points):
+                beyond[i] = self.opposite[u]
+        return beyond
+
+    def enter(self, places: Iterable[int], triangles: Ints) -> None:
+        """Write triangles, where there were none or others that cover the same."""
+        self.triangles[list(places)] = triangles
+        for t, row in zip(places, triangles.tolist(), strict=True):
+            self.holder.update(dict.fromkeys(_sides(row), t))
+
+
+def _sides(triangle: list[int]) -> tuple[tuple[int, int], ...]:
+    a, b, c = triangle
+    return (a, b), (b, c), (c, a)
+
+
+def retriangulate(rim: RimTriangles, chord: tuple[int, int]) -> None:
+    """Triangulates what lies around a chord anew, where that is better.
+
+    The `WINDOW` triangles that are fewest edges away from it form a polygon, as a triangulated polygon is a tree. Its
+    `minimal_triangulation` is taken if its (largest dihedral angle, area) is less.
+    """
+    if chord not in rim.holder:
+        return  # no longer an edge
+    chosen = _nearest(rim, rim.holder[chord])
+    corners = np.unique(rim.triangles[chosen]).astype(np.int32)
+    points, across = rim.points[corners], rim.across(corners)
+    better = minimal_triangulation(points, across, rim.forbidden.among(corners))
+    if better is None:
+        return
+    before = np.searchsorted(corners, rim.triangles[chosen]).astype(np.int32)
+    (angle, area), (old_angle, old_area) = (_energy(points, across, each) for each in (better, before))
+    if angle < old_angle - _SAME or (angle <= old_angle + _SAME and area < old_area):
+        for row in rim.triangles[chosen].tolist():
+            for side in _sides(row):
+                del rim.holder[side]
+        rim.enter(chosen, corners[better])
+
+
+def _nearest(rim: RimTriangles, first: int) -> list[int]:
+    """The `WINDOW` triangles that are fewest edges away from the first, in ascending order."""
+    near, queue = {first}, deque([first])
+    while queue:
+        for a, b in _sides(rim.triangles[queue.popleft()].tolist()):
+            t = rim.holder.get((b, a))
+            if t is not None and t not in near and len(near) < WINDOW:
+                near.add(t)
+                queue.append(t)
+    return sorted(near)
+
+
+def _energy(points: Floats, across: Floats, triangles: Ints) -> tuple[float, float]:
+    """The largest angle of the triangles with each other and the faces across the sides, as 1 - cos, and their doubled area."""
+    n = len(points)
+    sides = np.arange(n)
+    faces = np.concatenate([triangles, np.column_stack([np.roll(sides, -1), sides, n + sides])])
+    normals = cross_products(np.concatenate([points, across]), faces)
+    doubled = np.linalg.norm(normals, axis=1)
+    if (doubled[: n - 2] == 0.0).any():
+        return np.inf, np.inf
+    with np.errstate(invalid="ignore"):
+        normals /= doubled[:, None]
+    holder = {side: t for t, row in enumerate(faces.tolist()) for side in _sides(row)}
+    pairs = np.array([(t, holder[b, a]) for (a, b), t in holder.items() if t < n - 2])
+    bends = 1.0 - np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]])
+    return max(0.0, float(np.nanmax(bends))), float(doubled[: n - 2].sum())
 
 
 @compiled
@@ -208,11 +292,9 @@ def _chord(p: Floats, part: Ints, forbidden: VertexPairs) -> tuple[int, int]:
 def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools) -> Ints | None:
     """The triangulation of a closed polygon that minimises (largest dihedral angle, area), compared in this order [liepa2003].
 
-    By dynamic programming: the best triangulation of the part of the polygon from i to j is, for the best vertex m between, the
-    triangle (i, m, j) and the best ones from i to m and from m to j. Dihedral angles are those between the normals of the two
-    triangles at the new edges and at the sides, 0 if both lie in one plane. So the angle of a part depends on its last triangle,
-    and the minimum is taken over the best parts, as in the paper. Time O(k^3). The arguments are those of `triangulate_rim`, but
-    for (k, k) `forbidden`, and the coordinates of ordinary size.
+    By dynamic programming in O(k^3): the best triangulation of the part from i to j is, for the best vertex m between, the
+    triangle (i, m, j) and the best ones from i to m and from m to j. Angles are those with the triangles beside, and over the
+    sides. The arguments are those of `triangulate_rim`, but for (k, k) `forbidden` and coordinates of ordinary size.
     """
     n = len(points)
     angle, third = np.full((n, n), np.inf), np.full((n, n), -1, dtype=np.int32)

@@ -1,14 +1,7 @@
 """Inspection of surfaces: measures, scalars and colours."""
 
 from .color_maps import Limits, diverging_colors, robust_limits, sequential_colors, symmetric_limits
-from .curvature import (
-    CurvatureOperator,
-    GaussianMeasure,
-    gaussian_curvature,
-    mean_curvature,
-    mesh_normals,
-    reflection_stripes,
-)
+from .curvature import CurvatureOperator, GaussianMeasure, gaussian_curvature, mean_curvature, mesh_normals, reflection_stripes
 from .distances import (
     SAMPLES,
     Alignment,

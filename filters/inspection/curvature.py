@@ -28,10 +28,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) the unit normals of the vertices: those of the faces, weighted with their angles there; 0 where no face has an area.
-
-    The weights make the normal independent of how the surroundings are cut into triangles. The points are of ordinary size.
-    """
+    """(n, 3) unit normals of vertices, those of the faces weighted with angles: no matter how they are cut; 0 without area."""
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
     return unit_vectors(sums)

@@ -89,9 +89,8 @@ def displacement(
 def face_samples(vertices: Floats, faces: Ints, count: int) -> tuple[Ints, Floats]:
     """The faces of about `count` samples, ascending, more where there are more faces, and the area for which each stands.
 
-    Each face has as many as its share of the area asks for, at least one; `sample_places` spreads them evenly, in no pattern of
-    the mesh. So a mean that is weighted with the areas misses that over the surface by no more than that of as many random
-    samples. Those of a cloud, which has no faces, are its vertices. Coordinates are best near the origin.
+    Each face has as many as its share of the area asks for, at least one. Means that are weighted with the areas miss those over
+    the surface by no more than those of as many random samples. Those of a cloud are its vertices.
     """
     if not len(faces):
         return np.arange(len(vertices), dtype=np.int32), np.ones(len(vertices))

@@ -29,10 +29,7 @@ _ROUNDING = (8.0 * np.finfo(np.float64).eps) ** 2
 
 
 class TriangleTree(NamedTuple):
-    """The triangles in the order of the tree, halved at the median of the widest side of the box of their middles.
-
-    Node 1 is the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves, its children the two halves.
-    """
+    """The triangles, halved at the median of the widest side of the box of their middles; of node i into 2 i and 2 i + 1."""
 
     triangles: Floats  # (m, 9) the first corner, and from there to the second and to the third
     indices: Ints  # (m,) the face of each
@@ -53,10 +50,7 @@ class TriangleTree(NamedTuple):
         return cls(triangles, indices, boxes, leaves, _ROUNDING * float(np.abs(boxes[1]).max()) ** 2)
 
     def nearest(self, queries: Floats) -> tuple[Longs, Floats, Floats]:
-        """The faces nearest to (q, 3) points, (q, 2) weights of their second and third corners there, and (q,) distances.
-
-        Among places as near as each other it is that of the lowest face.
-        """
+        """Of (q, 3) points the nearest faces, of equals the lowest, (q, 2) weights of the last corners, and (q,) distances."""
         faces, weights, distances = np.empty(len(queries), np.int64), np.empty((len(queries), 2)), np.empty(len(queries))
         over_range(_search, len(queries), self, np.ascontiguousarray(queries), faces, weights, distances)
         return faces, weights, distances

@@ -112,10 +112,7 @@ def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
 
 @compiled(nogil=True)
 def _fans(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> tuple[Ints, bool]:
-    """(n,) how many fans the faces of a vertex form, linked through edges with two faces; and whether all of these agree.
-
-    By union-find over the corners 3 f + k of the faces.
-    """
+    """(n,) how many fans the faces of a vertex form, linked through edges with two faces; and whether all of these agree."""
     parent, fans = np.arange(3 * faces.shape[0]).astype(np.int32), np.zeros(n_vertices, dtype=np.int32)
     oriented = True
     for p in range(neighbours.shape[0]):

@@ -1,15 +1,6 @@
 """Connectivity from triangle lists: edges, one-rings, stars, faces at vertices and across edges, flips, boundary loops, parts."""
 
-from .boundary import (
-    BoundaryLoop,
-    BrokenBorder,
-    Submesh,
-    boundary_loops,
-    connected_components,
-    is_seam,
-    root_of,
-    submesh_around,
-)
+from .boundary import BoundaryLoop, BrokenBorder, Submesh, boundary_loops, connected_components, is_seam, root_of, submesh_around
 from .incidence import (
     BORDER_POLICIES,
     BorderPolicy,

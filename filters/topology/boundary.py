@@ -109,10 +109,7 @@ def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[Br
 
 
 def _successors(starts: Ints, ends: Ints, faces: Ints, vertices: Floats, crowded: Bools) -> tuple[Ints, dict[int, BreakReason]]:
-    """(b,) the border edge that follows each one, by the next gap between two fans of faces at its end, -1 if there is none.
-
-    And the vertices at which there is none, with the reason. `crowded` are the ends of edges with more than two faces.
-    """
+    """(b,) the border edge after each one, by the next gap at its end, -1 if there is none; and at which vertices and why."""
     n = len(vertices)
     leaving, arriving = np.bincount(starts, minlength=n), np.bincount(ends, minlength=n)
     as_many = (leaving == arriving) & ~crowded
@@ -153,10 +150,7 @@ def _next_round(near: Ints, several: Bools) -> dict[int, dict[int, int]]:
 
 
 def _fans(v: int, onwards: dict[int, int], vertices: Floats) -> list[list[int]] | None:
-    """The open fans of faces at v as lists of neighbours, in their order round v; None if that order is not defined.
-
-    Three or more are ordered by angle in the plane normal to the sum of the faces' cross products.
-    """
+    """The open fans at v, as neighbours in order round v, three by angle about the faces' mean normal; None without order."""
     fans = []
     for first in sorted(set(onwards) - set(onwards.values())):
         fan = [first]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import heapq
 from typing import get_args
 
 import numpy as np
 import pytest
 
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.face_neighbourhoods import (
     FaceNeighbourhoods,
     Neighborhood,
@@ -15,7 +17,7 @@ from pymeshfair.filters.denoising.face_neighbourhoods import (
 )
 from pymeshfair.filters.geometry import measure_faces
 from pymeshfair.filters.topology import vertex_faces
-from tests.meshes import AWKWARD, Floats, Ints, grid, icosphere, irregular_grid, moebius_strip
+from tests.meshes import AWKWARD, Floats, Ints, grid, icosphere, irregular_grid, moebius_strip, noisy
 
 RINGS = {"vertex": 1, "two_ring": 2, "three_ring": 3}
 
@@ -36,6 +38,8 @@ def slow_sets(vertices: Floats, faces: Ints, kind: Neighborhood, radius: float =
         return near
     result = []
     centres = vertices[faces].mean(axis=1)
+    if kind == "geodesic":
+        return [set(slow_ways(centres, near, i, radius)) - {i} for i in range(len(faces))]
     for i in range(len(faces)):
         found, front = {i}, {i}
         rounds = RINGS.get(kind, len(faces))
@@ -46,6 +50,20 @@ def slow_sets(vertices: Floats, faces: Ints, kind: Neighborhood, radius: float =
             found |= front
         result.append(found - {i})
     return result
+
+
+def slow_ways(centres: Floats, near: list[set[int]], start: int, radius: float) -> dict[int, float]:
+    """Dijkstra's algorithm: the faces within the radius and the lengths of their ways from the first."""
+    lengths: dict[int, float] = {}
+    waiting = [(0.0, start)]
+    while waiting:
+        length, face = heapq.heappop(waiting)
+        if face in lengths or length > radius:
+            continue
+        lengths[face] = length
+        for other in near[face]:
+            heapq.heappush(waiting, (length + float(np.linalg.norm(centres[other] - centres[face])), other))
+    return lengths
 
 
 @pytest.mark.parametrize("kind", get_args(Neighborhood))
@@ -72,3 +90,63 @@ def test_a_large_hub_needs_no_more_than_its_neighbours() -> None:
     vertices, faces = AWKWARD["large hub"]()
     around = face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), "vertex")
     assert np.diff(around.offsets).tolist() == [199] * 200
+
+
+@pytest.mark.parametrize("radius", [0.9, 3.0, 7.5])
+def test_geodesic_neighbourhoods_are_those_of_dijkstra(radius: float) -> None:
+    """Small and large radii on a rough sheet give the faces whose shortest ways Dijkstra's algorithm finds short enough."""
+    vertices, faces = noisy(irregular_grid(8, 8), 0.3)
+    centres = np.ascontiguousarray(vertices[faces].mean(axis=1))
+    around = face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), "geodesic", centres=centres, radius=radius)
+    assert sets(around) == slow_sets(vertices, faces, "geodesic", radius)
+
+
+def test_ways_on_a_plane_are_little_longer_than_straight() -> None:
+    """On equal triangles no face is met from beyond the radius, and every face that is nearer than 1 / 1.04 of it is met."""
+    for size, radii in ((16, np.arange(0.6, 5.0, 0.2)), (30, (6.0, 8.0, 9.8))):
+        vertices, faces = grid(size, size)
+        vertices = vertices @ np.array([[1.0, 0.0, 0.0], [-0.5, np.sqrt(0.75), 0.0], [0.0, 0.0, 1.0]])
+        centres = np.ascontiguousarray(vertices[faces].mean(axis=1))
+        middle = int(np.argmin(np.linalg.norm(centres - centres.mean(axis=0), axis=1)))
+        distances = np.linalg.norm(centres - centres[middle], axis=1)
+        at_vertices = vertex_faces(faces, len(vertices))
+        for radius in radii:
+            around = face_neighbourhoods(faces, at_vertices, "geodesic", centres=centres, radius=float(radius))
+            found = around.neighbours[around.offsets[middle] : around.offsets[middle + 1]].tolist()
+            assert distances[found].max() <= radius + 1e-12
+            assert set(found) >= set(np.flatnonzero(distances < radius / 1.04).tolist()) - {middle}
+
+
+def test_sheets_that_lie_close_do_not_mix() -> None:
+    """The two sides of a thin wall, joined along one end: no face has a neighbour on the other side but near that end.
+
+    Only faces at the end, whose centres are at most 2/3 from it, can be stepped over; the radius of 2 reaches 2.67 from it.
+    """
+    sheet, faces = grid(12, 6)
+    bottom = sheet * [1.0, 1.0, 0.0] - [0.0, 0.0, 0.05]
+    vertices = np.concatenate([sheet, bottom])
+    lower = faces[:, ::-1] + len(sheet)
+    ends = np.flatnonzero(sheet[:, 0] == 0.0)
+    ends = ends[np.argsort(sheet[ends, 1])]
+    a, b = ends[:-1], ends[1:]
+    rim = np.concatenate([np.column_stack([a, b, a + len(sheet)]), np.column_stack([b, b + len(sheet), a + len(sheet)])])
+    wall = np.concatenate([faces, lower, rim]).astype(np.int32)
+    centres = np.ascontiguousarray(vertices[wall].mean(axis=1))
+    around = face_neighbourhoods(wall, vertex_faces(wall, len(vertices)), "geodesic", centres=centres, radius=2.0)
+    found = sets(around)
+    upper = range(len(faces))
+    crosses = np.array([any(len(faces) <= j < 2 * len(faces) for j in found[i]) for i in upper])
+    far = centres[: len(faces), 0] > 2.67
+    assert not crosses[far].any()
+    assert crosses[~far].any()
+    assert np.mean([len(found[i]) for i in upper if far[i]]) > 8
+
+
+def test_unknown_neighbourhoods_are_refused() -> None:
+    """The message names what is allowed."""
+    vertices, faces = icosphere(0)
+    with pytest.raises(FilterInputError, match="'four_ring' is not one of 'edge', 'vertex'"):
+        face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), "four_ring")  # type: ignore[arg-type]
+    for kind in ("radius", "geodesic"):
+        with pytest.raises(FilterInputError, match="radius"):
+            face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), kind)

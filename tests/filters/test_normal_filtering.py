@@ -221,6 +221,7 @@ EVERY_METHOD: list[dict[str, Any]] = [
     {"vertex_update": "ohtake"},
     {"vertex_update": "conjugate_gradient"},
     {"method": "guided", "neighborhood": "radius"},
+    {"neighborhood": "geodesic"},
 ]
 
 

@@ -173,6 +173,30 @@ def test_work_can_be_stopped() -> None:
         triangulate_rim(points, opposite, nothing(20), progress=stop)
 
 
+def energy(points: Floats, opposite: Floats, triangles: NDArray[np.int32]) -> tuple[float, float]:
+    """The largest angle between two triangles or one and the face at its side, as 1 - cos, and the doubled area."""
+    owner = {(int(t[k]), int(t[(k + 1) % 3])): t for t in triangles for k in range(3)}
+    worst = 0.0
+    for (u, v), t in owner.items():
+        across = points[owner[v, u]] if (v, u) in owner else np.array([points[v], points[u], opposite[u]])
+        worst = max(worst, 1.0 - float(normal(*points[t]) @ normal(*across)))
+    return worst, 2 * area(points, triangles)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_parts_triangulated_anew_bend_no_more(seed: int) -> None:
+    """Around a chord the best triangles replace the given ones, so that the largest angle, or the area at the same, is less."""
+    points, opposite = bent(40, seed)
+    fan = np.column_stack([np.zeros(38), np.arange(1, 39), np.arange(2, 40)]).astype(np.int32)
+    rim = triangulation.RimTriangles(points, opposite, nothing(40), np.empty((38, 3), dtype=np.int32), {})
+    rim.enter(range(38), fan)
+    triangulation.retriangulate(rim, (20, 0))
+    better = rim.triangles
+    assert energy(points, opposite, better) < energy(points, opposite, fan)
+    # All 38 triangles lie in one window, so nothing is better than what is found for the whole rim at once.
+    assert as_set(better) == as_set(triangulate_rim(points, opposite, nothing(40)))
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_long_rim_in_parts_is_nearly_as_good_as_at_once(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """In parts of 30 a bent rim of 90 has at most a tenth more area, and all diagonals have two triangles."""

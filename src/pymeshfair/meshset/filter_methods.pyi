@@ -1104,9 +1104,9 @@ class FilterMethods(metaclass=LateMethods):
                 happen to agree. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
-            neighborhood: Which faces are averaged over: those across the edges, at the vertices, in two or three rings, or
-                within twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'). Larger smooths
-                larger details.
+            neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
+                rings, or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface
+                ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
                 number from 1 to 10000, or 'auto'.
             vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow more
@@ -1602,9 +1602,9 @@ class FilterMethods(metaclass=LateMethods):
                 happen to agree. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
-            neighborhood: Which faces are averaged over: those across the edges, at the vertices, in two or three rings, or
-                within twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'). Larger smooths
-                larger details.
+            neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
+                rings, or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface
+                ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
                 number from 1 to 10000, or 'auto'.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a

@@ -50,7 +50,7 @@ _AUTHORS = {field.name: field.default for field in fields(denoising.NormalFilter
 }
 #: values of its parameters that need the whole mesh
 _WHOLE = {
-    "neighborhood": ("radius",),
+    "neighborhood": ("radius", "geodesic"),
     "method": ("vertex_normals",),
     "vertex_update": ("conjugate_gradient",),
     "outliers": ("replace", "only"),
