@@ -67,3 +67,12 @@ def test_its_own_tests_pass(environment: dict[str, str], tmp_path: Path) -> None
     """With pytest, away from this project."""
     shutil.copytree(PACKAGE / "tests", tmp_path / "tests")
     run(environment, tmp_path, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests")
+
+
+@pytest.mark.slow
+def test_warming_compiles_its_kernel(environment: dict[str, str], tmp_path: Path) -> None:
+    """After `_compile_others` the store has the kernel: a process that uses it then compiles nothing."""
+    own = {**environment, "NUMBA_CACHE_DIR": str(tmp_path)}
+    warm = "from pymeshfair.commands.doctor import _compile_others; assert not _compile_others()"
+    run(own, tmp_path, "-c", warm)
+    assert [path.name for path in tmp_path.rglob("median._medians-*")]

@@ -41,7 +41,7 @@ def doctor(
         from ..filters.compilation import compile_ahead, listed_signatures
 
         say("compiling filters for this machine", err=True)
-        warn(*(f"not compiled: {failure}" for failure in compile_ahead(listed_signatures())))
+        warn(*(f"not compiled: {failure}" for failure in (*compile_ahead(listed_signatures()), *_compile_others())))
     if remove and folder is None:
         raise typer.BadParameter("it needs the FOLDER of the files", param_hint="--remove")
     findings = []
@@ -57,6 +57,24 @@ def doctor(
     say(message, err=True)
     if wrong:
         raise typer.Exit(1)
+
+
+def _compile_others() -> list[str]:
+    """Run the filters of other packages on a small mesh, which compiles what they use; what went wrong."""
+    from ..meshset import MeshSet
+    from ..registry import custom_filters
+
+    failures = []
+    for declared in (declared for declared in custom_filters() if declared.origin != "pymeshfair"):
+        meshes = MeshSet()
+        meshes.create_octahedron()
+        meshes.compute_scalar_by_function_per_vertex(q="z")
+        meshes.compute_color_by_function_per_vertex(x="x", y="y", z="z")
+        try:
+            meshes.apply_filter(declared.python_name)
+        except Exception as error:  # the filter may need another mesh
+            failures.append(f"{declared.python_name}, of {declared.origin}: {type(error).__name__}: {error}")
+    return failures
 
 
 def look_around() -> Iterator[Finding]:
