@@ -1,12 +1,13 @@
 """Smoothing by diffusion: of vertices, explicit, implicit and Taubin's; of curves; of scalars and colours that stops at edges."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Float, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Bool, Edit, Enum, Equivalent, FilterClass, Float, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.filters import diffusion
 from pymeshfair.filters.checks import FilterInputError, UnstableStepError
 from pymeshfair.filters.choosing import PASSES
@@ -75,8 +76,19 @@ def apply_coord_implicit_fairing(
     return done.edit(time_step=time_of(done.amount) if done.amount else 0.0)
 
 
+def laplacian_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
+    """MeshLab's Laplacian Smooth where it does the same: not with cotangents, which MeshLab computes with 32 bits."""
+    if (values["update"], values["operator"]) != ("meshlab", "uniform") or values["border"] == "fixed" or values["selected"]:
+        return None
+    own = {"stepsmoothnum": values["iterations"], "boundary": values["border"] == "along", "cotangentweight": False}
+    return Equivalent("apply_coord_laplacian_smoothing", own | {"selected": False})
+
+
 @vertex_smoother(
-    name="Explicit Smoothing", requires=MeshElement.NONE, references=("taubin1995", "fujiwara1995", "desbrun1999", "sharp2020")
+    name="Explicit Smoothing",
+    requires=MeshElement.NONE,
+    references=("taubin1995", "fujiwara1995", "desbrun1999", "sharp2020"),
+    equivalent=laplacian_smooth_of_meshlab,
 )
 def apply_coord_explicit_smoothing(
     layer: Layer,
@@ -129,7 +141,15 @@ TAUBIN_MU = Float(
 TAUBIN_PASS_BAND = Float(label="Pass band", minimum=0, maximum=2)
 
 
-@vertex_smoother(name="Taubin Fairing", references=("taubin1995",))
+def taubin_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
+    """MeshLab's own filter, which is Taubin's on closed meshes: on a border its step goes two thirds of ours."""
+    if values["operator"] != "uniform" or values["pass_band"] or values["selected"] or values["iterations"] == "auto":
+        return None
+    own = {"lambda_": values["step"], "mu": values["mu"], "stepsmoothnum": values["iterations"], "selected": False}
+    return Equivalent("apply_coord_taubin_smoothing", own, closed_only=True)
+
+
+@vertex_smoother(name="Taubin Fairing", references=("taubin1995",), equivalent=taubin_smooth_of_meshlab)
 def apply_coord_taubin_fairing(
     layer: Layer,
     *,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,10 @@ import pymeshlab
 import pytest
 
 from pymeshfair import MeshSet
-from pymeshfair.scripts import read_script
+from pymeshfair.registry import find_filter
+from pymeshfair.scripts import Script, ScriptError, Step, format_script, read_script
+from pymeshfair.scripts.values import parse_value
+from pymeshfair.scripts.write import MeshFacts, export_script
 
 from .command_line import document, invoke
 
@@ -103,6 +107,85 @@ def test_filters_that_meshlab_lacks_are_named_and_refused(tmp_path: Path, sphere
     assert problems
     assert all("which MeshLab lacks" in problem["message"] for problem in problems)
     assert not (tmp_path / "plain.mlx").exists()
+
+
+def script(path: Path, *filters: str) -> Path:
+    """A script of these elements."""
+    path.write_text(f"<!DOCTYPE FilterScript><FilterScript>{''.join(filters)}</FilterScript>", encoding="utf-8")
+    return path
+
+
+def filter_element(name: str, **values: str) -> str:
+    """The element of a filter whose values, choices by number, are given as texts."""
+    known = find_filter(name)
+    step = Step(known).with_values({n: parse_value(known.parameter(n), text) for n, text in values.items()})
+    return "".join(format_script(Script((step,))).splitlines(keepends=True)[2:-1])
+
+
+#: what is to be known of the sphere
+CLOSED = MeshFacts(10.0 * 3**0.5, 1.0, closed=True)
+#: values with which our filters do what MeshLab's do
+UNIFORM = {"update": "meshlab", "operator": "uniform", "iterations": "4"}
+EQUAL = (
+    ("apply_coord_explicit_smoothing", {**UNIFORM, "border": "along"}, "Laplacian Smooth"),
+    ("apply_coord_explicit_smoothing", {**UNIFORM, "border": "free"}, "Laplacian Smooth"),
+    ("apply_coord_taubin_fairing", {"step": "0.5", "mu": "-0.53125", "iterations": "4"}, "Taubin Smooth"),
+)
+
+
+@pytest.mark.parametrize(("name", "values", "equal"), EQUAL)
+def test_a_filter_of_ours_is_replaced_by_its_equal(
+    name: str, values: dict[str, str], equal: str, sphere: Path, tmp_path: Path
+) -> None:
+    """The exported script makes in plain pymeshlab the mesh that ours makes, to rounding, and it is said what was replaced."""
+    ours = script(tmp_path / "ours.mlx", filter_element(name, **values))
+    text, (told,) = export_script(read_script(ours), mesh=CLOSED)
+    (tmp_path / "plain.mlx").write_text(text, encoding="utf-8")
+    assert f"is MeshLab's {equal!r}, which does the same" in told
+    meshes, plain = MeshSet(), pymeshlab.MeshSet()
+    for each, path in ((meshes, ours), (plain, tmp_path / "plain.mlx")):
+        each.load_new_mesh(str(sphere))
+        before = each.current_mesh().vertex_matrix()
+        each.load_filter_script(str(path))
+        each.apply_filter_script()
+    found = plain.current_mesh().vertex_matrix()
+    assert np.abs(found - before).max() > 1e-3
+    np.testing.assert_allclose(found, meshes.current_mesh().vertex_matrix(), atol=1e-12)
+
+
+TAUBIN = filter_element("apply_coord_taubin_fairing")
+
+
+@pytest.mark.parametrize(
+    ("elements", "why"),
+    [
+        (["<filter name='Delete Selected Faces'/>", TAUBIN], "a step before may open it or select"),
+        (["<filter name='Select Border'/>", TAUBIN], "a step before may open it or select"),
+        ([filter_element("apply_coord_taubin_fairing", operator="cotangent")], "cannot run this step"),
+        ([filter_element("apply_coord_taubin_fairing", pass_band="0.1")], "cannot run this step"),
+        ([filter_element("apply_coord_taubin_fairing", selected="true")], "cannot run this step"),
+        ([filter_element("apply_coord_explicit_smoothing")], "cannot run this step"),
+        ([filter_element("apply_coord_explicit_smoothing", **UNIFORM, border="fixed")], "cannot run this step"),
+        ([filter_element("apply_coord_explicit_smoothing", update="meshlab", operator="cotangent")], "cannot run this step"),
+    ],
+)
+def test_what_is_not_equal_is_refused(elements: list[str], why: str, tmp_path: Path) -> None:
+    """Another operator, a selection, or a mesh that a step may have opened: the reason is said."""
+    with pytest.raises(ScriptError) as refused:
+        export_script(read_script(script(tmp_path / "ours.mlx", *elements)), mesh=CLOSED)
+    (problem,) = refused.value.problems
+    assert why in problem.message
+
+
+def test_taubin_is_replaced_on_a_closed_mesh_alone(sphere: Path, tmp_path: Path) -> None:
+    """Without a mesh the message asks for one; an open one is refused."""
+    ours = script(tmp_path / "ours.mlx", TAUBIN)
+    unknown = invoke("export", ours, "-o", tmp_path / "plain.mlx")
+    assert "say with --for MESH which mesh it is for" in unknown.stderr
+    with pytest.raises(ScriptError, match="and this one is open"):
+        export_script(read_script(ours), mesh=replace(CLOSED, closed=False))
+    told = invoke("export", ours, "-o", tmp_path / "plain.mlx", "--for", sphere)
+    assert "step 1, 'Taubin Fairing', is MeshLab's 'Taubin Smooth', which does the same" in told.stdout
 
 
 def test_settings_tags_and_limits_are_left_out(tmp_path: Path) -> None:

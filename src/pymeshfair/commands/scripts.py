@@ -121,19 +121,23 @@ def export(
 ) -> None:
     """Write a recipe as a script for MeshLab's desktop and plain pymeshlab.
 
-    Every parameter is written, in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is refused.
+    Every parameter is written, in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is replaced by one
+    that does the same, or refused.
     """
-    from ..scripts.write import NOMINAL_DIAGONAL, export_script
+    from ..scripts.write import MeshFacts, export_script
 
     check_text(output, ("mlx",), overwrite=overwrite, json=json)
     script = open_recipe(recipe).script
-    diagonal, lengths = NOMINAL_DIAGONAL, None
+    facts, lengths = None, []
     if mesh is not None:
         from ..running.read import lengths_on_mesh
 
-        diagonal, lengths = _read(mesh).measured.diagonal, lengths_on_mesh(script, mesh)
-    save_text(export_script(script, lengths=lengths, diagonal=diagonal), output, overwrite=overwrite)
+        read = _read(mesh)
+        facts = MeshFacts(read.measured.diagonal, read.measured.resolution(), closed=read.measures["closed"])
+        lengths = lengths_on_mesh(script, mesh)
+    exported, replaced = export_script(script, mesh=facts, lengths=lengths)
+    save_text(exported, output, overwrite=overwrite)
     if json:
-        print_document({"recipe": recipe, "output": output, "steps": len(script.steps)})
+        print_document({"recipe": recipe, "output": output, "steps": len(script.steps), "replaced": replaced})
     else:
-        say(f"{output}: {counted(len(script.steps), 'step')}", err=output == STANDARD)
+        say(*replaced, f"{output}: {counted(len(script.steps), 'step')}", err=output == STANDARD)

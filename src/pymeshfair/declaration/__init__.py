@@ -175,6 +175,18 @@ class Arity(enum.IntEnum):
     NONE, SINGLE_MESH, FIXED, VARIABLE = 0, 1, 2, 3
 
 
+@dataclass(frozen=True)
+class Equivalent:
+    """A filter of MeshLab's, with the values by which it gives the same result, to rounding."""
+
+    filter: str  # its Python name
+    values: Mapping[str, Any]  # by Python parameter name
+    closed_only: bool = False  # the results are the same on closed meshes without a selection alone
+
+
+FindEquivalent: TypeAlias = Callable[[Mapping[str, Any]], Equivalent | None]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Filter:
     """One filter, MeshLab's or ours."""
@@ -190,6 +202,8 @@ class Filter:
     references: tuple[str, ...] = ()  # keys of docs/bibliography.bib
     origin: str = "MeshLab"  # ``"MeshLab"``, or the Python distribution that declares it
     function: Callable[..., Edit] | None = field(default=None, compare=False)  # the work; None for MeshLab's own filters
+    #: gives, for all values of the parameters, the filter of MeshLab's that does the same; None where there is none
+    equivalent: FindEquivalent | None = field(default=None, compare=False)
 
     @property
     def is_builtin(self) -> bool:
@@ -243,6 +257,7 @@ def mesh_filter(
     changes: MeshElement = MeshElement.NONE,
     arity: Arity = Arity.SINGLE_MESH,
     references: Sequence[str] = (),
+    equivalent: FindEquivalent | None = None,
 ) -> Callable[[Callable[..., Edit]], Filter]:
     """Turn a function ``(layer, *, parameter: Annotated[type, Parameter(...)] = default, ...) -> Edit`` into a `Filter`.
 
@@ -250,6 +265,7 @@ def mesh_filter(
     parameters whose annotation has none. Parameters that filters share may be the fields of a frozen, keyword-only dataclass,
     annotated alike, with help under ``Attributes:``; the function takes it as one parameter, users see its fields in that place.
     A parameter ``progress`` is not shown to users: the host passes a function that takes the share of the work done, from 0 to 1.
+    `equivalent` lets `pymeshfair export` replace the filter; tests have to prove it.
     Raises `DeclarationError` if the signature, a default or a bound contradicts itself.
     """
 
@@ -270,6 +286,7 @@ def mesh_filter(
             references=tuple(references),
             origin=function.__module__.partition(".")[0],
             function=_gathering(function),
+            equivalent=equivalent,
         )
 
     return declare

@@ -6,13 +6,14 @@ always the same bytes. An exported script needs nothing but MeshLab: its own fil
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..declaration import Length
+from ..declaration import FilterClass, Length
 from ..errors import PymeshfairError
 from ..files.formats import extension
 from ..files.writing import write_file
+from ..registry import find_filter
 from .guards import ATTRIBUTES as GUARDS
 from .guards import NO_GUARDS
 from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Step
@@ -88,27 +89,64 @@ def write_script(
     write_file(path, text.encode("utf-8"), overwrite=overwrite and extension(path) == "mlx")
 
 
-def export_script(
-    script: Script, *, lengths: Sequence[Mapping[str, Length]] | None = None, diagonal: float = NOMINAL_DIAGONAL
-) -> str:
-    """The script for MeshLab's desktop and plain pymeshlab, without settings, tags, limits and unit, which mean nothing there.
+@dataclass(frozen=True)
+class MeshFacts:
+    """The sizes of the mesh that a script is exported for."""
 
-    `lengths` has, for a mesh of that diagonal, the relative lengths of each step in mesh units by Python parameter name.
+    diagonal: float  # of its bounding box
+    mean_edge: float  # the mean length of its edges; of a point cloud, the mean distance to the nearest neighbour
+    closed: bool  # whether every edge has two faces
+
+
+def export_script(
+    script: Script, *, mesh: MeshFacts | None = None, lengths: Sequence[Mapping[str, Length]] = ()
+) -> tuple[str, tuple[str, ...]]:
+    """The script for MeshLab's desktop and plain pymeshlab, and one sentence for each filter that was replaced.
+
+    A filter of a plugin is replaced where it declares that one of MeshLab's does the same. Settings, tags, limits and the
+    unit, which mean nothing there, are left out.
+
+    Without the mesh that it is for, a script is refused that has relative lengths, or a filter that has an equal on closed meshes
+    alone. `lengths` has by step lengths in mesh units by Python parameter name, in place of those that are relative to `mesh`.
 
     Raises:
-        ScriptError: MeshLab lacks a filter, or a length is relative and no lengths are given; lists all of them.
+        ScriptError: MeshLab alone cannot do what a step does, or a length is relative and no mesh is given; lists all of them.
     """
-    whole, steps, problems = script.with_defaults(), list[Step](), list[Problem]()
-    for index, step in enumerate(whole.steps):
-        plain = step.with_checked({} if lengths is None else lengths[index])
-        steps.append(replace(plain, tag="", settings={}))
-        if not step.filter.is_builtin:
-            why = f"is a filter of {step.filter.origin}, which MeshLab lacks; MeshLab alone cannot run this step"
-            problems.append(script.problem(step, why))
+    whole = script.with_defaults()
+    size = MeshFacts(NOMINAL_DIAGONAL, NOMINAL_EDGE, closed=False) if mesh is None else mesh
+    closed, steps, replaced, problems = size.closed, list[Step](), list[str](), list[Problem]()
+    for number, step in enumerate(whole.steps, 1):
+        plain, why_not = (step, "") if step.filter.is_builtin else _equivalent(step, closed=closed, has_mesh=mesh is not None)
+        closed = closed and FilterClass.SMOOTHING in step.filter.classes  # any other step may open the mesh, or select
+        if why_not:
+            problems.append(script.problem(step, why_not))
             continue
-        for name, length in plain.relative_lengths.items():
-            why = f"is {length}, which depends on the size of the mesh; say with --for MESH which mesh the script is for"
-            problems.append(script.problem(plain, why, parameter=plain.filter.parameter(name).xml_name))
+        if plain is not step:
+            replaced.append(f"step {number}, {step.filter.name!r}, is MeshLab's {plain.filter.name!r}, which does the same")
+        elif number <= len(lengths):
+            plain = plain.with_checked(lengths[number - 1])
+        if mesh is None:
+            for name, length in plain.relative_lengths.items():
+                why = f"is {length}, which depends on the size of the mesh; say with --for MESH which mesh the script is for"
+                problems.append(script.problem(plain, why, parameter=plain.filter.parameter(name).xml_name))
+        else:
+            plain = plain.in_mesh_units(diagonal=mesh.diagonal, mean_edge=mesh.mean_edge)
+        steps.append(replace(plain, tag="", settings={}))
     if problems:
         raise ScriptError(problems)
-    return format_script(replace(whole.with_steps(steps), guards=NO_GUARDS, unit=""), diagonal=diagonal)
+    bare = replace(whole.with_steps(steps), guards=NO_GUARDS, unit="")
+    return format_script(bare, diagonal=size.diagonal, mean_edge=size.mean_edge), tuple(replaced)
+
+
+def _equivalent(step: Step, *, closed: bool, has_mesh: bool) -> tuple[Step, str]:
+    """The step with MeshLab's filter that does the same; or why there is none."""
+    equivalent = None if step.filter.equivalent is None else step.filter.equivalent(step.values)
+    why = f"is a filter of {step.filter.origin}, which MeshLab lacks; MeshLab alone cannot run this step"
+    if equivalent is None:
+        return step, why
+    own = find_filter(equivalent.filter)
+    if equivalent.closed_only and not closed:
+        open_mesh = "and this one is open, or a step before may open it or select"
+        unknown = "say with --for MESH which mesh it is for"
+        return step, f"{why}: {own.name!r} does the same on closed meshes alone, {open_mesh if has_mesh else unknown}"
+    return Step(own, own.with_defaults(equivalent.values), step.line), ""
