@@ -155,7 +155,10 @@ def apply_coord_normal_filtering(
         if made.kind == "clean":
             notes = (NOTHING_TO_REMOVE,)
         elif made.kind == "correlated" and made.setting.rounding == "keep" and border_vertices(layer.faces, len(vertices)).any():
-            notes = ("neighbours share the noise: the filter was chosen by the faces inside, and the border was not judged",)
+            notes = (
+                "neighbours share the noise, and the filter is chosen by the faces inside: at the border, as at silhouettes, "
+                "faces may end farther from the truth than they were",
+            )
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
     told = {"drift": _mean_displacement(layer, vertices), "folded_before": before, "folded_after": after}
     return Edit(vertices=vertices, values={**effective, **findings, **told}, notes=(*notes, *_warnings(layer, before, after)))

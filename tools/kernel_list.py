@@ -15,8 +15,7 @@ from pymeshfair.declaration import Filter
 from pymeshfair.errors import PymeshfairError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.outputs import save_mesh
-from pymeshfair.filters.compilation import loaded_kernels
-from pymeshfair.filters.compilation.kernel import LIST as LIST
+from pymeshfair.filters.compilation import kernel, loaded_kernels
 from pymeshfair.filters.diffusion import implicit_fairing
 from pymeshfair.filters.spectral import lowest_eigenpairs, spectral_problem
 from pymeshfair.looking.comparison import compare, state_of
@@ -29,6 +28,8 @@ from pymeshfair.running.job import Job
 from pymeshfair.running.read import read_mesh, reported_values
 from pymeshfair.running.session import Session
 from pymeshfair.scripts.guards import Guards
+
+LIST = kernel.LIST
 
 
 def list_text() -> str:
@@ -49,9 +50,9 @@ def list_text() -> str:
             for scan in scans.values():
                 _apply(filter, scan)
     used: dict[str, dict[str, Any]] = {}
-    for module, kernel_name, kernel in sorted(loaded_kernels("pymeshfair"), key=lambda found: found[:2]):
-        if kernel.code:
-            used.setdefault(module, {})[kernel_name] = sorted(kernel.code, key=repr)
+    for module, kernel_name, found in sorted(loaded_kernels("pymeshfair"), key=lambda named: named[:2]):
+        if found.code:
+            used.setdefault(module, {})[kernel_name] = sorted(found.code, key=repr)
     return json.dumps(used, indent=1) + "\n"
 
 

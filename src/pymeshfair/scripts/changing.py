@@ -87,7 +87,8 @@ def _step_index(steps: Sequence[Step], name: str) -> int:
         raise UnknownNameError(f"{name!r} fits several steps, {listed}; give the step's number")
     every = [n for both in names for n in (*both, *both[1].split())]
     words = hint(name, every, f"the script has {listed}")
-    raise UnknownNameError(f"there is no step {name!r}; {words}", suggestion=nearest(name, every))
+    shown = name if name.isdecimal() else repr(name)
+    raise UnknownNameError(f"there is no step {shown}; {words}", suggestion=nearest(name, every))
 
 
 def with_step(script: Script, declared: Filter, values: Mapping[str, Any]) -> Script:
