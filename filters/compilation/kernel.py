@@ -250,7 +250,6 @@ class Compilation:
     kernels: int = 0  # their number, with the one that is being compiled; kernels that they call are not counted
     seconds: float = 0.0  # the time that they took
     is_going_on: bool = False  # whether a kernel is being compiled
-    lasts: bool = True  # whether the code is stored for later processes
 
 
 _LOADING = threading.Lock()
@@ -273,7 +272,7 @@ def compiling() -> Iterator[None]:
             listener(_so_far[0])
 
     before, started = _so_far[0], time.perf_counter()
-    tell(kernels=before.kernels + 1, is_going_on=True, lasts=machine_code.lasts())
+    tell(kernels=before.kernels + 1, is_going_on=True)
     try:
         yield
     finally:
@@ -290,7 +289,6 @@ def compile_ahead(
     signatures: Mapping[str, Mapping[str, list[Signature]]],
     *,
     processes: int | None = None,
-    progress: Callable[[float], None] = lambda share: None,
 ) -> list[str]:
     """Compiles all kernels that are not stored yet, in so many processes, None for one a processor; the messages of failures."""
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
@@ -302,9 +300,8 @@ def compile_ahead(
     failures = []
     with ThreadPoolExecutor(count) as pool:
         futures = [pool.submit(_compile, idle, *task) for task in tasks]
-        for done, future in enumerate(as_completed(futures), 1):
+        for future in as_completed(futures):
             failures += future.result()
-            progress(done / len(tasks))
     for compiler in compilers:
         compiler.close()
     return failures

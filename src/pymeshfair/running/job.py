@@ -138,7 +138,6 @@ class Compiling:
     kernels: int  # how many functions were compiled, the one in work among them
     seconds: float  # how long that has taken so far
     is_going_on: bool  # whether one is in work
-    lasts: bool = True  # whether later runs find them compiled
 
 
 Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Message | Compiling
