@@ -248,15 +248,7 @@ class Session:
                 output, staged = (None, ()) if faults and not job.keep_broken else (output, staged)
                 broken += faults
                 if not broken:
-                    with suppress(RunError):  # where MeshLab ends on the scan, the run goes on
-                        if wrapped and not any(print_faults(before.mesh)):
-                            self._warn(
-                                "the scan is watertight, none of its faces cuts another: prepare_for_print keeps its surface"
-                            )
-                    hidden = wrapped and wrap_words(before.mesh, after.mesh)
-                    words = [text for text in (wall_words(after.mesh, self._unit), hidden) if text]
-                    for text in words:
-                        self._event(Message(text, step=len(steps)))
+                    words = self._print_words(before.mesh, after.mesh, wrapped=wrapped)
                     steps = (*steps[:-1], replace(steps[-1], messages=(*steps[-1].messages, *words)))
         except OSError as error:
             raise OutputError(job.output, (error.strerror or str(error)).lower()) from error
@@ -274,13 +266,24 @@ class Session:
             maps=maps,
         )
 
+    def _print_words(self, scan: MeshData, mesh: MeshData, *, wrapped: bool) -> list[str]:
+        """What to know of a mesh that can be printed: how thick its walls are, and what a wrap has closed in."""
+        if wrapped:
+            with suppress(RunError):  # where MeshLab ends on the scan, the run goes on
+                if not any(print_faults(scan)):
+                    self._warn("the scan is watertight, none of its faces cuts another: prepare_for_print keeps its surface")
+        words = [text for text in (wall_words(mesh, self._unit), wrapped and wrap_words(scan, mesh)) if text]
+        for text in words:
+            self._event(Message(text, step=len(self._steps)))
+        return words
+
     def _gone(self, read: MeshData, result: MeshData) -> list[str]:
         """Attributes that the steps have removed, in words."""
         texts = []
         lost = attributes_of(read) - attributes_of(result)
-        if (
-            gone := [a for a in ATTRIBUTES if a in lost]
-        ) and self._job.recipe.info.task != "curves":  # which makes them of a surface
+        # A recipe of curves makes them of a surface, and that the surface is gone is no news.
+        of_curves = self._job.recipe.info.task == "curves"
+        if not of_curves and (gone := [a for a in ATTRIBUTES if a in lost]):
             texts.append(f"after the steps the mesh has no {' and no '.join(gone)} any more")
         if result.source is not read.source and read.source is not None and read.source.extras:
             texts.append(f"a step made a new mesh, without what {read.label} has besides: {'; '.join(read.source.extras)}")
