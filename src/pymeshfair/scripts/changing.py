@@ -75,20 +75,21 @@ def _with_parameter(script: Script, step_name: str, name: str, value: str) -> Sc
 
 def _step_index(steps: Sequence[Step], name: str) -> int:
     names = [(step.filter.python_name, step.filter.name) for step in steps]
+    listed = [f"{i} {in_menus}" for i, (_, in_menus) in enumerate(names, 1)]
+    it_has = f"the script has {', '.join([*listed[:20], *(['...'] if listed[20:] else [])])}"
     if re.fullmatch(r"[0-9]{1,9}", name):
-        indices = [int(name) - 1] if 1 <= int(name) <= len(steps) else []
-    else:
-        exact = [i for i, both in enumerate(names) if name in both]
-        indices = exact or [i for i, both in enumerate(names) if any(plain_name(name) in plain_name(n) for n in both)]
+        if not 1 <= int(name) <= len(steps):
+            raise UnknownNameError(f"there is no step {name}; {it_has}")
+        return int(name) - 1
+    exact = [i for i, both in enumerate(names) if name in both]
+    indices = exact or [i for i, both in enumerate(names) if any(plain_name(name) in plain_name(n) for n in both)]
     if len(indices) == 1:
         return indices[0]
-    listed = ", ".join(f"{i + 1} ({names[i][1]})" for i in (indices or range(len(names)))[:20])
     if indices:
-        raise UnknownNameError(f"{name!r} fits several steps, {listed}; give the step's number")
+        several = ", ".join(f"{i + 1} ({names[i][1]})" for i in indices)
+        raise UnknownNameError(f"{name!r} fits several steps, {several}; give the step's number")
     every = [n for both in names for n in (*both, *both[1].split())]
-    words = hint(name, every, f"the script has {listed}")
-    shown = name if name.isdecimal() else repr(name)
-    raise UnknownNameError(f"there is no step {shown}; {words}", suggestion=nearest(name, every))
+    raise UnknownNameError(f"no step's filter is called {name!r}; {hint(name, every, it_has)}", suggestion=nearest(name, every))
 
 
 def with_step(script: Script, declared: Filter, values: Mapping[str, Any]) -> Script:
