@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, UnstableStepError, check_choice, check_positive, check_whole_number
 from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
-from ..mesh import Bools, Floats, check_mesh, check_movable
+from ..mesh import Bools, Floats, Ints, check_movable
 from ..robust import KERNEL_CODES, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight, robust_deviation
 from ..topology import OneRings, one_rings
 
@@ -68,8 +68,7 @@ def perona_malik(
         UnstableStepError: the step is longer than 1 / d; the error names that.
     """
     unchanged = np.asarray(values, dtype=np.float64)
-    start = _checked(unchanged)
-    _, triangles = check_mesh(np.zeros((len(start), 3)), faces)
+    start, triangles = _checked(unchanged, np.asarray(faces))
     moves = check_movable(movable, len(start))
     check_choice("edge_stop", edge_stop, EDGE_STOPS)
     steps = check_whole_number("iterations", iterations, least=0)
@@ -122,9 +121,17 @@ def _longest_step(rings: OneRings) -> float:
     return 1.0 / max(1, int(np.diff(rings.offsets).max(initial=0)))
 
 
-def _checked(values: Floats) -> Floats:
+def _checked(values: Floats, faces: Ints) -> tuple[Floats, Ints]:
     if values.ndim not in (1, 2):
         raise FilterInputError(f"values must have the shape (n,) or (n, k), got {values.shape}")
+    if faces.size == 0:
+        faces = np.empty((0, 3), dtype=np.int32)
+    elif faces.ndim != 2 or faces.shape[1] != 3 or not np.issubdtype(faces.dtype, np.integer):
+        raise FilterInputError(f"faces must be an (m, 3) array of whole numbers, got shape {faces.shape} of {faces.dtype}")
+    elif faces.min() < 0 or faces.max() >= len(values):
+        raise FilterInputError(
+            f"faces name the vertices {faces.min()} to {faces.max()}, but the values are of 0 to {len(values) - 1}"
+        )
     columns = np.ascontiguousarray(values.reshape(len(values), -1 if values.size else 1))
     bad = ~np.isfinite(columns).all(axis=1)
     if bad.any():
@@ -132,7 +139,7 @@ def _checked(values: Floats) -> Floats:
             f"{int(bad.sum())} of {len(values)} vertices have a value that is not finite, the first is vertex "
             f"{int(bad.argmax())}: give them values first"
         )
-    return columns
+    return columns, np.ascontiguousarray(faces, dtype=np.int32)
 
 
 @compiled(parallel=True)

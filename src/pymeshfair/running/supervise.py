@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import re
+import shutil
 import signal
 import threading
 import time
@@ -19,6 +20,7 @@ from types import FrameType, TracebackType
 from typing import Any, TypeAlias
 
 from ..errors import GuardBroken, OutOfMemory, Place, RunError, RunTimeout, WorkerDied, WorkerError
+from ..files.errors import OutputError
 from ..files.inputs import check_input
 from ..files.outputs import check_maps, check_output
 from ..files.provenance import formatted, provenance_path
@@ -32,6 +34,7 @@ from ..scripts.warnings import check_needs
 from .job import Compiling, Event, Job, Message, PhaseStarted, Report, RunResult, StepProgress, StepStarted
 
 _PULSE = 0.5  # seconds between two looks at a silent worker
+_FULL = 1 << 20  # bytes; a disk with less free space counts as full
 _WARNING = 1  # MeshLab's level of log for warnings
 _TAIL_LINES = 60  # the last lines of talk that are kept for the report of a death
 #: seconds that reading any file may take, compilation not among them, and bytes a second besides: ten times as long as the
@@ -210,6 +213,8 @@ class Watch:
         return replace(report, steps=tuple(steps), warnings=(*report.warnings, *warnings), peak_memory=peak_memory)
 
     def _death(self, status: int) -> RunError:
+        if self._place.doing.startswith("writing") and self._disk_is_full():
+            return OutputError(self._job.output, "the disk is full")
         is_crash = status != -getattr(signal, "SIGKILL", 0) and self._place.doing.startswith("reading")
         advice = "the file is probably damaged" if is_crash else ""
         tail, limit = "\n".join(self._tail), self._job.memory_limit
@@ -217,6 +222,8 @@ class Watch:
 
     def _failure(self, error: Exception, details: str) -> Exception:
         match error:
+            case OutputError():
+                return OutputError(error.path, "the disk is full") if self._disk_is_full() else error
             case MemoryError():
                 return OutOfMemory(self._place, self._job.memory_limit)
             case ImportError():
@@ -224,6 +231,11 @@ class Watch:
             case DefectError() | OSError():
                 return WorkerError(self._place, str(error), "\n".join([details, *self._tail]))
         return error
+
+    def _disk_is_full(self) -> bool:
+        with contextlib.suppress(OSError):
+            return shutil.disk_usage(self._job.output.parent).free < _FULL
+        return False
 
 
 MODULES = ("pymeshfair.running.session",)  # the modules that a worker of a run imports before its first order
