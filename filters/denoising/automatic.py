@@ -1,4 +1,4 @@
-"""Denoising without parameters, in five steps: those of the normal filter follow from the scan alone."""
+"""Denoising without parameters: five steps choose the setting from the scan alone."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -17,14 +17,14 @@ from .scan import Scan
 
 
 class AutomaticChoice(NamedTuple):
-    """How a scan is denoised, and why."""
+    """The setting for a scan, and the evidence for it."""
 
-    kind: str  # "clean", "correlated", with noise that neighbours share, or "noisy"
-    setting: Setting  # what is done
+    kind: str  # "clean", "noisy", or "correlated" (neighbours share the noise)
+    setting: Setting  # the chosen setting
     noise: NoiseEstimate
-    evidence: Choice[Setting] | None = None  # the settings that were tried, and how well they predict; None if none were
-    # whether the noise of neighbours is independent, no outliers were replaced, and at most one other setting predicts as well:
-    # then it is hardly ever off by more than 5 %
+    evidence: Choice[Setting] | None = None  # the settings that were tried, with their scores; None if none were tried
+    # True if the noise of neighbours is independent, no outlier was replaced, and at most one other setting predicts as well.
+    # The error of such a choice is hardly ever more than 5 % above that of the best setting.
     sure: bool = False
 
 
@@ -38,19 +38,19 @@ def automatic_choice(
     repertoire: Repertoire = REPERTOIRE,
     progress: Progress = ignore_progress,
 ) -> AutomaticChoice:
-    """Find how a mesh is denoised.
+    """Chooses the denoising setting of a mesh.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         border: see `normal_filtering`.
-        movable: (n,) bool, which vertices may move, None for all. The others are not evidence.
-        seed: other vertices are held out for another number.
-        repertoire: what is chosen from, but for correlated noise, which has settings of its own; see `Repertoire.narrowed`.
-        progress: called with the share that is done; may raise to stop.
+        movable: (n,) bool, which vertices may move, None for all. The fixed vertices are not evidence.
+        seed: selects the held-out vertices.
+        repertoire: the settings to choose from, see `Repertoire.narrowed`. Correlated noise has a repertoire of its own.
+        progress: called with the finished share; may raise to stop.
 
     Returns:
-        The same for the mesh moved, turned, scaled or renumbered.
+        The choice. Moving, turning, scaling or renumbering the mesh does not change it.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -58,7 +58,7 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise; where it is uneven the calmest places, by which it goes, may have none. Rounding is looked at last.
+    # 1. Correlated noise. Its test looks at the calmest places, which uneven noise may leave clean. Rounding is handled last.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     if shared and shared.chosen.label != Setting():
         progress(1.0)
@@ -75,21 +75,21 @@ def automatic_choice(
 def _independent(
     mesh: NormalisedMesh, scan: Scan, noise: NoiseEstimate, border: BorderPolicy, repertoire: Repertoire
 ) -> AutomaticChoice:
-    """The choice for noise that is independent between neighbours, or none."""
-    # 2. Impulse noise: outliers are replaced first, and are no evidence.
+    """Returns the choice for noise that is independent between neighbours, and for clean meshes."""
+    # 2. Impulse noise: outliers are replaced first, and are not evidence.
     calmed, uneven = (scan, False) if repertoire.outliers == "keep" else scan.without_impulses
     even, setting, evidence = calmed is scan and not uneven, Setting(), None
-    # 3. No noise: a model of planes, or residuals that are correlated between neighbours.
+    # 3. No noise: a model of planes, or a surface whose residuals correlate between neighbours.
     if not is_designed(mesh.points, mesh.cells) and not (even and scan.clean):
-        # 4. Cross-validation. Where outliers are replaced, and the others are exact, settings that move nothing but outliers are
-        # tried, too; they have no steps of Taubin's.
+        # 4. Cross-validation. If the vertices besides the outliers are clean, settings that move only outliers are tried, too.
+        # Those settings have no Taubin steps.
         alone = calmed.replaced is not None and calmed.clean and 0 in repertoire.relaxations
         tried = SettingsTried(calmed, border=border, of=repertoire, alone=alone)
         setting = Setting(outliers="keep" if calmed is scan else "only")
         evidence = calmed.choose(tried, tried.labels, by_means=alone)
         if evidence is not None:
             evidence = calmed.few_flipped(tried, tried.labels, evidence)
-            # 5. In doubt nothing is done.
+            # 5. In doubt the mesh stays as it is.
             evidence = scan.or_nothing(evidence) if calmed is scan else evidence
             setting = evidence.chosen.label
     if repertoire.outliers is not None:
@@ -107,10 +107,10 @@ def denoise_automatically(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> tuple[Floats, AutomaticChoice]:
-    """Denoise a mesh with the setting of `automatic_choice`, whose arguments and errors these are.
+    """Denoises a mesh with the setting of `automatic_choice`. Arguments and errors are the same as there.
 
     Returns:
-        (n, 3) float64 the vertices, and how they were found. Clean meshes keep every bit.
+        (n, 3) float64 the vertices, and the choice. Clean meshes keep every bit.
     """
     choice = automatic_choice(vertices, faces, border=border, movable=movable, progress=part_of(progress, 0.0, 0.8))
     points, triangles = check_mesh(vertices, faces)

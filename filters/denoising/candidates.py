@@ -1,4 +1,4 @@
-"""What denoising without parameters chooses from: steps of Taubin's, and rounds of normal filtering after some of them."""
+"""Candidates of denoising without parameters: Taubin steps alone, and rounds of normal filtering after Taubin steps."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
@@ -24,7 +24,7 @@ from .vertex_update import VertexUpdate
 
 @dataclass(frozen=True)
 class AutomaticParameters:
-    """What `normal_filtering` is to be called with, by its names."""
+    """The arguments of `normal_filtering`, under the same names."""
 
     method: NormalFilterMethod
     range_kernel: KernelName
@@ -42,7 +42,7 @@ class AutomaticParameters:
 
 @dataclass(frozen=True)
 class Setting:
-    """Rounding undone, Taubin's steps, see `relaxed`, normal filtering, outliers taken away; none of them is nothing at all."""
+    """The steps of `denoised` and their parameters; the default setting does nothing."""
 
     relaxation: int = 0
     relaxation_direction: RelaxationDirection = "all"
@@ -51,23 +51,23 @@ class Setting:
     rounding: RoundingPolicy = "keep"
 
     def apply(self, vertices: Floats, faces: Ints, **how: Any) -> Floats:
-        """(n, 3) the vertices of the mesh after it, see `denoised`, whose other arguments follow."""
+        """Returns (n, 3) the vertices after these steps. `how` are the other arguments of `denoised`."""
         values = {name: value for name, value in vars(self).items() if name != "parameters"}
         return denoised(vertices, faces, **values, filtering=None if self.parameters is None else vars(self.parameters), **how)
 
 
-#: normal filtering, and the outer iterations at which it may stop
+#: parameters of normal filtering, and the numbers of outer iterations to try
 Chain: TypeAlias = tuple[AutomaticParameters, tuple[int, ...]]
 
 
 class Repertoire(NamedTuple):
-    """What is chosen from."""
+    """The candidates, as lists of parameters."""
 
-    relaxations: tuple[int, ...]  # pairs of Taubin's steps before the chains
+    relaxations: tuple[int, ...]  # pairs of Taubin steps before the chains
     chains: tuple[Chain, ...]  # normal filtering
-    taubin: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 28)  # pairs of such steps alone; 0, the first, is to do nothing
-    relaxation_direction: RelaxationDirection | None = None  # where the steps go; None if the noise says that
-    outliers: Outliers | None = None  # what becomes of them; None if that is chosen too
+    taubin: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 28)  # pairs of Taubin steps alone; 0 comes first and does nothing
+    relaxation_direction: RelaxationDirection | None = None  # direction of the Taubin steps; None takes it from the noise
+    outliers: Outliers | None = None  # treatment of outliers; None chooses it, too
 
     def narrowed(
         self,
@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """The settings with what is given in all; parameters of filtering leave the chains, no outer iterations the steps."""
+        """Returns the repertoire with the given values fixed. Values of normal filtering drop the Taubin steps alone."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
@@ -91,8 +91,8 @@ class Repertoire(NamedTuple):
         )
 
 
-#: All of it. Noise in all directions moves vertices along the surface too, and filters of normals leave that as it is; Taubin's
-#: steps even it out. Kernels that cut off keep edges, the wider the more noise; Huber's over few neighbours suits figures.
+#: The whole repertoire. Taubin steps even out noise along the surface, which normal filtering leaves. Truncated kernels keep
+#: edges; more noise needs wider ones. The Huber kernel over few neighbours suits figures.
 REPERTOIRE = Repertoire(
     relaxations=(0, 3, 7, 15),
     chains=(
@@ -105,7 +105,7 @@ REPERTOIRE = Repertoire(
     ),
 )
 
-#: For noise that neighbours share: wider, for more rounds.
+#: For noise that neighbours share: wider kernels and more rounds.
 _WIDE = AutomaticParameters("averaged", "gaussian", 0.4, 0.0, 2.5, "two_ring", 20, 0)
 CORRELATED = Repertoire(
     relaxations=(0, 7),
@@ -117,15 +117,15 @@ CORRELATED = Repertoire(
     ),
 )
 
-#: What suits most meshes somewhat, for those who do not want to wait.
+#: All-round parameters that need no choice, for users who do not want to wait.
 FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring", 5, 30)
 
 
 class SettingsTried:
-    """Settings on points with the faces of a scan, what they share done once.
+    """Runs settings on the faces of a scan and computes their common steps once.
 
-    Their `labels` are a row a family: Taubin's steps, and each chain after each number of them. Where outliers have been replaced
-    and may move `alone`, more rows move nothing but them: to where they are expected, and each chain after that.
+    `labels` has one row for each family: Taubin steps alone, and each chain after each number of Taubin steps. `alone` adds
+    families that move only replaced outliers: to their predicted positions, and by each chain after that.
     """
 
     def __init__(
@@ -137,7 +137,7 @@ class SettingsTried:
         alone: bool = False,
         rounding: RoundingPolicy = "keep",
     ) -> None:
-        """At the rims of patches the surface does not end."""
+        """Lists the labels and builds the adjacency. The rim of a patch does not count as a border."""
         direction = of.relaxation_direction or direction_for(scan.noise)
         outliers: Outliers = "keep" if scan.replaced is None else "replace"
 
@@ -153,16 +153,16 @@ class SettingsTried:
             self.labels += [[Setting(outliers="only")], *(family(0, chain, "only") for chain in of.chains)]
         self._outline = border_vertices(scan.faces, len(scan.points)) & (scan.whole and border == "along")
         self._adjacency = Adjacency.of(normalised_mesh(np.zeros_like(scan.points), scan.faces), ends=scan.whole)
-        # Here, and not by several threads at once.
+        # Fills the cache before several threads read it.
         for kind in {"edge", "vertex", *(parameters.neighborhood for parameters, _ in of.chains)}:
             if kind in RINGS_OF_NEIGHBORHOOD:
                 self._adjacency.around(kind)
 
     def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:
-        """The results for (n, 3) points of ordinary size, by families.
+        """Returns the results for (n, 3) points of ordinary size, by families.
 
-        Where nothing but outliers moves the held-out vertices are moved like them, from where a quadric expects them: so well are
-        they put back.
+        The families that move only outliers also move the held-out vertices, from the position that a quadric predicts. Their
+        error then shows how well such a family restores an outlier.
         """
         fair, of, scan = {0: points}, self._of, self._scan
         for before, steps in pairwise(sorted({0, *of.taubin, *of.relaxations})):
@@ -181,7 +181,7 @@ class SettingsTried:
         return families
 
     def _results(self, points: Floats, chain: Chain, movable: Bools | None) -> Iterator[Floats]:
-        """The (n, 3) results of the rounds at which a chain may stop, ascending."""
+        """Yields the (n, 3) result after each number of rounds of a chain, ascending."""
         parameters, stops = chain
         mesh = normalised_mesh(points, self._scan.faces, movable).in_order(self._adjacency.places)
         known = vars(parameters)

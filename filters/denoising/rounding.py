@@ -1,7 +1,6 @@
-"""Coordinates rounded, as depths to steps of disparity, or all three: terraces on the surface, and how they are taken back.
+"""Rounded coordinates, such as depths rounded to steps of disparity: finds the terraces on the surface and smooths them.
 
-Everywhere here `points` are (n, 3) coordinates, `faces` (m, 3) triangles, and `movable` says which of (n,) vertices may move,
-None for all.
+In this module `points` are (n, 3) coordinates, `faces` (m, 3) triangles, `movable` (n,) the vertices that may move, None for all.
 """
 
 from typing import Literal, NamedTuple, TypeAlias
@@ -14,26 +13,26 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import edges, referenced_vertices
 from .noise_level import FourthOrder, ring_means
 
-#: "keep": rounded coordinates are filtered as they are. "undo": terraces are smoothed first, see `Rounding.undone`.
+#: "keep" filters rounded coordinates as they are. "undo" smooths the terraces first, see `Rounding.undone`.
 RoundingPolicy: TypeAlias = Literal["keep", "undo"]
 
-# Faces of one level are parallel up to this angle in radians, and its vertices as many mean edges apart.
+# Faces of one level are parallel within this angle in radians. A level is at most so many mean edges thick.
 _FLAT = 1e-3
 
 
 class Rounding(NamedTuple):
-    """Rounding along one axis, as of depths, or along up to three at right angles, as of coordinates."""
+    """Rounding along one axis (depths) or along up to three perpendicular axes (coordinates)."""
 
-    directions: tuple[Floats, ...]  # (3,) the unit vectors of the axes
-    levels: tuple[Floats, ...]  # (k,) for each the coordinates along it that vertices have, ascending
+    directions: tuple[Floats, ...]  # (3,) unit vectors of the axes
+    levels: tuple[Floats, ...]  # for each axis (k,) the levels along it on which vertices lie, ascending
 
     @property
     def step(self) -> float:
-        """The largest usual step; it is noise with a deviation of step / sqrt(12) along any direction."""
+        """The median step between levels, the largest of the axes; rounding is noise of deviation step / sqrt(12)."""
         return max(float(np.median(np.diff(levels))) for levels in self.levels)
 
     def undone(self, points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
-        """(n, 3) a smoother surface that has these levels when it is rounded: less bi-Laplacian energy, within half a step."""
+        """Returns (n, 3) points of less bi-Laplacian energy, within half a step: rounding them gives the same levels."""
         means, result = ring_means(edges(faces), len(points)), points
         for direction, levels in zip(*self, strict=True):
             heights = points @ direction
@@ -44,17 +43,18 @@ class Rounding(NamedTuple):
             if movable is not None:
                 low, high = np.where(movable, low, heights), np.where(movable, high, heights)
             now = heights
-            for _ in range(100 // len(self.directions)):  # of three axes a hundred steps shrink tubes to the ends of theirs
-                # Descent on the squares of (I - W)^2 of W = (I + 2 U) / 3, which is (2/3)^2 (I - U)^2
+            for _ in range(100 // len(self.directions)):  # with three axes a hundred steps would shrink tubes to their limits
+                # Gradient descent on the squares of (I - W)^2 with W = (I + 2 U) / 3; (I - W)^2 is (2/3)^2 (I - U)^2.
                 differences = (now - means @ now) * (2.0 / 3.0)
                 now = np.clip(now - 0.9 * (2.0 / 3.0) * (differences - means @ differences), low, high)
             result = result + (now - heights)[:, None] * direction
         return np.asarray(result)
 
     def left(self, points: Floats, rounded: Floats, normals: Floats) -> Floats:
-        """(n,) by how much other (n, 3) points are out of the steps of the rounded ones, in steps: no truth is.
+        """Returns (n,) by how much (n, 3) points leave the rounding intervals of the `rounded` ones, in steps.
 
-        Of several axes along them or along (n, 3) unit normals, whichever is less, since all vertices slide.
+        The true points never leave them. With several axes the distance is measured along the axes and along the (n, 3) unit
+        `normals`, and the smaller one counts, since every filter slides vertices along the surface.
         """
         moves, out, reach = points - rounded, np.zeros(len(points)), np.zeros(len(points))
         for direction, levels in zip(self.directions, self.levels, strict=True):
@@ -67,10 +67,10 @@ class Rounding(NamedTuple):
 
 
 def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
-    """The rounding of a mesh; None of one that was not rounded.
+    """Returns the rounding of a mesh, None if it was not rounded.
 
-    Faces of vertices that were rounded alike have one normal, the axis: along it vertices lie on few levels, and the surface is
-    rough. Other axes are at right angles to it.
+    All faces within a level have the same normal, which is the axis. Along it the vertices lie on few levels and the surface is
+    rough. Further axes are perpendicular to it.
     """
     edge = mean_edge_length(points, faces)
     if edge == 0.0 or not len(faces):
@@ -92,14 +92,14 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
 
 
 def _axes(normals: Floats) -> list[Floats]:
-    """(3,) the most frequent of (m, 3) normals, the most frequent across it, and what is across both, as far as there are."""
+    """Returns up to three axes: the most frequent normal, the most frequent one perpendicular to it, and their cross product."""
     normals = normals * np.sign(normals[np.arange(len(normals)), np.abs(normals).argmax(axis=1)])[:, None]
     width = 2 * int(1.0 / _FLAT) + 3
     keys, axes = np.round(normals / _FLAT).astype(np.int64) @ [width**2, width, 1], list[Floats]()
     for _ in range(2):
         across = np.flatnonzero(np.abs(normals @ axes[0]) < _FLAT) if axes else np.arange(len(normals))
         _, first, counts = np.unique(keys[across], return_index=True, return_counts=True)
-        if not len(counts) or (not axes and len(counts) < 8):  # stairs have fewer normals
+        if not len(counts) or (not axes and len(counts) < 8):  # a designed staircase has fewer normals
             return axes
         flush = normals[across] @ normals[across[first[counts.argmax()]]] > 1.0 - _FLAT**2
         direction = normals[across][flush].sum(axis=0)
@@ -111,7 +111,7 @@ def _axes(normals: Floats) -> list[Floats]:
 
 
 def _levels(heights: Floats, width: float) -> Floats | None:
-    """The levels of heights, ascending; None if they are not on three at least, none wider than that."""
+    """Returns the levels of heights, ascending; None for fewer than three levels or one that is wider than `width`."""
     heights = np.sort(heights)
     apart = np.flatnonzero(np.diff(heights) > width)
     low, high = heights[np.append(0, apart + 1)], heights[np.append(apart, len(heights) - 1)]
@@ -119,6 +119,6 @@ def _levels(heights: Floats, width: float) -> Floats | None:
 
 
 def without_rounding(points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
-    """(n, 3) the points with their rounding undone; as they are if there is none."""
+    """Returns (n, 3) the points with their rounding undone, a copy if they were not rounded."""
     found = rounding_of(points, faces)
     return points.copy() if found is None else found.undone(points, faces, movable)

@@ -1,4 +1,4 @@
-"""A scan on which filters are tried: which of its vertices are evidence, whether they say that it is noisy, and what suits it."""
+"""A scan to try filters on: the vertices that are evidence, tests for noise, and the choice of the best filter."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -31,32 +31,32 @@ from .noise_level import NoiseEstimate, agreement, estimate_noise, is_designed, 
 
 Label = TypeVar("Label")
 
-#: no vertex is held out
+#: an empty set of held-out vertices
 NONE_HELD = np.empty(0, dtype=np.int32)
-# The noise is added once more, times this: little enough that the filter does not see it, and far more than rounding.
+# Factor of the added noise in `choose_by_risk`: small enough to leave the filter's behaviour alone, far larger than rounding.
 _LITTLE = 0.1
-# Standard errors are those of the means of so many regions: neighbours say the same.
+# Number of regions whose means give the standard errors. Single edges would not do, since neighbouring edges are correlated.
 _REGIONS = 100
-# Larger meshes are sampled: ten large patches have misled, since shapes differ from place to place.
+# Meshes with more faces are sampled by many patches. Ten large patches misled, since shapes differ from place to place.
 _WHOLE = 20_000
 
 
 @dataclass(frozen=True)
 class Scan:
-    """A mesh with a mean edge of 1, or patches of a large one."""
+    """A mesh with a mean edge of 1, or patches of a large mesh."""
 
     points: Floats  # (n, 3) coordinates around 0
     faces: Ints  # (m, 3) triangles
-    movable: Bools | None = None  # (n,) which vertices may move, None for all; the others are not evidence
-    seed: int = 0  # other vertices are held out for another number
+    movable: Bools | None = None  # (n,) which vertices may move, None for all; fixed vertices are not evidence
+    seed: int = 0  # selects the held-out vertices
     progress: Progress = ignore_progress  # called while filters are tried; may raise to stop
     replaced: Bools | None = None  # (n,) outliers that were replaced and are not evidence, None for none
-    whole: bool = True  # whether it is all of the mesh
-    rings: int = 2  # so many complete rings are around the vertices that are evidence
+    whole: bool = True  # True for the whole mesh, False for patches
+    rings: int = 2  # a vertex is evidence if it has this number of complete rings
 
     @staticmethod
     def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> "Scan":
-        """Of a mesh, see `sampled`, with these attributes; `FilterInputError` if it is none or `movable` does not fit."""
+        """Returns the scan of a mesh, see `sampled`. Raises `FilterInputError` for a bad mesh or a `movable` that does not fit."""
         mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
         return Scan.sampled(mesh.points, mesh.cells, mesh.movable, **attributes)[0]
 
@@ -70,14 +70,14 @@ class Scan:
         patches: tuple[int, int] = (40, 450),
         **attributes: Any,
     ) -> "tuple[Scan, Ints]":
-        """All of a mesh of up to 20,000 faces, or else patches, each of whole rings around a face.
+        """Returns the scan of a mesh, and (k,) the vertex of the mesh for each vertex of the scan.
 
-        The faces are those with the least random numbers, made of their perimeters over the mean edge: renumbering, moving,
-        turning and scaling the mesh changes none of them by more than rounding. The (n, 3) points are of ordinary size, `edge` is
-        the mean edge if it is known, `patches` says how many there are and how many faces they have at least, `attributes` are
-        others of the scan.
+        A mesh of up to 20,000 faces is taken whole, a larger one is sampled by patches of whole face rings around seed faces.
+        A vertex in several patches appears once in each. The seeds are the faces with the smallest random numbers. These numbers
+        depend on the perimeter over the mean edge, so renumbering, moving, turning and scaling change them only by rounding.
 
-        Returns the scan, and (k,) which vertices of the mesh it has; one of several patches appears several times.
+        The (n, 3) points must be of ordinary size. `edge` is the mean edge if known, `patches` the number of patches and their
+        least number of faces, `attributes` the remaining fields of the scan.
         """
         whole = len(faces) <= _WHOLE
         chosen, origin = faces, np.arange(len(points), dtype=np.int32)
@@ -86,18 +86,18 @@ class Scan:
         local = points[origin]
         used = local[referenced_vertices(chosen, len(local))]
         local -= used.mean(axis=0) if len(used) else 0.0
-        local /= mean_edge_length(points[origin], chosen) or 1.0  # a mesh without a size is not to be scaled
+        local /= mean_edge_length(points[origin], chosen) or 1.0  # a mesh of size 0 is not scaled
         moves = None if movable is None else movable[origin]
         return Scan(local, np.ascontiguousarray(chosen), moves, whole=whole, **attributes), origin
 
     @cached_property
     def noise(self) -> NoiseEstimate:
-        """How noisy it is."""
+        """The noise of the points, see `estimate_noise`."""
         return estimate_noise(self.points, self.faces)
 
     @cached_property
     def normals(self) -> Floats:
-        """(n, 3) the unit normals of a smoothed copy."""
+        """(n, 3) unit normals of a smoothed copy."""
         return smooth_normals(self.points, self.faces)
 
     @cached_property
@@ -110,15 +110,15 @@ class Scan:
 
     @cached_property
     def agreement(self) -> tuple[float, float]:
-        """How much the residuals of neighbours agree, everywhere and where it is calm."""
+        """The correlation of the residuals of neighbours: on the whole scan, and in its calmest part."""
         return agreement(self.points, self.faces)
 
     @cached_property
     def surface_noise(self) -> float:
-        """The standard deviation of the noise along the normals in mean edges, as recipes name it: the smaller of two estimates.
+        """The standard deviation of the noise along the normals, in mean edges, as recipes use it.
 
-        `estimate_noise` takes fine details, as fur, for noise; `noise_floor` sees noise alone where the surface is calm, and 1.3
-        times that is even noise. 0 of planes as they were designed, and of a mesh without inner vertices.
+        It is the smaller of two estimates. `estimate_noise` takes fine details such as fur for noise. `noise_floor` measures the
+        calmest part alone; even noise is 1.3 times as large. 0 for a model of planes and for a mesh without inner vertices.
         """
         if not len(self.faces) or is_designed(self.points, self.faces):
             return 0.0
@@ -129,9 +129,9 @@ class Scan:
 
     @cached_property
     def without_impulses(self) -> "tuple[Scan, bool]":
-        """The scan with outliers replaced, itself where there is no impulse noise; and whether its noise is uneven instead."""
+        """The scan with its outliers replaced (the same scan without impulse noise), and whether its noise is uneven."""
         replaced, outlying = replace_outlying(self.points, self.faces, self.movable)
-        if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # half a mesh may be calm
+        if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # uneven noise may leave half of the mesh calm
             return self, False
         beside, elsewhere = sizes_beside(replaced, self.faces, self.normals, outlying, self.scored)
         uneven = beside > max(tuned.LARGER * elsewhere, tuned.WEAK)
@@ -140,36 +140,36 @@ class Scan:
 
     @property
     def has_impulses(self) -> bool:
-        """Whether there is impulse noise, whose spikes pass for relief."""
+        """Whether there is impulse noise. Its spikes can look like relief."""
         return self.without_impulses[0] is not self
 
     @property
     def shows_surface(self) -> bool:
-        """Whether the residuals are of edges and details, too."""
+        """Whether the residuals show edges and details besides noise."""
         return self.agreement[0] > tuned.SURFACE
 
     @property
     def is_surface(self) -> bool:
-        """Whether they are of the surface alone: neighbours agree where it is calm, too."""
+        """Whether the residuals show the surface alone: those of neighbours correlate in the calmest part, too."""
         return self.shows_surface and self.agreement[1] > tuned.SURFACE_WHERE_CALM
 
     @property
     def clean(self) -> bool:
-        """Whether there is no noise to speak of: hardly any, or residuals of the surface alone."""
+        """Whether the noise is negligible: a low level, or residuals that show the surface alone."""
         return self.noise.level < tuned.NO_NOISE or self.is_surface
 
     def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
-        """The choice, or the first of its candidates, which is to do nothing, where what predicts best takes details.
+        """Returns the choice, or its first candidate (do nothing) if the chosen filter takes details.
 
-        That is where neighbours agree and it errs by more than what the differences of fourth order leave.
+        It does if the residuals of neighbours correlate and its prediction error is above 1.2 times the noise level.
         """
         takes_details = self.shows_surface and choice.chosen.error >= tuned.LARGER * self.noise.level
         return replace(choice, chosen=choice.trials[0]) if takes_details else choice
 
     def few_flipped(self, candidates: Candidates, labels: Sequence[Sequence[Label]], choice: Choice[Label]) -> Choice[Label]:
-        """The best of the candidates within two standard errors of it that do not leave many faces flipped.
+        """Returns the candidate with the least error among the rivals of the best that leave few faces flipped.
 
-        Heights along the normals hardly tell of faces folded over, though their normals are all wrong.
+        Height errors hardly show flipped faces, although the normals of such faces are wrong.
         """
         near = {trial.label: trial for trial in choice.rivals}
         means = self.normals[self.faces].sum(axis=1)
@@ -186,12 +186,12 @@ class Scan:
     def choose(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, stays: float = tuned.STAYS, by_means: bool = False
     ) -> Choice[Label] | None:
-        """Choose the filter that best predicts vertices which it has not seen [batson2019]; None if no vertex can be held out.
+        """Chooses the filter that best predicts held-out vertices [batson2019]; None if no vertex can be held out.
 
-        Noise of a vertex is independent of its neighbours', the surface is not: what predicts a vertex from the others fits the
-        surface. Held-out vertices y start at their `initial_positions`, and n . (y - f) is measured at the results f of the
-        candidates; `labels` and `stays` are of `cross_validate`. They start at means in any case `by_means`: quadrics hide what
-        it costs to move vertices that are exact. The choice is the same for any number of threads.
+        Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex from the others fits the
+        surface. Held-out vertices y start at their `initial_positions`; the deviation of a result f is n . (y - f). `by_means`
+        starts them at means always, since quadrics hide the error of moving exact vertices. `labels` and `stays` are those of
+        `cross_validate`. The choice is the same for any number of threads.
         """
         held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
         if not held:
@@ -208,13 +208,13 @@ class Scan:
     def choose_by_risk(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], noise: Floats | None = None
     ) -> Choice[Label] | None:
-        """Choose the result whose slopes are expected to be nearest to the true ones [stein1981], for noise of any covariance.
+        """Chooses the result with the least expected error of its slopes [stein1981], for noise of any covariance.
 
-        What a filter f makes of noise can be seen [ramani2008]: with heights h = n . (f(y) - y), one more noise b of the same
-        covariance, (n,) heights or None for noise of single vertices, and g = n . (f(y + e b) - f(y)) / e, the mean over the
-        edges of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) is the squared error of the differences of heights along the edges, and
-        the variance of the noise in these. Of those within one standard error of the best the flattest is taken. The very first
-        label should be that of doing nothing; errors are in mean edges. None if no edge counts.
+        The response of a filter f to noise is measured by adding noise [ramani2008]. h = n . (f(y) - y) are the heights of the
+        result. b is more noise of the same covariance: `noise`, (n,) heights, or noise of single vertices for None. The response
+        is g = n . (f(y + e b) - f(y)) / e. The mean of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) over the edges is the squared
+        error of the height differences plus their noise variance. Among the results within one standard error of the best the
+        flattest wins. The first label should stand for doing nothing. Errors are in mean edges; None without scored edges.
         """
         pairs = edges(self.faces)
         i, j = pairs[self.scored[pairs].all(axis=1)].T
@@ -231,7 +231,7 @@ class Scan:
         heights, flatness = zip(*looks, strict=True)
         noisier = candidates(self.points + _LITTLE * more[:, None] * self.normals, NONE_HELD)
         passed = measured(noisier, labels, lambda at, result: (heights_of(result) - heights[at]) / _LITTLE, second)
-        # Regions are what is nearest to vertices that lie anywhere.
+        # A region has the edges whose first vertex is nearest to the same one of 100 random vertices.
         distances = np.linalg.norm(self.points[i] - self.points[i].mean(axis=0), axis=1)
         middles = i[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
         middles = middles[np.sort(np.unique(middles, return_index=True)[1])][:_REGIONS]
@@ -248,7 +248,7 @@ class Scan:
 
 
 def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) -> tuple[Ints, Ints]:
-    """The faces of the patches, by numbers of their own, and the vertex that each of these numbers stands for."""
+    """Returns the faces of the patches, numbered anew, and the mesh vertex for each new number."""
     at_vertices, marks = vertex_faces(faces, len(vertices)), np.full(len(faces), -1, dtype=np.int32)
     perimeters = np.sum([edge_lengths(vertices, faces[:, ends]) for ends in ([0, 1], [1, 2], [2, 0])], axis=0)
     numbers = (perimeters / edge * 1013.0) % 1.0  # random
@@ -265,7 +265,7 @@ def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) 
 
 @compiled
 def _rings_around(faces: Ints, at_vertices: VertexFaces, seed: int, least: int, number: int, marks: Ints) -> Longs:
-    """The face and whole rings of faces around it, until they are as many as said; `marks` differ from `number` before."""
+    """Returns the seed face and whole rings around it, at least `least` faces if possible. No mark may equal `number`."""
     found = [seed]
     marks[seed] = number
     start, stop = 0, 1
