@@ -1,4 +1,4 @@
-"""Which smoother suits a scan, and how much of it: by vertices or points that it has not seen."""
+"""Chooses a smoother and its amount for a scan, by prediction of held-out vertices or points and by estimated risk."""
 
 from .clouds import Projection, chosen_projection
 from .smoothers import DETAIL_SIZES, PASSES, SMOOTHERS, Smoother, Smoothing, chosen_amount, compare_smoothers

@@ -1,4 +1,4 @@
-"""How much a point cloud is smoothed, found from the cloud alone."""
+"""Chooses the amount of smoothing for a point cloud from the cloud alone."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -27,20 +27,20 @@ from ..neighbours import nearest_neighbours
 from ..robust import KernelName
 from ..topology import OneRings, one_rings
 
-# For each degree numbers of neighbours, shares of the range sigma that is estimated for them, and up to so many iterations. Forty
-# of the degree 1 are for clouds that are flat at the scale of ninety.
+# For each degree: numbers of neighbours, shares of the estimated range sigma, and the largest number of iterations. 40 neighbours
+# with degree 1 serve clouds that are flat at the scale of 90.
 _TRIED = {1: ((6, 8, 12, 18, 40), (0.5, 1.0, 4.0), 3), 2: ((18, 27, 40, 60, 90), (1.0,), 4)}
-# Larger clouds are sampled by so many patches of so many points, of which so many in the middle are evidence: forty neighbours of
-# these lie within the patch, and of ninety most.
+# Clouds above `_WHOLE` points are sampled by `_PATCHES` patches of `_POINTS` points. The `_INNER` middle points of a patch are
+# evidence: it has all of their 40 nearest neighbours, and most of their 90 nearest.
 _WHOLE, _PATCHES, _POINTS, _INNER = 10_000, 40, 250, 100
-# Neighbours of a point, as many as a mesh has; points of the copy whose normals say what is along and what across the surface.
+# Neighbours of a point, as in a mesh; neighbours and iterations of the smoothed copy that gives the normals.
 _NEAR, _SMOOTHED_BY, _SMOOTHED = 6, 18, 2
-# Sets of held-out points, which are evidence if they are so many together.
+# Number of sets of held-out points, and the least number of points in all of them.
 _MASKS, _ENOUGH = 4, 30
 
 
 class Projection(NamedTuple):
-    """A setting of `bilateral_projection`; no iterations are doing nothing."""
+    """A setting of `bilateral_projection`; 0 iterations do nothing."""
 
     neighbors: int = 0
     range_sigma: float = 0.0
@@ -49,7 +49,7 @@ class Projection(NamedTuple):
 
     @property
     def amount(self) -> float:
-        """How much it smooths: over a disk the quadric through 4 k neighbours has the variance of the mean of k."""
+        """The amount of smoothing. Over a disk a quadric through 4 k neighbours has the variance of the mean of k."""
         return self.neighbors * self.iterations / (1.0 if self.degree == 1 else 4.0)
 
 
@@ -65,20 +65,20 @@ def chosen_projection(
     seed: int = 0,
     progress: Progress = ignore_progress,
 ) -> Choice[Projection] | None:
-    """The setting of `bilateral_projection` that best predicts points which it has not seen, along the normals.
+    """Chooses the setting of `bilateral_projection` that best predicts held-out points along the normals.
 
-    A cloud with hardly any noise in its calmest parts is clean. Points are held out four times, see `CloudSample.without` and
-    `cross_validate`. Of the settings within one standard error of the best the one of the least `Projection.amount` is taken;
-    where neighbours agree somewhat only if it is nearer to the truth than the cloud is, should all noise be that of the calmest
-    parts.
+    A cloud with hardly any noise in its calmest part is clean. Four sets of points are held out, see `CloudSample.without` and
+    `cross_validate`. Among the settings within one standard error of the best, the one with the least `Projection.amount` wins.
+    If residuals of neighbours correlate, doing nothing wins instead, unless the setting comes nearer to the truth than the cloud
+    is. That comparison assumes the noise of the calmest part everywhere.
 
-    Arguments as of `bilateral_projection`; a range sigma that is given is the only one that is tried. Points that may not move
-    are no evidence, other points are held out for another `seed`, and `progress` is called while settings are tried.
+    The arguments are those of `bilateral_projection`. A given range sigma is the only one tried. Fixed points are not evidence,
+    `seed` selects the held-out points, and `progress` is called while settings are tried.
 
     Returns:
-        The choice, doing nothing first, errors in spacings and range sigmas in the unit of the points; None where the cloud is
-        clean or hardly any point can be held out. The same for any number of threads, and for the cloud moved, turned, scaled and
-        renumbered.
+        The choice, doing nothing as the first trial, errors in spacings and range sigmas in the unit of the points. None if the
+        cloud is clean or hardly any point can be held out. It is the same for any number of threads, and for the cloud moved,
+        turned, scaled or renumbered.
 
     Raises:
         FilterInputError: not a cloud of 7 points at least, normals or `movable` that do not fit, no such kernel, a parameter out
@@ -125,9 +125,9 @@ def chosen_projection(
 
 
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
-    """A sample, its points in the cloud, the spacing, and 4^k, the cloud over what it is of; None if that is clean.
+    """Returns a sample, the cloud index of each of its points, the spacing, and the factor 4^k; None if the cloud is clean.
 
-    With noise above half a spacing a quarter of the points decides, with a quarter of the neighbours.
+    With noise above half a spacing a quarter of the points decides, with a quarter of the neighbours; k counts these reductions.
     """
     kept, share = np.arange(len(cloud), dtype=np.int32), 1
     while share == 1 or len(kept) >= _ENOUGH:
@@ -152,7 +152,7 @@ def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | N
 
 
 def _families(points: Floats, normals: Floats | None, kernels: CloudKernels) -> list[list[Projection]]:
-    """For each number of neighbours and each range sigma the settings by their iterations."""
+    """Returns a family for each number of neighbours and range sigma: the settings by ascending iterations."""
     families = []
     for degree, (counts, shares, iterations) in _TRIED.items():
         for neighbors in (k for k in counts if k < len(points)):
@@ -167,35 +167,35 @@ def _families(points: Floats, normals: Floats | None, kernels: CloudKernels) -> 
 
 @dataclass(frozen=True, eq=False)
 class CloudSample:
-    """A cloud to try filters on, its spacing 1: the median over all points of the mean distance to the six nearest."""
+    """A cloud to try filters on. Its spacing, the median of the mean distances to the six nearest points, is 1."""
 
     points: Floats  # (k, 3) coordinates
-    inner: Bools  # (k,) the points that are evidence; their surroundings are whole
+    inner: Bools  # (k,) which points are evidence; their neighbourhoods are complete
     normals: Floats  # (k, 3) unit normals of a smoothed copy, of any sign
 
     @cached_property
     def pairs(self) -> Ints:
-        """(e, 2) every pair of which one is among the six nearest of the other, once."""
+        """(e, 2) each pair once in which one point is among the six nearest of the other."""
         _, near = nearest_neighbours(self.points, _NEAR)
         pairs = np.column_stack([np.repeat(np.arange(len(near), dtype=np.int32), _NEAR), near.ravel()])
         return np.unique(np.sort(pairs, axis=1), axis=0)
 
     @cached_property
     def rings(self) -> OneRings:
-        """The neighbours of every point by these pairs."""
+        """The one-rings by these pairs."""
         return one_rings(self.pairs, len(self.points))
 
     @cached_property
     def quietest(self) -> float:
-        """The `noise_floor`, that of its calmest parts."""
+        """The noise level of the calmest part, see `noise_floor`."""
         return noise_floor(self.points, self.pairs, normals=self.normals, scored=self.inner)
 
     @cached_property
     def correlation(self) -> float:
-        """How much neighbours agree, where the cloud is calmest, in how far they are from where their surroundings expect them.
+        """The correlation of the prediction errors of neighbours in the calmest fifth.
 
-        With s of `height_residuals` over the local deviation it is the sum of s_i s_j over neighbours in the calmest fifth, over
-        that of (s_i^2 + s_j^2) / 2: about -0.15 for independent noise, above 0 for a surface without noise.
+        With s the `height_residuals` over the local deviation, it is the sum of s_i s_j over neighbours divided by the sum of
+        (s_i^2 + s_j^2) / 2. It is about -0.15 for independent noise and above 0 for a surface without noise.
         """
         sizes = height_residuals(self.points, self.rings, self.normals)
         squares = np.minimum(np.abs(sizes), tuned.CLIP / tuned.MEDIAN_OF_NORMAL * np.median(np.abs(sizes))) ** 2
@@ -209,16 +209,16 @@ class CloudSample:
         return 2.0 * float(np.sum(facing * scaled[a] * scaled[b])) / both if both else 0.0
 
     def without(self, held: Ints) -> tuple[Floats, Floats]:
-        """(k, 3) the points without h of them, and (h,) the deviations of doing nothing.
+        """Returns (k, 3) the points with h of them replaced by predictions, and (h,) the deviations of doing nothing.
 
-        Each of these is put, along its normal, where the quadric through the others expects it, and then off by as much as the
-        noise: a filter finds points with noise. One that is d from the truth deviates by e^2 = s^2 + d^2, s the noise of the
-        held-out point; doing nothing, s from the truth, by 2 s^2; and the prediction, whose noise is g s, by (1 + g^2) s^2.
+        Each held-out point moves along its normal to the quadric through the others. Noise is then added up to the level of the
+        cloud, since a filter meets points with noise. With s the noise of a held-out point, the squared deviation is s^2 + d^2
+        for a result at distance d from the truth, 2 s^2 for doing nothing, and (1 + g^2) s^2 for the prediction with noise g s.
         """
         heights, gains = predicted_heights(self.points, self.rings, self.normals, held, mask_of(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)
         level = float(np.median(np.abs(sizes))) / tuned.MEDIAN_OF_NORMAL
-        # Even noise of random numbers, its sign independent of that of the normal.
+        # Uniform noise from random numbers; the sign of the normal does not change it.
         random = 2.0 * ((lengths_around(self.points, self.pairs, 1.0)[held] * 1301.0) % 1.0) - 1.0
         more = np.sqrt(3.0 * np.maximum(0.0, 1.0 - gains**2)) * level * random * np.sign(heights)
         points = self.points.copy()
@@ -227,7 +227,7 @@ class CloudSample:
 
 
 def _patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
-    """All of (n, 3) points, or patches around those with the least of (n,) random numbers: points, origin, the inner ones."""
+    """Returns (k, 3) points, their (k,) indices and which are inner: all, or patches around the least (n,) random numbers."""
     if len(points) <= _WHOLE:
         return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)
     seeds = np.argsort(numbers, kind="stable")[:_PATCHES]

@@ -1,4 +1,4 @@
-"""How much a scan is smoothed, found from the scan alone, and the families of smoothers side by side on one scan."""
+"""Chooses the amount of smoothing from the scan alone, and compares the families of smoothers on one scan."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -15,12 +15,12 @@ from ..fairing import bilaplacian_smoothing
 from ..mesh import Bools, Floats, Ints, mask_of
 from ..spectral import spectral_filter
 
-#: Smooths (n, 3) points with a mean edge of 1 and (m, 3) faces by an amount; (n,) which points may move, None for all.
+#: Smooths (n, 3) points (mean edge 1) with (m, 3) faces by an amount; the last argument is (n,) which may move, None for all.
 Smoother: TypeAlias = Callable[[Floats, Ints, float, Bools | None], Floats]
 
-#: detail sizes to try, in mean edges: a wave has more than two, and what is longer than 32 is no noise of single vertices
+#: detail sizes to try, in mean edges: a wave is longer than 2 edges, and noise of single vertices is shorter than 32
 DETAIL_SIZES: tuple[float, ...] = tuple(2.0 ** (k / 2.0) for k in range(2, 11))
-#: numbers of pairs of Taubin's steps to try
+#: numbers of pairs of Taubin steps to try
 PASSES: tuple[float, ...] = (1, 2, 3, 5, 8, 12, 18, 28, 42, 64)
 
 
@@ -34,22 +34,22 @@ def chosen_amount(
     seed: int = 0,
     progress: Progress = ignore_progress,
 ) -> Choice[float] | None:
-    """The amount whose result has the slopes that are expected to be nearest to the true ones; see `Scan.choose_by_risk`.
+    """Chooses the amount with the least expected error of the slopes of the result; see `Scan.choose_by_risk`.
 
-    Tried on the mesh, or on patches of a large one, scaled to a mean edge of 1. Where neighbours agree, so that noise is not
-    certain, it is `Scan.choose` that decides, and `Scan.or_nothing`. What slides along the surface is not judged.
+    It is tried on the mesh or on patches of a large mesh, scaled to a mean edge of 1. If residuals of neighbours correlate, noise
+    is not certain; `Scan.choose` and `Scan.or_nothing` then decide. Movement along the surface is not judged.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         smooth: the smoother.
-        amounts: what it is tried with, from little to much; 0, doing nothing, is tried too.
-        movable: (n,) bool, which vertices may move, None for all. The others are not evidence.
-        seed: other vertices are held out for another number.
+        amounts: the amounts to try, ascending; 0, doing nothing, is tried too.
+        movable: (n,) bool, which vertices may move, None for all. Fixed vertices are not evidence.
+        seed: selects the held-out vertices.
         progress: called while amounts are tried; may raise to stop.
 
     Returns:
-        The choice; None where no vertex can be held out or there is no noise for certain.
+        The choice; None if no vertex can be held out or the scan is certainly clean.
 
     Raises:
         FilterInputError: not a mesh, or `movable` does not fit.
@@ -58,7 +58,7 @@ def chosen_amount(
 
 
 def amount_on(scan: Scan, smooth: Smoother, amounts: Sequence[float]) -> Choice[float] | None:
-    """`chosen_amount` on a scan."""
+    """Chooses the amount on a scan, see `chosen_amount`."""
     if scan.clean:
         return None
 
@@ -68,23 +68,23 @@ def amount_on(scan: Scan, smooth: Smoother, amounts: Sequence[float]) -> Choice[
     labels = [[0.0], list(amounts)]
     if not scan.shows_surface:
         return scan.choose_by_risk(candidates, labels)
-    found = scan.choose(candidates, labels)
-    return None if found is None else scan.or_nothing(found)
+    choice = scan.choose(candidates, labels)
+    return None if choice is None else scan.or_nothing(choice)
 
 
-#: the families
+#: the families of smoothers
 SmootherName: TypeAlias = Literal["taubin", "implicit", "bilaplacian", "spectral", "normal_filtering"]
 
 
 class Smoothing(NamedTuple):
-    """A smoother and how much of it; without values doing nothing."""
+    """A smoother and its amount or setting; the default does nothing."""
 
     smoother: SmootherName | None = None
-    amount: float = 0.0  # the detail size in mean edges, or the number of pairs of Taubin's steps; 0 for normal filtering
-    setting: Setting | None = None  # that of normal filtering
+    amount: float = 0.0  # detail size in mean edges, or number of pairs of Taubin steps; 0 for normal filtering
+    setting: Setting | None = None  # the setting of normal filtering
 
 
-#: the low-pass filters with their defaults, and the amounts that are tried
+#: the low-pass filters with their defaults, and the amounts to try
 SMOOTHERS: Mapping[SmootherName, tuple[Smoother, Sequence[float]]] = {
     "taubin": (lambda p, f, k, m: taubin_fairing(p, f, iterations=int(k), movable=m), PASSES),
     "implicit": (lambda p, f, d, m: implicit_fairing(p, f, time_step=time_step_of_detail_size(d), movable=m), DETAIL_SIZES),
@@ -102,14 +102,13 @@ def compare_smoothers(
     seed: int = 0,
     progress: Progress = ignore_progress,
 ) -> Choice[Smoothing] | None:
-    """Which predicts unseen vertices best: nothing, one of the `SMOOTHERS`, or the setting of `automatic_choice`.
+    """Compares doing nothing, the `SMOOTHERS` and the setting of `automatic_choice` by their prediction of held-out vertices.
 
-    Arguments and errors as of `chosen_amount`; `setting` is that of normal filtering, if it has been found, None finds it.
+    Arguments and errors are those of `chosen_amount`. `setting` is the setting of normal filtering; None chooses it.
 
     Returns:
-        The winner, and of every family what comes nearest, with its error and standard error, nothing first; see `Scan.choose`.
-        A family whose equations cannot be solved on the mesh is left out. None where the scan is clean, or no vertex can be held
-        out.
+        The winner, and the best of each family with error and standard error, doing nothing first; see `Scan.choose`. A family
+        whose equations cannot be solved on the mesh is left out. None if the scan is clean or no vertex can be held out.
     """
     tell = rising(progress)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed)
@@ -119,12 +118,12 @@ def compare_smoothers(
     for number, (name, (smooth, amounts)) in enumerate(SMOOTHERS.items()):
         share = part_of(tell, 0.1 * number, 0.1 * (number + 1))
         try:
-            found = amount_on(replace(scan, progress=share), smooth, amounts)
+            choice = amount_on(replace(scan, progress=share), smooth, amounts)
         except ConvergenceError:  # on some meshes with needles
             continue
-        if found is not None and len(found.trials) > 1:
-            # Where nothing is to be done what comes nearest is shown beside it.
-            best.append(Smoothing(name, found.chosen.label or min(found.trials[1:], key=lambda trial: trial.error).label))
+        if choice is not None and len(choice.trials) > 1:
+            # A family that loses to doing nothing is shown with its best amount.
+            best.append(Smoothing(name, choice.chosen.label or min(choice.trials[1:], key=lambda trial: trial.error).label))
     if setting is None:
         setting = automatic_choice(vertices, faces, movable=movable, seed=seed, progress=part_of(tell, 0.4, 0.8)).setting
     if setting != Setting():

@@ -16,7 +16,7 @@ from .noise_level import FourthOrder, ring_means
 #: "keep" filters rounded coordinates as they are. "undo" smooths the terraces first, see `Rounding.undone`.
 RoundingPolicy: TypeAlias = Literal["keep", "undo"]
 
-# Faces of one level are parallel within this angle in radians. A level is at most so many mean edges thick.
+# Faces of one level are parallel within this angle in radians. A level is at most this many mean edges thick.
 _FLAT = 1e-3
 
 

@@ -56,7 +56,7 @@ class Scan:
 
     @staticmethod
     def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> "Scan":
-        """Returns the scan of a mesh, see `sampled`. Raises `FilterInputError` for a bad mesh or a `movable` that does not fit."""
+        """Returns the scan of a mesh, see `sampled`; `FilterInputError` for a bad mesh or a `movable` that does not fit."""
         mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
         return Scan.sampled(mesh.points, mesh.cells, mesh.movable, **attributes)[0]
 

@@ -18,9 +18,9 @@ from .quadric_prediction import predicted_heights, put_where_expected
 Label = TypeVar("Label")
 Measure = TypeVar("Measure")
 
-#: One iterator a family of filters over its (n, 3) results. They are read in threads, each only as far as is needed.
+#: For each family of filters an iterator over its (n, 3) results. Threads read them, each only as far as needed.
 Runs: TypeAlias = Sequence[Iterator[Floats]]
-#: These, given (n, 3) vertices and the numbers of those that are held out.
+#: Returns the runs for (n, 3) vertices and the indices of the held-out ones.
 Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
 
 
@@ -28,27 +28,27 @@ Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
 class Trial(Generic[Label]):
     """One candidate and its score."""
 
-    label: Label  # which it is
-    error: float  # the root mean square of its deviations at the held-out vertices, outliers clipped, in mean edges
-    excess: float  # how much its mean square exceeds that of the best, in squared mean edges
-    uncertainty: float  # the standard error of the excess
+    label: Label  # names the candidate
+    error: float  # root mean square of its deviations at the held-out vertices, outliers clipped, in mean edges
+    excess: float  # its mean square minus that of the best candidate, in squared mean edges
+    uncertainty: float  # standard error of the excess
 
 
 @dataclass(frozen=True)
 class Choice(Generic[Label]):
-    """What was chosen, and the candidates that were tried on all held-out vertices, in their order."""
+    """The chosen candidate, and all candidates that were tried on all held-out vertices, in order."""
 
     chosen: Trial[Label]
     trials: tuple[Trial[Label], ...]
 
     @property
     def rivals(self) -> list[Trial[Label]]:
-        """Those within two standard errors of the best, itself among them."""
+        """The trials within two standard errors of the best, including the best."""
         return [trial for trial in self.trials if trial.excess <= tuned.STAYS * trial.uncertainty]
 
 
 class Scores(NamedTuple):
-    """How well k candidates predict: (k,) each as of `Trial`, in the unit of the deviations, and the one with the least error."""
+    """The scores of k candidates: (k,) arrays of the numbers of `Trial`, in the unit of the deviations, and the best index."""
 
     errors: Floats
     excess: Floats
@@ -56,22 +56,22 @@ class Scores(NamedTuple):
     best: int
 
     def within(self, standard_errors: float) -> Bools:
-        """(k,) the candidates whose excess is at most that many of its standard errors."""
+        """Returns (k,) which candidates have an excess of at most this number of standard errors."""
         return np.asarray(self.excess <= standard_errors * self.uncertainty)
 
     def choice(self, labels: Sequence[Sequence[Label]], chosen: int | None = None) -> Choice[Label]:
-        """The trials of the candidates with these k labels, by families, the best of them chosen, or another one."""
+        """Returns the choice among candidates with these k labels, by families: number `chosen`, by default the best."""
         columns = (values.tolist() for values in self[:3])
         trials = tuple(Trial(*row) for row in zip(chain.from_iterable(labels), *columns, strict=True))
         return Choice(trials[self.best if chosen is None else chosen], trials)
 
 
 def scores_of(deviations: Floats) -> Scores:
-    """Score (k, h) deviations of k candidates at h held-out vertices, in mean edges.
+    """Scores (k, h) deviations r of k candidates at h held-out vertices, in mean edges.
 
-    With m the least of the candidates' median |r|, the squares are q = min(|r|, max(4 m, 0.05))^2: outliers are no evidence, and
-    where most of a mesh is exact planes the median is 0. The best candidate b has the least mean q; the excess of candidate k is
-    the mean of q_k - q_b, vertex by vertex, and its standard error that of a mean of such differences.
+    The squares are q = min(|r|, max(4 m, 0.05))^2, where m is the smallest median of |r| among the candidates. Clipping removes
+    the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. The best candidate b has the least
+    mean q. The excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
     """
     sizes = np.abs(deviations)
     squares = np.minimum(sizes, max(tuned.WEAK, tuned.CLIP * float(np.median(sizes, axis=1).min()))) ** 2
@@ -85,10 +85,10 @@ def scores_of(deviations: Floats) -> Scores:
 def initial_positions(
     points: Floats, faces: Ints, *, normals: Floats, scored: Bools, by_means: bool = False
 ) -> Callable[[Ints], Floats]:
-    """From numbers of held-out vertices (n, 3) points: these at the mean of their neighbours, or the quadric through two rings.
+    """Returns a function that moves held-out vertices to predicted positions: from their indices to (n, 3) points.
 
-    Means pass less noise on. That is taken which predicts all vertices that are scored, (n,), better; `by_means` takes means in
-    any case. The (n, 3) points have a mean edge of 1, the (n, 3) unit normals are those of a smoothed copy.
+    It takes the mean of the neighbours, which passes on less noise, or the quadric through two rings, whichever predicts the (n,)
+    `scored` vertices better; `by_means` forces the mean. The (n, 3) points have a mean edge of 1, the unit normals are smoothed.
     """
     rings, which = one_rings(faces, len(points)), np.flatnonzero(scored).astype(np.int32)
     if not by_means:
@@ -107,14 +107,14 @@ def cross_validate(
     stays: float = tuned.STAYS,
     progress: Progress = ignore_progress,
 ) -> Choice[Label]:
-    """Run all candidates without each set of held-out vertices, and choose by what they say of these.
+    """Runs the candidates once for each set of held-out vertices and chooses the one with the least prediction error.
 
-    After each set candidates that are worse than the best by more than two standard errors, or as many as `stays` says, are
-    dropped, but the very first one, which should be that of doing nothing. Once a single candidate is left no more sets are
-    asked.
+    After each set, candidates that are more than `stays` standard errors worse than the best are dropped. The first candidate,
+    which should do nothing, always stays. The remaining sets are skipped once a single candidate is left.
 
-    `run` gives the candidates without a set, by families, `labels` their labels; the deviations, in mean edges, are from the
-    vertices of a set, of a candidate by its number and its result. `progress` is called after every family; it may raise to stop.
+    `run` returns the results of the candidates for a set, by families; `labels` are their labels. `deviations` returns (h,)
+    deviations in mean edges for a set, the number of a candidate and its result. `progress` is called after every family and may
+    raise to stop.
     """
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])
@@ -136,10 +136,10 @@ def cross_validate(
 def _race(
     runs: Runs, labels: Sequence[Sequence[Label]], deviate: Callable[[int, Floats], Floats], rows: Floats, progress: Progress
 ) -> Bools:
-    """Run the families side by side, fill the rows of their candidates, and end those that fall behind: which were reached.
+    """Runs the families in parallel, fills the rows of deviations, and returns which candidates were reached.
 
-    A family ends if it is behind the best so far by more than two standard errors and errs more than with its result before:
-    families go from little to much, and the errors fall before they rise.
+    A family stops once its result is more than two standard errors behind the best so far and worse than its previous result.
+    The amount of smoothing rises within a family, so its errors first fall and then rise.
     """
     reached, starts = np.zeros(len(rows), dtype=np.bool_), np.cumsum([0, *map(len, labels)])
     going, longest = list(range(len(runs))), max(map(len, labels))
@@ -166,16 +166,16 @@ def measured(
     progress: Progress = ignore_progress,
     kept: Bools | None = None,
 ) -> list[Measure]:
-    """Measure candidates by their numbers and results: those that are kept, all by default; no family runs beyond its last."""
-    starts, found = np.cumsum([0, *map(len, labels)]), dict[int, Measure]()
+    """Returns `measure(number, result)` of each kept candidate, by default of all; a family stops after its last kept one."""
+    starts, measures = np.cumsum([0, *map(len, labels)]), dict[int, Measure]()
     wanted = np.ones(starts[-1], dtype=np.bool_) if kept is None else kept
 
     def work(family: int) -> None:
         numbers = np.flatnonzero(wanted[: starts[family + 1]])
         for at, result in zip(range(int(starts[family]), int(numbers[-1]) + 1), runs[family], strict=False):
             if wanted[at]:
-                found[at] = measure(at, result)
+                measures[at] = measure(at, result)
 
     families = [(k,) for k in range(len(runs)) if wanted[starts[k] : starts[k + 1]].any()]
     in_parallel(work, families, progress)
-    return [found[at] for at in np.flatnonzero(wanted).tolist()]
+    return [measures[at] for at in np.flatnonzero(wanted).tolist()]

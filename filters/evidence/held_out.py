@@ -1,4 +1,4 @@
-"""Held-out vertices for the cross-validation of filters [batson2019], and means over one-rings."""
+"""Held-out vertices for the cross-validation of filters [batson2019], and means over rings."""
 
 import numpy as np
 
@@ -7,18 +7,18 @@ from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, mask_of
 from ..topology import OneRings, border_vertices, edges
 
-# Probability that a vertex is a candidate; of two adjacent candidates one is dropped, which leaves a ninth of the vertices.
+# Probability that a vertex is a candidate. One of two adjacent candidates is dropped; a ninth of the vertices is left.
 _CANDIDATES = 0.35
-# A random number is the fractional part of a length times (multiple + step * number of the mask).
+# A random number is the fractional part of length * (multiple + step * number of the mask).
 _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
 
 
 def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
-    """Random independent sets of the `scored` vertices: no two vertices of a set are adjacent; each ascending, none empty.
+    """Returns up to `masks` random independent sets of the `scored` vertices: no two vertices of a set are adjacent.
 
-    The `masks` sets are disjoint until less than 35 % of the vertices are left; then all may be drawn again. Random numbers are
-    made of the edge lengths at a vertex over the mean length: the same for a mesh moved, turned, scaled or renumbered; another
-    seed gives others. Of (e, 2) edges each is there once, as those between neighbours in a cloud.
+    Each set is ascending and not empty. The sets are disjoint until less than 35 % of the vertices are left; then all may be
+    drawn again. Random numbers depend on the seed and on the edge lengths at a vertex over the mean length. So they stay the same
+    for a mesh moved, turned, scaled or renumbered. (e, 2) edges, such as neighbours in a cloud, must be unique.
     """
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     sums = lengths_around(points, pairs, mean_edge_length(points, pairs))
@@ -36,9 +36,9 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 
 
 def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:
-    """(n,) random signs, 1 or -1: noise with a standard deviation of 1.
+    """Returns (n,) random signs, 1 or -1: noise of standard deviation 1.
 
-    From the lengths of the (e, 2) edges at a vertex, equal in a regular mesh, and its distance from the centroid.
+    They depend on the lengths of the (e, 2) edges at a vertex, which are equal in regular meshes, and on its centroid distance.
     """
     edge = mean_edge_length(points, pairs)
     distances = np.linalg.norm(points - points.mean(axis=0), axis=1) / edge
@@ -48,20 +48,20 @@ def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:
 
 
 def lengths_around(points: Floats, pairs: Ints, unit: float) -> Floats:
-    """(n,) the sum of the lengths of the (e, 2) edges at each vertex, in the unit."""
+    """Returns (n,) the sum of the lengths of the (e, 2) edges at each vertex, divided by `unit`."""
     lengths = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) / unit
     return np.asarray(np.bincount(pairs.ravel(), np.repeat(lengths, 2), minlength=len(points)), dtype=np.float64)
 
 
 def without(points: Floats, rings: OneRings, held: Ints) -> Floats:
-    """(n, 3) the points, the held-out vertices at the `means_of_others` that are not held out."""
+    """Returns (n, 3) the points, each held-out vertex at the mean of its neighbours that are not held out."""
     result = points.copy()
     result[held] = means_of_others(points, rings, held, mask_of(held, len(points)))
     return result
 
 
 def means_of_others(points: Floats, rings: OneRings, vertices: Ints, hidden: Bools) -> Floats:
-    """(k, 3) for k vertices the mean of the neighbours that are not hidden; without such neighbours the vertex itself."""
+    """Returns (k, 3) for k vertices the mean of the visible neighbours, or the vertex itself if all are hidden."""
     visible = np.where(hidden[rings.neighbours], 0.0, 1.0)
     around = sparse.csr_matrix((visible, rings.neighbours, rings.offsets), shape=(len(points), len(points)))[vertices]
     counts = np.asarray(around.sum(axis=1))
@@ -69,7 +69,7 @@ def means_of_others(points: Floats, rings: OneRings, vertices: Ints, hidden: Boo
 
 
 def with_neighbours(vertices: Bools, pairs: Ints) -> Bools:
-    """(n,) those of n vertices and their neighbours along the (e, 2) edges."""
+    """Returns (n,) the mask of some vertices, grown by their neighbours along the (e, 2) edges."""
     a, b = pairs.T
     reached = vertices.copy()
     reached[b[vertices[a]]] = reached[a[vertices[b]]] = True
@@ -77,7 +77,7 @@ def with_neighbours(vertices: Bools, pairs: Ints) -> Bools:
 
 
 def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
-    """(n,) the vertices of faces that are more than `rings` edges from the border: they have so many complete rings."""
+    """Returns (n,) which vertices of faces are more than `rings` edges from the border, that is have `rings` complete rings."""
     pairs = edges(faces)
     near = border_vertices(faces, n_vertices)
     for _ in range(rings):
@@ -86,9 +86,9 @@ def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
 
 
 def local_means(values: Floats, counted: Bools, pairs: Ints, *, times: int) -> Floats:
-    """(n,) means of those of (n,) values that count over neighbourhoods of `times` rings, near ones weighing more.
+    """Returns (n,) weighted means of the `counted` values over neighbourhoods of `times` rings; near values weigh more.
 
-    Sums over the one-rings of (e, 2) edges are repeated so often. 0 where no value of the neighbourhood counts.
+    It sums over the one-rings of the (e, 2) edges `times` times. 0 where the neighbourhood has no counted value.
     """
     sums, weights = np.where(counted, values, 0.0), counted.astype(np.float64)
     a, b = pairs.T

@@ -1,7 +1,7 @@
 """Predicts a vertex from its two rings by a least-squares quadric.
 
-Everywhere here `points` are (n, 3) coordinates of ordinary size, `rings` their one-rings, `normals` (n, 3) unit normals, and
-`which` the numbers of k vertices; (n,) vertices that are `hidden` or `ignored` count nowhere.
+In this module `points` are (n, 3) coordinates of ordinary size, `rings` their one-rings, `normals` (n, 3) unit normals, and
+`which` the indices of k vertices. The (n,) masks `hidden` and `ignored` exclude vertices from every fit.
 """
 
 import math
@@ -13,41 +13,41 @@ from ..execution import over_range
 from ..mesh import Bools, Floats, Ints, mask_of
 from ..topology import OneRings, one_rings
 
-# Mean distances of the one-ring: the second ring counts, but less, since a quadric follows a surface only so far.
+# Width s of the weights, in mean distances of the one-ring: the second ring weighs less, since a quadric fits only nearby.
 _WIDTH = 1.3
-# A quadric has six numbers, a plane three. Below so many vertices, or where they lie on a curve of second order, it is a plane.
+# A quadric has six coefficients, a plane three. A plane is fitted to fewer vertices or to vertices on a curve of second order.
 _ENOUGH = 8
 _LEAST_PIVOT = 1e-4
-# Two rings have a dozen vertices to some dozens.
+# Capacity for the vertices of two rings; usual are a dozen to some dozens.
 _MOST = 1024
 
 
 def predicted_heights(
     points: Floats, rings: OneRings, normals: Floats, which: Ints, hidden: Bools | None = None
 ) -> tuple[Floats, Floats]:
-    """The heights along their normals at which the others around them expect the vertices, and how they pass noise on.
+    """Predicts the heights of vertices along their normals from the surrounding vertices.
 
-    Around vertex i with the unit normal n, the height n . (p_j - p_i) of the vertices j in two rings is fitted over the
-    tangential coordinates by a polynomial of second degree, least squares weighted by exp(-r^2 / 2 s^2), s = 1.3 mean distances
-    of the one-ring. The prediction is its value at 0. The vertex's own height has no part in it; its place along the surface has.
+    For vertex i with the unit normal n, the heights n . (p_j - p_i) of the vertices j in two rings are fitted over the tangential
+    coordinates by a polynomial of second degree: least squares with the weights exp(-r^2 / 2 s^2), s = 1.3 mean distances of the
+    one-ring. The prediction is the value at 0. It depends on the vertex's place along the surface, but not on its height.
 
     Returns:
-        heights: (k,) in the unit of the points; 0 where no vertex is around.
+        heights: (k,) in the unit of the points; 0 without surrounding vertices.
         gains: (k,) the standard deviation of the prediction for independent heights of standard deviation 1.
     """
-    found, unseen = np.zeros((2, len(which))), np.zeros(len(points), dtype=np.bool_) if hidden is None else hidden
-    over_range(_predict, len(which), points, rings, normals, which, unseen, found)
-    return found[0], found[1]
+    fits, excluded = np.zeros((2, len(which))), np.zeros(len(points), dtype=np.bool_) if hidden is None else hidden
+    over_range(_predict, len(which), points, rings, normals, which, excluded, fits)
+    return fits[0], fits[1]
 
 
 def height_residuals(points: Floats, rings: OneRings, normals: Floats, hidden: Bools | None = None) -> Floats:
-    """(n,) h / sqrt(1 + g^2) of `predicted_heights`: noise of single vertices gives them its own standard deviation."""
+    """Returns (n,) h / sqrt(1 + g^2) of `predicted_heights`; its standard deviation is that of independent noise."""
     heights, gains = predicted_heights(points, rings, normals, np.arange(len(points), dtype=np.int32), hidden)
     return np.asarray(heights / np.sqrt(1.0 + gains**2))
 
 
 def put_where_expected(points: Floats, faces: Ints, normals: Floats, which: Ints) -> Floats:
-    """(n, 3) the points, some vertices moved along their normals to where the quadric through the others expects them."""
+    """Returns (n, 3) the points, the vertices `which` moved along their normals to the quadric through the other vertices."""
     hidden = mask_of(which, len(points))
     heights, _ = predicted_heights(points, one_rings(faces, len(points)), normals, which, hidden)
     result = points.copy()
@@ -56,9 +56,9 @@ def put_where_expected(points: Floats, faces: Ints, normals: Floats, which: Ints
 
 
 def medians_around(values: Floats, rings: OneRings, ignored: Bools, wanted: Bools, none: float) -> tuple[Floats, Floats]:
-    """(n,) around wanted vertices the median of the values in the two rings that are not ignored, and that of the deviations.
+    """Returns (n,) medians of the values in two rings, and (n,) of their absolute deviations from these, for `wanted` vertices.
 
-    Both are `none` where there is no such value.
+    Ignored values do not count; without values both are `none`.
     """
     middles, spreads = np.full(len(values), none), np.full(len(values), none)
     over_range(_find_medians, len(values), values, rings, ignored, wanted, middles, spreads)
@@ -97,7 +97,7 @@ def _find_medians(
 
 @compiled(nogil=True)
 def _two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints) -> int:
-    """Put the vertices of the two rings around i that are not ignored into `around`; how many. `seen` gets i at those met."""
+    """Writes the vertices of two rings around i that are not ignored into `around`, marks visits in `seen`, returns the count."""
     offsets, neighbours, _ = rings
     count = 0
     seen[i] = i
@@ -115,15 +115,15 @@ def _two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints
 
 @compiled(nogil=True)
 def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) -> tuple[float, float]:
-    """The value at 0 of the quadric that fits weighted heights best, and its standard deviation for heights of deviation 1.
+    """Returns the value at 0 of the quadric fitted to weighted heights, and its deviation for heights of deviation 1.
 
-    Where the samples are fewer than eight, or lie on a curve of second order, it is a plane's, and then their mean.
+    With fewer than eight samples, or samples on a curve of second order, it fits a plane, and if this fails the mean.
 
     Args:
         samples: (4, at least `count`) coordinates u and v, of a size around 1, heights, and weights above 0.
-        count: how many samples there are; of none the height is 0.
-        most: where the deviation is larger it is a plane's, and then their mean, too.
-        work: (9, 6) numbers that are overwritten.
+        count: number of samples; the height of none is 0.
+        most: the largest deviation; above it a quadric is replaced by a plane, and a plane by the mean.
+        work: (9, 6) scratch array.
     """
     matrix, terms, solution = work[:7], work[7], work[8]
     u, v, h, w = samples[0], samples[1], samples[2], samples[3]
@@ -156,7 +156,7 @@ def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) ->
 
 @compiled(nogil=True)
 def _ring_distance(points: Floats, rings: OneRings, normals: Floats, i: int) -> float:
-    """The mean distance of the one-ring along the surface, in which the height of i has no part."""
+    """Returns the mean tangential distance of the one-ring, which does not depend on the height of i."""
     total, around = 0.0, rings.neighbours[rings.offsets[i] : rings.offsets[i + 1]]
     for j in around:
         x, y, z = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
@@ -167,7 +167,7 @@ def _ring_distance(points: Floats, rings: OneRings, normals: Floats, i: int) -> 
 
 @compiled(nogil=True)
 def _project(points: Floats, normals: Floats, i: int, scale: float, around: Ints, samples: Floats) -> bool:
-    """Tangential coordinates, heights and weights of the vertices around i, in units of `scale`; False without a normal."""
+    """Fills `samples` with tangential coordinates, heights and weights around i, in units of `scale`; False without a normal."""
     u, v, h, w = samples[0], samples[1], samples[2], samples[3]
     x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
     ax, ay, az, bx, by, bz = tangents(x, y, z)
@@ -182,8 +182,8 @@ def _project(points: Floats, normals: Floats, i: int, scale: float, around: Ints
 
 @compiled(nogil=True)
 def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
-    """Two unit vectors across a unit normal and each other; 0 where it is. A fit of all terms of a degree is the same for any."""
-    # Across the coordinate axis that is least along the normal.
+    """Returns two perpendicular unit tangents, 0 for the normal 0. A fit with all terms of a degree does not depend on them."""
+    # The first tangent is perpendicular to the coordinate axis that is farthest from the normal.
     if abs(x) <= abs(y) and abs(x) <= abs(z):
         ax, ay, az = 0.0, z, -y
     elif abs(y) <= abs(z):
@@ -204,7 +204,7 @@ def _terms(u: float, v: float, terms: Floats) -> None:
 
 @compiled(nogil=True)
 def _solve(matrix: Floats, size: int, solution: Floats) -> bool:
-    """Solve by Cholesky's factors, in place of the lower triangle, with the right side below; False if it is nearly singular."""
+    """Solves by a Cholesky factorisation in the lower triangle; the right side is the row below. False if nearly singular."""
     for a in range(size + 1):
         for b in range(min(a, size)):
             for c in range(b):
