@@ -1,4 +1,4 @@
-"""Denoising that keeps features: robust statistics of normals and of neighbours, one technique a module."""
+"""Feature-preserving denoising by robust statistics of normals and neighbours; each module has one technique."""
 
 from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from .bilateral import JonesBorder, bilateral_fleishman, bilateral_jones

@@ -1,7 +1,7 @@
 """Bilateral filters of vertex positions: along the vertex normal [fleishman2003], and by the planes of triangles [jones2003].
 
-Both move a vertex to a weighted mean of the places that its neighbours predict for it. A space kernel weights by their distance,
-a range kernel by how far the predicted place is from the vertex: predictions from across a feature are far off, and count little.
+Both move a vertex to a weighted mean of the positions that its neighbours predict. The space kernel weights by the distance of
+the neighbour, the range kernel by the distance of the prediction: predictions from across a feature are far off and count little.
 Any M-estimator serves as either kernel. The papers' exp(-x^2 / (2 s^2)) is the kernel "gaussian" with sigma = sqrt(2) s.
 """
 
@@ -19,20 +19,20 @@ from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, check_mesh, mask_
 from ..robust import KERNEL_CODES, KERNEL_NAMES, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight, robust_deviation
 from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices, one_rings, referenced_vertices, ring_ends
 
-#: What `bilateral_jones` can do on borders: the planes of triangles predict no curve, so that there is no "along".
+#: Border policies of `bilateral_jones`. There is no "along", since planes of triangles predict no curve.
 JonesBorder: TypeAlias = Literal["fixed", "free"]
 
-#: How far a space kernel reaches, in its sigma: the distance 2 s at which the papers cut their Gaussian off.
+#: Radius of a space kernel in its sigma: the distance 2 s at which the papers cut off their Gaussian.
 REACH = math.sqrt(2.0)
-# Shares of the sigma of 95 % efficiency, the best of a few over noisy models with known truth. The heights of one-rings have the
-# noise of both ends and of the normal; those of a triangle's own corners are less than of the other vertices within reach.
+# Shares of the sigma of 95 % efficiency, the best of a few on noisy models with known truth. Heights in one-rings include the
+# noise of both ends and of the normal. Heights of a triangle's own corners are below those of the other vertices within reach.
 _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
-# Larger scales are refused: their squares would overflow.
+# Larger scales are refused, since their squares would overflow.
 _EXTREME = 1e150
-# Vertices are worked off in so many blocks, each with an array of marks of its own; results do not depend on the number.
+# Number of blocks of vertices, each with its own array of marks. Results do not depend on it.
 _BLOCKS = 32
-# Cells along an axis, so that the number of a cell is below 2^63.
+# Most cells along an axis: the index of a cell stays below 2^63.
 _MOST_CELLS = 2**20
 
 
@@ -52,27 +52,27 @@ def bilateral_fleishman(
     """p_i <- p_i + n_i sum_j f(|p_j - p_i|) g(h_ij) h_ij / sum_j f g with h_ij = n_i . (p_j - p_i), repeatedly [fleishman2003].
 
     f is the space, g the range kernel, n_i the mean of the normals around i weighted by area. The sums go over the vertices that
-    are within sqrt(2) `space_sigma` and joined to i by edges between such vertices; i itself is not among them, since kernels
-    such as "l1" would have it outweigh all others. All vertices move at once, each along its normal, so that triangles keep
-    their shape, but closed surfaces shrink a little with each step.
+    are within sqrt(2) `space_sigma` and joined to i by edges between such vertices, without i, which would outweigh all others
+    with kernels such as "l1". All vertices move at once, each along its normal. This keeps the shape of triangles, but shrinks
+    closed surfaces a little with each step.
 
     Args:
         vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles, oriented alike: a vertex around which the normals cancel stays.
+        faces: (m, 3) triangles, consistently oriented. A vertex stays if the normals around it cancel out.
         range_kernel: g; kernels whose psi returns to 0 ("tukey", "gaussian", the truncated ones) keep features best.
         space_kernel: f.
         range_sigma: scale of g in mesh units. Larger flattens larger features. None: from the median height of neighbours in the
-            input, a robust estimate of their noise, right where most of the surface is smooth.
+            input, a robust estimate of the noise of mostly smooth surfaces.
         space_sigma: scale of f in mesh units. Larger averages over more; the time grows with its square. None: sqrt(2) mean
             edges, the paper's sigma_c being one mean edge.
         iterations: steps. More are smoother and shrink more; the time is proportional.
-        border: "along": border vertices see the border alone, still along the normals of their faces; see `BorderPolicy`.
-        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        border: "along" averages border vertices over the border alone, but moves them along their normals; see `BorderPolicy`.
+        movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         progress: called after every step.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: those that no face uses, that are not `movable`, on a fixed
-        border, or with nothing within reach. Deterministic, for any number of threads.
+        (n, 3) float64. Vertices that do not move keep every bit: unused, not `movable`, on a fixed border, or without neighbours
+        within reach. Deterministic, for any number of threads.
 
     Raises:
         FilterInputError: not a mesh, no such kernel or policy, a scale or number out of range.
@@ -110,10 +110,10 @@ def bilateral_jones(
 ) -> Floats:
     """Replace p by sum_q a_q f(|c_q - p|) g(|P_q(p) - p|) P_q(p) / sum_q a_q f g over the triangles q, once [jones2003].
 
-    a_q is the area of q, c_q its centre, P_q the projection to the plane through c_q. The normals of these planes are mollified:
-    they are those of the mesh with each vertex at sum a_q f'(|c_q - p|) c_q / sum a_q f', where f' is f with half the sigma. The
-    sums go over the triangles with centres within sqrt(2) sigma, found by place: neither a manifold nor a connected mesh is
-    needed, but of two sheets that near to each other only the range kernel keeps one from seeing the other.
+    a_q is the area of q, c_q its centre, P_q the projection onto the plane through c_q. The normals of the planes are mollified:
+    they belong to the mesh with each vertex at sum a_q f'(|c_q - p|) c_q / sum a_q f', where f' is f with half the sigma. The
+    sums go over the triangles with centres within sqrt(2) sigma, found in a grid. So the mesh need not be a manifold or
+    connected, but only the range kernel separates two sheets that are this near to each other.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -125,12 +125,12 @@ def bilateral_jones(
         space_sigma: scale of f in mesh units. Larger averages over more; the time grows with its square. None: 2 mean edges,
             which is sqrt(2) in the paper's normalisation.
         border: "fixed" or "free".
-        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        movable: (n,) bool, which vertices may move, None for all. Triangles of fixed vertices still count.
         progress: called after the mollification and at the end.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: those that no face uses, that are not `movable`, on a fixed
-        border, or with nothing within reach. Deterministic, for any number of threads.
+        (n, 3) float64. Vertices that do not move keep every bit: unused, not `movable`, on a fixed border, or without triangles
+        within reach. Deterministic, for any number of threads.
 
     Raises:
         FilterInputError: not a mesh, no such kernel or policy, or a scale out of range.
@@ -160,20 +160,20 @@ def bilateral_jones(
 
 
 class Term(NamedTuple):
-    """A kernel by its number, and its scale in the unit of the coordinates that it is applied to."""
+    """The number of a kernel, and its scale in the unit of the coordinates."""
 
     code: int
     sigma: float
 
 
 def space_term(kernel: KernelName, sigma: float | None, scale: float, automatic: float) -> Term:
-    """The kernel of distances in coordinates that are `scale` times as large as the mesh; sigma None for the automatic one."""
+    """Returns the space kernel for coordinates that are `scale` times as large as the mesh; sigma None means `automatic`."""
     check_choice("space_kernel", kernel, KERNEL_NAMES)
     return Term(KERNEL_CODES[kernel], _scaled("space_sigma", sigma, scale, automatic))
 
 
 def range_term(kernel: KernelName, sigma: float | None, scale: float, heights: Floats, share: float) -> Term:
-    """The kernel of heights, as `space_term`; the automatic sigma is a share of that of 95 % efficiency, 0 without noise."""
+    """Returns the range kernel, see `space_term`; sigma None takes a share of the sigma of 95 % efficiency, 0 without noise."""
     check_choice("range_kernel", kernel, KERNEL_NAMES)
     deviation = robust_deviation(heights) if sigma is None and len(heights) else 0.0
     if deviation < np.finfo(np.float64).eps:
@@ -200,12 +200,12 @@ def _moving(mesh: NormalisedMesh, border: BorderPolicy) -> Ints:
 
 
 class _HeightNeighbours(NamedTuple):
-    """The vertices that move, the one-rings whose heights they average, and `ring_ends`, of which their normals are made."""
+    """The moving vertices, the one-rings whose heights they average, and the `ring_ends` that give their normals."""
 
     moving: Ints
     offsets: Longs
     neighbours: Ints
-    on_curve: Bools  # (n,) the vertices that average over their neighbours along the border alone
+    on_curve: Bools  # (n,) which vertices average over their border neighbours alone
     curve_offsets: Longs
     curve_neighbours: Ints
     end_offsets: Longs
@@ -233,7 +233,7 @@ def _heights(points: Floats, around: _HeightNeighbours, heights: Floats) -> None
 
 @compiled(parallel=True)
 def _step(points: Floats, out: Floats, around: _HeightNeighbours, space: Term, height: Term) -> None:
-    """One step of all vertices at once, from `points` to `out`."""
+    """Moves all vertices at once by one step, from `points` to `out`."""
     moving = around.moving
     count = moving.shape[0]
     blocks = min(_BLOCKS, 1 + count // 1024)
@@ -251,7 +251,7 @@ def _step(points: Floats, out: Floats, around: _HeightNeighbours, space: Term, h
 
 @compiled
 def _normal(points: Floats, i: int, around: _HeightNeighbours) -> tuple[float, float, float]:
-    """The unit normal of the faces around i, weighted by area; 0 if they have none."""
+    """Returns the unit normal of the faces around i, weighted by area, or 0 if their normals cancel out."""
     end_offsets, ends = around.end_offsets, around.ends
     x = y = z = 0.0
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
@@ -279,7 +279,7 @@ def _mean_height(
     space: Term,
     term: Term,
 ) -> float:
-    """The weighted mean height of the vertices within reach of i, breadth first; `seen` and `queue` have room for all of them."""
+    """Returns the weighted mean height of the vertices within reach of i, by breadth-first search with n `seen` and `queue`."""
     offsets, neighbours = around.offsets, around.neighbours
     if around.on_curve[i]:
         offsets, neighbours = around.curve_offsets, around.curve_neighbours
@@ -311,19 +311,19 @@ def _mean_height(
 
 
 class _Triangles(NamedTuple):
-    """The triangles with an area, in the order of their cells: the 27 around a vertex, as wide as the kernel, are 9 ranges."""
+    """The triangles with an area, sorted by grid cells of the kernel's radius: the 27 cells around a vertex are 9 ranges."""
 
     centres: Floats  # (m, 3)
     normals: Floats  # (m, 3) unit normals
     areas: Floats  # (m,)
-    keys: Longs  # (m,) int64 the number of each one's cell, ascending
-    low: Floats  # (3,) where the first cell begins
+    keys: Longs  # (m,) int64 the cell index of each triangle, ascending
+    low: Floats  # (3,) the lowest corner of the grid
     size: float  # the side of a cell
     shape: Longs  # (3,) int64, the number of cells along the axes
 
     @staticmethod
     def of(points: Floats, faces: Ints, reach: float, shape_of: Floats) -> "_Triangles":
-        """The triangles of a mesh in cells of at least `reach`; their normals with the vertices at `shape_of`."""
+        """Returns the triangles of a mesh in cells of at least `reach`, with the normals of the mesh of vertices `shape_of`."""
         areas = np.linalg.norm(cross_products(points, faces), axis=1) / 2.0
         normals, has_normal = _normals(shape_of, faces)
         whole = np.flatnonzero(has_normal & (areas > 0.0))
@@ -339,20 +339,20 @@ class _Triangles(NamedTuple):
 
 
 def _normals(points: Floats, faces: Ints) -> tuple[Floats, Bools]:
-    """(m, 3) the unit normals of triangles, and (m,) which have one."""
+    """Returns (m, 3) the unit normals of triangles, and (m,) which triangles have one."""
     vectors = cross_products(points, faces)
     lengths = np.linalg.norm(vectors, axis=1)
     return vectors / np.maximum(lengths, 1e-100)[:, None], lengths > 1e-100
 
 
 def _estimated(points: Floats, which: Ints, triangles: _Triangles, space: Term, height: Term | None) -> Floats:
-    """(n, 3) the points, some at the weighted mean of their projections to near planes; without `height`, of their centres."""
+    """Returns (n, 3) the points, those of `which` at the weighted mean of their projections, or of centres without `height`."""
     out = points.copy()
     _estimate(points, out, which, triangles, space, height or space, height is None)
     return out
 
 
-# A fifth of the time of `_estimate` less than by numpy's search, which looks for what is no number.
+# This search saves a fifth of the time of `_estimate` compared with numpy's, which also handles NaN.
 @compiled
 def _first_not_below(keys: Longs, key: int) -> int:
     start, stop = 0, keys.shape[0]
@@ -372,7 +372,7 @@ def _estimate(points: Floats, out: Floats, which: Ints, triangles: _Triangles, s
     for m in prange(which.shape[0]):
         i = which[m]
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        # A corner is at most two thirds of a median from its centre, which may be some cells: hence the clamps.
+        # The clamps are needed because a corner may be some cells outside of the grid of centres.
         cx = min(max(np.int64((px - low[0]) / size), 0), shape[0] - 1)
         cy = min(max(np.int64((py - low[1]) / size), 0), shape[1] - 1)
         cz = min(max(np.int64((pz - low[2]) / size), 0), shape[2] - 1)

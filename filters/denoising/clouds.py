@@ -1,4 +1,4 @@
-"""Bilateral projection of point clouds: every point along its normal, to where its neighbours say the surface is."""
+"""Bilateral projection of point clouds: moves each point along its normal to the surface that its neighbours predict."""
 
 from collections.abc import Iterator
 from itertools import islice
@@ -17,7 +17,7 @@ from ..neighbours import nearest_neighbours
 from ..robust import KernelName, kernel_weight
 from .bilateral import REACH, Term, range_term, space_term
 
-# Of the sigma of 95 % efficiency, as for the heights of one-rings in `bilateral_fleishman`.
+# Share of the sigma of 95 % efficiency, as for one-rings in `bilateral_fleishman`.
 _SHARE = 0.5
 
 
@@ -46,25 +46,25 @@ def bilateral_projection(
 ) -> Floats:
     """p_i <- p_i + n_i sum_j f(|p_j - p_i|) g(h_ij) h_ij / sum_j f g with h_ij = n_i . (p_j - p_i), repeatedly.
 
-    The filter of [fleishman2003] for points without triangles: the sums go over the nearest neighbours of each point, found anew
-    in every iteration. With the degree 2 the height that p_i moves by is the value at 0 of the polynomial of second degree in the
-    tangential coordinates that fits the h_ij best, least squares with the weights f g: an osculating jet [cazals2005]. Where it
-    would pass on more noise than p_i has, as beyond a border, it is a plane, and then their mean.
+    This is the filter of [fleishman2003] without triangles: the sums go over the nearest neighbours of each point, searched again
+    in every iteration. Degree 2 fits the heights h_ij by a polynomial of second degree in the tangential coordinates, least
+    squares with the weights f g, and moves p_i by its value at 0: an osculating jet [cazals2005]. If it would pass on more noise
+    than p_i has, as beyond a border, it is replaced by a plane, and the plane by the mean.
 
     Args:
         points: (n, 3) coordinates.
-        normals: (n, 3) of any length and sign, kept through all iterations; a point whose normal is 0 stays. None: estimated
-            anew in every iteration, see `normals_of`.
-        neighbors: how many, less than n. More average over more and take longer.
+        normals: (n, 3) of any length and sign, kept through all iterations; a point with the normal 0 stays. None: estimated
+            again in every iteration, see `normals_of`.
+        neighbors: number of neighbours, below n. More of them average over a larger region and take longer.
         range_kernel: g; see `bilateral_fleishman`.
         space_kernel: f.
         range_sigma: scale of g in the unit of the points. Larger flattens larger features. None: from the median height of the
             neighbours in the input.
-        space_sigma: scale of f in the unit of the points. Larger weighs distant neighbours more like near ones. None: such that
-            the kernel's reach, sqrt(2) sigma, is the mean distance of the farthest neighbour.
+        space_sigma: scale of f in the unit of the points. Larger makes the weights of near and distant neighbours more equal.
+            None: the kernel's radius, sqrt(2) sigma, is the mean distance of the farthest neighbour.
         iterations: steps. More are smoother; the time is proportional.
         degree: 1 or 2. Quadrics follow curvature, and need four times as many neighbours for the same noise.
-        movable: (n,) bool, which points may move, None for all. The others are seen by those that do.
+        movable: (n,) bool, which points may move, None for all. Fixed points still count as neighbours.
         progress: called after every step.
 
     Returns:
@@ -98,9 +98,9 @@ def projections(
     scale: float = 1.0,
     movable: Bools | None = None,
 ) -> Iterator[Floats]:
-    """The points after each iteration of `bilateral_projection`, without end; none if there is nothing to remove.
+    """Yields the points after each iteration of `bilateral_projection`, without end, or nothing if there is nothing to remove.
 
-    Arguments as there, but that the points are of ordinary size, one unit of the sigmas as long as `scale` in them.
+    The arguments are the same, but the points are of ordinary size, and the sigmas are multiplied by `scale`.
     """
     moves = np.ones(len(points), dtype=np.bool_) if movable is None else movable
     now, space, height = points, None, None
@@ -119,7 +119,7 @@ def projections(
 
 
 def estimated_range_sigma(points: Floats, normals: Floats | None, neighbors: int, kernel: KernelName) -> float:
-    """What `bilateral_projection` takes for the range sigma; arguments as `projections`. 0 if there is nothing to remove."""
+    """Returns the default range sigma of `bilateral_projection`, 0 if there is nothing to remove; arguments as `projections`."""
     _, indices = nearest_neighbours(points, neighbors)
     axes = normals_of(points, indices) if normals is None else normals
     return range_term(kernel, None, 1.0, _heights_of(points, axes, indices), _SHARE).sigma
@@ -132,39 +132,39 @@ def _heights_of(points: Floats, normals: Floats, indices: Ints) -> Floats:
 
 
 def normals_of(points: Floats, indices: Ints) -> Floats:
-    """(m, 3) unit normals, each the direction in which a point and its neighbours vary least; signs are arbitrary.
+    """Returns (m, 3) unit normals, each the direction of least variance of a point and its neighbours, of arbitrary sign.
 
-    Where neighbours coincide, or lie on a line, so is the direction. The (m, k) neighbours are those of the first m points, at
-    least 2 each. More are steadier and round off edges.
+    If the neighbours coincide or lie on a line, the direction is arbitrary, too. `indices` has the (m, k) neighbours of the first
+    m points, k at least 2. More neighbours give steadier normals and round off edges.
     """
     normals = np.empty((len(indices), 3))
     for part in blocks(len(indices)):
         covariances = np.empty((part.stop - part.start, 3, 3))
         over_range(_covariances, len(covariances), points, indices, part.start, covariances)
-        # In units of their own, lest tiny neighbourhoods underflow; ascending eigenvalues, so the first vector varies least.
+        # Scaled, so that tiny neighbourhoods do not underflow. Eigenvalues ascend, so the first vector has the least variance.
         sizes = np.abs(covariances).max(axis=(1, 2), keepdims=True)
         normals[part] = np.linalg.eigh(covariances / np.where(sizes > 0.0, sizes, 1.0))[1][:, :, 0]
     return normals
 
 
 def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
-    """(m, 3) unit normals, each the mean of one and those of its neighbours, which are turned to its side, as MeshLab does it.
+    """Returns (m, 3) unit normals, each the mean of a normal and its neighbours' normals, flipped to its side as in MeshLab.
 
-    The (m, k) neighbours are those of the first m of (n, 3) unit normals of any sign.
+    `indices` has the (m, k) neighbours of the first m of (n, 3) unit normals of any sign.
     """
     smooth = np.empty((len(indices), 3))
     for part in blocks(len(indices)):
-        own = normals[part]
-        sums = own.copy()
-        for theirs in indices[part].T:
-            other = normals[theirs]
-            sums += np.where(np.einsum("ij,ij->i", own, other) > 0.0, 1.0, -1.0)[:, None] * other
+        reference = normals[part]
+        sums = reference.copy()
+        for column in indices[part].T:
+            other = normals[column]
+            sums += np.where(np.einsum("ij,ij->i", reference, other) > 0.0, 1.0, -1.0)[:, None] * other
         smooth[part] = sums
     return unit_normals(smooth, len(indices))
 
 
 def unit_normals(normals: ArrayLike, n: int) -> Floats:
-    """(n, 3) the normals with the length 1, those of 0 as they are; `FilterInputError` if they are not one a point."""
+    """Returns (n, 3) the normals with length 1, 0 stays 0; `FilterInputError` if their number is not n."""
     directions = check_points(normals)
     if directions.shape != (n, 3):
         raise FilterInputError(f"normals must have the shape ({n}, 3), one a point, got {directions.shape}")
@@ -177,7 +177,7 @@ def _covariances(points: Floats, indices: Ints, first: int, covariances: Floats,
     count = indices.shape[1] + 1
     for m in range(begin, end):
         i = first + m
-        # Differences from the point itself: far from the origin nothing is lost.
+        # Differences from the point itself keep their digits far from the origin.
         mx = my = mz = xx = xy = xz = yy = yz = zz = 0.0
         for k in range(indices.shape[1]):
             j = indices[i, k]
@@ -252,7 +252,7 @@ def _project(
         if degree > 1:
             for k in range(count):
                 samples[3, k] /= largest
-            # A polynomial that passes on more noise than the point has itself is extrapolated.
+            # A polynomial that passes on more noise than the point has would extrapolate.
             height, _ = height_of_quadric(samples, count, 1.0, work)
         for c in range(3):
             out[i, c] = points[i, c] + height * normals[i, c]

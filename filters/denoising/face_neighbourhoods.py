@@ -1,4 +1,4 @@
-"""The faces around a face: across its edges, at its vertices, in k rings, or within a radius, straight or along the surface."""
+"""Neighbourhoods of faces: across edges, at vertices, in k rings, or within a Euclidean or geodesic radius."""
 
 import math
 from collections.abc import Callable
@@ -14,22 +14,22 @@ from ..geometry import CENTRE, measure_faces, squared_length
 from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, order_by_place, order_of_faces, worth_reordering
 from ..topology import VertexFaces, border_vertices, vertex_faces
 
-#: "edge": the faces that share an edge with it. "vertex": those that share a vertex. "two_ring" and "three_ring": two and three
-#: steps between faces that share a vertex. "radius": those whose centres lie within a distance, reached by steps between such
-#: faces alone. "geodesic": those within a distance along the surface, see `_visit_within`.
+#: "edge": faces that share an edge. "vertex": faces that share a vertex. "two_ring", "three_ring": faces within two or three
+#: steps between faces that share a vertex. "radius": faces with centres within a distance, connected by such faces. "geodesic":
+#: faces within a distance along the surface, see `_visit_within`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 
-#: How many steps between faces that share a vertex the others are.
+#: Largest number of steps, between faces that share a vertex, in each neighbourhood without a radius.
 RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
 _WITHOUT_LIMIT = 1 << 30
-# In a radius of two mean distances of centres lies about one ring of faces at a vertex.
+# A radius of two mean distances of centres has about one ring of faces that share a vertex.
 _DISTANCES_OF_RING = 2.0
-# Of a vertex and its faces the passes read so many times as much as three coordinates: a row of 8 numbers for each of two faces.
+# For each vertex the passes read six times its three coordinates: rows of 8 numbers for two faces.
 _SIZE = 6
 
 
 class FaceNeighbourhoods(NamedTuple):
-    """The faces around every face i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once, without i, nearer rings first."""
+    """The neighbours of each face i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once, without i, nearer rings first."""
 
     offsets: Longs  # (m + 1,) int64
     neighbours: Ints  # int32
@@ -38,9 +38,9 @@ class FaceNeighbourhoods(NamedTuple):
 def face_neighbourhoods(
     faces: Ints, at_vertices: VertexFaces, kind: Neighborhood, *, centres: Floats | None = None, radius: float = 0.0
 ) -> FaceNeighbourhoods:
-    """The neighbourhood of every face, in time linear in the neighbours; `at_vertices` is `vertex_faces`.
+    """Returns the neighbourhood of each face in time linear in the number of neighbours; `at_vertices` is `vertex_faces`.
 
-    "radius" and "geodesic" take the (m, 3) centres of the faces and their largest distance. Larger is slower, by its square.
+    "radius" and "geodesic" need the (m, 3) centres of the faces and a `radius`. The time grows with the square of the radius.
 
     Raises:
         FilterInputError: no such neighbourhood, or no radius.
@@ -61,10 +61,10 @@ def face_neighbourhoods(
 
 
 def _listed(count: int, kernel: Callable[..., None], *arguments: Any) -> FaceNeighbourhoods:
-    """The neighbours of `count` faces, by ``kernel(*arguments, offsets, neighbours, first, last)``, called twice for each part.
+    """Lists the neighbours of `count` faces by two calls of ``kernel(*arguments, offsets, neighbours, first, last)``.
 
-    First the neighbours are empty, and it writes the number of neighbours of face i to ``offsets[i + 1]``; then it writes them
-    from ``offsets[i]`` on.
+    In the first call `neighbours` is empty, and the kernel writes the number of neighbours of face i to ``offsets[i + 1]``. In
+    the second call it writes the neighbours from ``offsets[i]`` on.
     """
     offsets = np.zeros(count + 1, dtype=np.int64)
     over_range(kernel, count, *arguments, offsets, np.empty(0, dtype=np.int32))
@@ -75,15 +75,15 @@ def _listed(count: int, kernel: Callable[..., None], *arguments: Any) -> FaceNei
 
 
 def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> float:
-    """The mean distance of the centres of two faces that share an edge, by a table of `measure_faces`; 0 if no two faces do."""
+    """Returns the mean distance of the centres of edge neighbours, by the table of `measure_faces`; 0 without such neighbours."""
     sums = centre_distance_sums(table, edge_neighbours)
     count = len(edge_neighbours.neighbours)
-    # Exact, so that the order of the faces does not matter; the buffer gives its numbers faster than the array does.
+    # An exact sum does not depend on the order of the faces. Iterating over the buffer is faster than over the array.
     return math.fsum(sums.data) / count if count else 0.0
 
 
 def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> Floats:
-    """(m,) for each face the sum of the distances of its centre from those of its neighbours."""
+    """Returns (m,) for each face the sum of the distances of its centre from the centres of its neighbours."""
     sums: Floats = np.empty(len(table))
     over_range(_sum_distances, len(table), table[:, CENTRE], *edge_neighbours, sums)
     return sums
@@ -91,23 +91,23 @@ def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
 
 @dataclass(frozen=True)
 class Adjacency:
-    """Which faces of a mesh are neighbours, for all passes of a filter, and all that filter meshes with the same faces."""
+    """The face neighbourhoods of a mesh, shared by all filter passes on meshes with the same faces."""
 
-    # None, or (k,) a permutation: point i here is point ``places[i]`` of the normalised mesh, so that neighbours lie near each
-    # other in memory. No result depends on it.
+    # None, or (k,) a permutation: point i here is point ``places[i]`` of the normalised mesh. It puts neighbours near each other
+    # in memory and changes no result.
     places: Ints | None
-    faces: Ints  # (m, 3) the triangles, by the numbers of the points here
-    at_vertices: VertexFaces  # the faces at every point, by the same numbers, in the order of the faces of the mesh
-    on_border: Bools  # (n,) the points on a border
-    ends: bool = True  # whether the surface ends at the border; not if this is cut out of a larger one
+    faces: Ints  # (m, 3) the triangles, as indices of the permuted points
+    at_vertices: VertexFaces  # the faces at each permuted point, in the order of the faces of the mesh
+    on_border: Bools  # (n,) which points are on a border
+    ends: bool = True  # whether the surface ends at the border; False if the mesh is cut out of a larger one
     face_places: Ints | None = None  # None, or (m,) a permutation: triangle f here is triangle ``face_places[f]`` of the mesh
     _kept: dict[Neighborhood, FaceNeighbourhoods] = field(default_factory=dict, repr=False)
 
     @staticmethod
     def of(mesh: NormalisedMesh, *, ends: bool = True, sweeps: int = 0) -> "Adjacency":
-        """Of triangles, the faces in an order in which neighbours are near each other if that is worth it for the `sweeps`.
+        """Returns the adjacency of a triangle mesh. It reorders faces for locality in memory if that pays for the `sweeps`.
 
-        0 forbids that: a sum around a face or a vertex has the same bits then, one over all faces may not.
+        0 sweeps forbid this. Reordering keeps the bits of sums around a face or a vertex, but not those of a sum over all faces.
         """
         sorts_faces = worth_reordering(mesh.cells, len(mesh), sweeps, size=_SIZE)
         reorders = sorts_faces or worth_reordering(mesh.cells, len(mesh))
@@ -123,30 +123,30 @@ class Adjacency:
         return Adjacency(places, faces, at_vertices, on_border, ends, face_places)
 
     def around(self, kind: Neighborhood) -> FaceNeighbourhoods:
-        """The neighbourhoods of any kind that has no radius."""
+        """Returns the neighbourhoods of a kind without a radius."""
         if kind not in self._kept:
             self._kept[kind] = face_neighbourhoods(self.faces, self.at_vertices, kind)
         return self._kept[kind]
 
     def within(self, kind: Neighborhood, points: Floats, radius: float) -> FaceNeighbourhoods:
-        """Any neighbourhoods, the radius in mean distances of the centres of the (n, 3) points."""
+        """Returns the neighbourhoods of any kind; the radius is in mean distances of the face centres at the (n, 3) points."""
         if kind in RINGS_OF_NEIGHBORHOOD:
             return self.around(kind)
         table = measure_faces(points, self.faces)
         reach = radius * mean_centre_distance(table, self.around("edge"))
         if not reach > 0.0:
-            # All centres coincide, so that a radius selects nothing.
+            # All centres coincide, so a radius selects nothing.
             return self.around("vertex")
         return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=table[:, CENTRE], radius=reach)
 
     def cut_off(self, kind: Neighborhood, radius: float) -> Ints:
-        """The faces, ascending, whose neighbourhoods the end of the surface cuts off; the radius is that of `within`."""
+        """Returns the faces, ascending, with neighbourhoods that the border cuts off; the radius is that of `within`."""
         near = self.on_border & self.ends
-        found = near[self.faces].any(axis=1)
-        for _ in range(1, RINGS_OF_NEIGHBORHOOD.get(kind, math.ceil(radius / _DISTANCES_OF_RING)) if found.any() else 0):
-            near[self.faces[found]] = True
-            found = near[self.faces].any(axis=1)
-        return np.flatnonzero(found).astype(np.int32)
+        cut = near[self.faces].any(axis=1)
+        for _ in range(1, RINGS_OF_NEIGHBORHOOD.get(kind, math.ceil(radius / _DISTANCES_OF_RING)) if cut.any() else 0):
+            near[self.faces[cut]] = True
+            cut = near[self.faces].any(axis=1)
+        return np.flatnonzero(cut).astype(np.int32)
 
 
 @compiled(nogil=True)
@@ -162,7 +162,7 @@ def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floa
 def _visit_touching(
     faces: Ints, at_vertices: VertexFaces, whole_edges: bool, offsets: Longs, neighbours: Ints, first: int, last: int
 ) -> None:
-    """The faces that share a vertex with each, or if `whole_edges` an edge, for `_listed`; where they touch first."""
+    """Lists for `_listed` the faces that share a vertex, or an edge if `whole_edges`, each at the first place of contact."""
     row_offsets, rows = at_vertices
     for i in range(first, last):
         a, b, c = faces[i, 0], faces[i, 1], faces[i, 2]
@@ -174,7 +174,7 @@ def _visit_touching(
                 p, q = rows[k, 1], rows[k, 2]
                 has_following, has_before = p == following or q == following, p == before or q == before
                 if whole_edges:
-                    # A face with all three corners has been met at the first edge.
+                    # A face with the same three corners was listed at the first edge.
                     if not has_following or (corner > 0 and has_before):
                         continue
                 elif (corner > 0 and has_before) or (corner == 2 and has_following):
@@ -198,7 +198,7 @@ def _visit(
     first: int,
     last: int,
 ) -> None:
-    """The faces within some steps of each face, and within the root of a square if there are centres, for `_listed`."""
+    """Lists for `_listed` the faces within `rings` steps, and with `centres` only those within a squared distance."""
     near_offsets, near = touching
     seen = np.full(near_offsets.shape[0] - 1, -1, dtype=np.int32)
     queue = np.empty(64, dtype=np.int32)
@@ -232,11 +232,11 @@ def _visit(
 def _visit_within(
     touching: FaceNeighbourhoods, centres: Floats, radius: float, offsets: Longs, neighbours: Ints, first: int, last: int
 ) -> None:
-    """The faces j around every face i with d(i, j) <= radius, d the length of the shortest path of steps from centre to centre.
+    """Lists for `_listed` the faces j with d(i, j) <= radius, where d is the length of the shortest path along face centres.
 
-    A step goes to a face that shares a vertex. On a plane of equal triangles paths are up to 3.6 % longer than straight lines,
-    across a right angle up to 29 % shorter. A face whose path has become shorter passes this on, until none has: with few faces
-    this is faster than a queue. Faces are listed in the order of the search; for `_listed`.
+    A path steps between faces that share a vertex. On a plane of equal triangles paths are up to 3.6 % longer than straight
+    lines, across a right angle up to 29 % shorter. Shortened paths are passed on until none changes, which for few faces is
+    faster than a priority queue. Faces are listed in the order of the search.
     """
     near_offsets, near = touching
     seen = np.full(centres.shape[0], -1, dtype=np.int32)

@@ -1,6 +1,6 @@
-"""Impulse noise taken away: few vertices that are off by far, as those of stray measurements. Filters that keep edges keep them.
+"""Removes impulse noise: a few vertices far off the surface, as from stray measurements, which edge-preserving filters keep.
 
-`points` are vertices in mean edges, `normals` those of a smoothed copy; what is true or false of vertices is an (n,) array.
+`points` are vertices in mean edges, `normals` are those of a smoothed copy, and masks of vertices are (n,) arrays.
 """
 
 import math
@@ -18,13 +18,13 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import VertexFaces, edges, faces_across, one_rings, referenced_vertices, vertex_faces
 from .noise_level import smooth_normals
 
-#: "keep": vertices that stand out are filtered like the others. "replace": they are put where the others say, and all filtered.
-#: "only": the same, and nothing but they moves.
+#: "keep" filters outliers like other vertices. "replace" first moves outliers to their predicted positions, then filters all
+#: vertices. "only" does the same, but moves nothing besides outliers.
 Outliers: TypeAlias = Literal["keep", "replace", "only"]
 
-# Outliers are looked for again up to so many times, or until at most this share of them changes.
+# The search for outliers is repeated up to `_LOOKS` times, or until at most this share of them changes.
 _LOOKS, _HARDLY_ANY = 4, 0.02
-# Those that stand out most hide others: so many passes, or until at most this share of all vertices is found.
+# Large outliers hide smaller ones: up to `_PASSES` passes, or until a pass finds at most this share of all vertices.
 _PASSES, _HARDLY_MORE = 20, 1e-4
 _ROUNDING = 1e-6
 
@@ -38,14 +38,13 @@ def without_outliers(
     movable: Bools | None = None,
     certain: Bools | None = None,
 ) -> Floats:
-    """Filter a mesh, its outliers no evidence; with `outliers` "keep" `smooth` filters once.
+    """Returns (n, 3) vertices filtered by `smooth` without the influence of outliers; "keep" just filters once.
 
-    1. Put the vertices that stand out where a quadric expects them, `replace_outlying`, and filter: z. 2. At edges a quadric
-    takes vertices for outliers that are none, and misses others; a filter that keeps edges does not. So those count that are
-    `far_from` z, or were outliers before, since a filter that takes details is far from all, and that are `flattening` on z. Put
-    them there, also along the surface, `put_back_along`, all others where they were, and filter again, a few times, since
-    outliers that were missed mislead the filter. Vertices that are `certain` are outliers in any case: then the mesh is a trial,
-    and the others are looked for but once.
+    1. `replace_outlying` moves outliers to predicted positions; the filter then gives z. 2. At edges the prediction finds false
+    outliers and misses true ones, an edge-preserving filter does not. So new candidates are the vertices `far_from` z, and the
+    previous outliers, since a filter that takes details is far from all vertices. Candidates that are `flattening` on z, after
+    `put_back_along`, are outliers. They move there, other vertices return to the input, and the filter runs again: a few times,
+    since missed outliers mislead it, or once if some vertices are `certain` to be outliers, as in a trial with held-out ones.
     """
     check_choice("outliers", outliers, Outliers)
     if outliers == "keep":
@@ -55,13 +54,13 @@ def without_outliers(
         for _ in range(_LOOKS if certain is None else 1):
             smoothed = smooth(calmed, movable)
             if np.array_equal(smoothed, calmed):
-                return calmed  # without a filter there is nothing to find them by again
+                return calmed  # a filter without effect gives no reference for another search
             before, normals = outlying, smooth_normals(smoothed, faces)
-            found = far_from(vertices, faces, smoothed, normals, before)
+            far = far_from(vertices, faces, smoothed, normals, before)
             if movable is not None:
-                found &= movable
-            smoothed = put_back_along(smoothed, faces, normals, found)
-            outlying = flattening(vertices, smoothed, faces, found | before)
+                far &= movable
+            smoothed = put_back_along(smoothed, faces, normals, far)
+            outlying = flattening(vertices, smoothed, faces, far | before)
             outlying = outlying if certain is None else outlying | certain
             calmed = np.where(outlying[:, None], smoothed, vertices)
             if np.count_nonzero(outlying != before) <= _HARDLY_ANY * np.count_nonzero(outlying):
@@ -70,11 +69,11 @@ def without_outliers(
 
 
 def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, outlying: Bools) -> Bools:
-    """(n,) the vertices that are by far farther from the (n, 3) smoothed ones, along the normals, than those around them.
+    """Returns (n,) which vertices are much farther from the (n, 3) smoothed ones, along the normals, than their surroundings.
 
-    The level is three deviations of vertices that are not `outlying`, (n,), at least 0.05 edges. With m the median of the heights
-    h in the two rings around, and d that of |h - m|, a vertex is far if |h| is above the level, and |h - m| above it and 4 d: not
-    where a filter changes a place as a whole, as by rounding a narrow edge. Then the next ones are looked for, without it.
+    The level is three deviations of the vertices that are not `outlying`, at least 0.05 edges. Let m be the median of the heights
+    h in two rings and d that of |h - m|. A vertex is far if |h| is above the level and |h - m| above the level and 4 d. This
+    excludes places that the filter changes as a whole, such as a rounded edge. The search repeats without the vertices found.
     """
     heights = np.einsum("ij,ij->i", vertices - smoothed, normals)
     rings, used = one_rings(faces, len(vertices)), referenced_vertices(faces, len(vertices))
@@ -83,19 +82,20 @@ def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, o
     level = max(tuned.STANDS_OUT * deviation, tuned.WEAK * mean_edge_length(vertices, faces))
     far = np.zeros(len(vertices), dtype=np.bool_)
     for _ in range(_PASSES):
-        found = ~far & (np.abs(heights) > level)
-        middles, spreads = medians_around(heights, rings, far, found, 0.0)
-        found &= np.abs(heights - middles) > np.maximum(level, tuned.CLIP * spreads)
-        far |= found
-        if np.count_nonzero(found) <= _HARDLY_MORE * len(heights):
+        more = ~far & (np.abs(heights) > level)
+        middles, spreads = medians_around(heights, rings, far, more, 0.0)
+        more &= np.abs(heights - middles) > np.maximum(level, tuned.CLIP * spreads)
+        far |= more
+        if np.count_nonzero(more) <= _HARDLY_MORE * len(heights):
             break
     return used & far
 
 
 def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None) -> tuple[Floats, Bools]:
-    """Put the vertices that stand out where a quadric through those around them expects them; the others keep every bit.
+    """Returns (n, 3) the vertices with outliers moved to their predicted positions, and (n,) which are outliers.
 
-    Returns the (n, 3) vertices, and (n,) which are `outlying_vertices` and, so moved, `flattening`.
+    Outliers are `outlying_vertices` whose move is `flattening`. The prediction is the quadric through the surrounding vertices.
+    Other vertices keep every bit.
     """
     edge = mean_edge_length(vertices, faces)
     used = referenced_vertices(faces, len(vertices))
@@ -115,9 +115,9 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
 
 
 def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> Floats:
-    """(n, 3) the vertices, outliers put back along the surface by a share of the way to the mean of their neighbours.
+    """Returns (n, 3) the vertices, outliers moved along the surface by a share of the way to the mean of their neighbours.
 
-    That is (s^2 - t^2) / s^2, the best of all shares [james1961], for ways s of outliers and t of others in the root mean square.
+    The share (s^2 - t^2) / s^2 is the best one [james1961]; s and t are the root mean square ways of outliers and other vertices.
     """
     others = referenced_vertices(faces, len(vertices)) & ~outlying
     if not others.any() or not outlying.any():
@@ -127,21 +127,21 @@ def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Boo
     inside, along = (means_of_others(vertices, near, every, outlying) for near in (rings, border))
     ways = np.where(np.diff(border.offsets)[:, None] > 0, along, inside) - vertices
     ways -= np.einsum("ij,ij->i", ways, normals)[:, None] * normals
-    # In mean edges, so that no square is too small or too large for a number.
+    # In mean edges, so that squares neither underflow nor overflow.
     lengths = np.linalg.norm(ways / (mean_edge_length(vertices, faces) or 1.0), axis=1)
     of_others, of_outliers = (float(np.mean(lengths[which] ** 2)) for which in (others, outlying))
-    # Ways that are hardly longer are by chance.
+    # Hardly longer ways are chance.
     share = 1.0 - of_others / of_outliers if tuned.LARGER * of_others < of_outliers else 0.0
     return np.where(outlying[:, None], vertices + share * ways, vertices)
 
 
 def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
-    """(n,) the vertices that stand out, and without which their neighbours are better known.
+    """Returns (n,) which vertices have a large residual and make the prediction of their neighbours worse.
 
-    The size s of a vertex is that of its `height_residuals`. It stands out if s is the largest of its one-ring, more than three
-    times the median of the two rings around, and more than three times the deviation of the mesh, median s / 0.6745. It is an
-    outlier if the sum of the s^2 of its neighbours falls without it: the tip of a spike tells nothing of the surface, that of a
-    cone does. Then the next ones are looked for, without it. Of Gaussian noise it is about one vertex in a thousand.
+    Let s be the absolute `height_residuals`. A vertex is a candidate if its s is the largest in its one-ring, above three times
+    the median of two rings, and above three times the deviation of the mesh, median s / 0.6745. It is an outlier if the sum of
+    s^2 of its neighbours falls without it. This tells the tip of a spike from that of a cone, which belongs to the surface. The
+    search is repeated without the outliers found so far. In Gaussian noise about one vertex in a thousand is an outlier.
     """
     rings, pairs = one_rings(faces, len(points)), edges(faces)
     (first, second), used = pairs.T, referenced_vertices(faces, len(points))
@@ -152,20 +152,20 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
         largest = used & ~hidden & (sizes > level)
         a, b = pairs[largest[pairs].all(axis=1)].T
         largest[a[sizes[a] < sizes[b]]] = largest[b[sizes[b] < sizes[a]]] = False
-        found = largest & (sizes > tuned.STANDS_OUT * medians_around(sizes, rings, hidden | ~used, largest, np.inf)[0])
-        without = np.abs(height_residuals(points, rings, normals, hidden | found))
-        change = np.where(hidden | found, 0.0, without**2 - sizes**2)
+        large = largest & (sizes > tuned.STANDS_OUT * medians_around(sizes, rings, hidden | ~used, largest, np.inf)[0])
+        without = np.abs(height_residuals(points, rings, normals, hidden | large))
+        change = np.where(hidden | large, 0.0, without**2 - sizes**2)
         of_rings = np.bincount(first, change[second], len(points)) + np.bincount(second, change[first], len(points))
-        accepted = found & (of_rings < 0.0)
+        accepted = large & (of_rings < 0.0)
         hidden |= accepted
         if np.count_nonzero(accepted) <= _HARDLY_MORE * len(points):
             break
-        sizes = without if np.array_equal(accepted, found) else np.abs(height_residuals(points, rings, normals, hidden))
+        sizes = without if np.array_equal(accepted, large) else np.abs(height_residuals(points, rings, normals, hidden))
     return hidden
 
 
 def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, scored: Bools) -> tuple[float, float]:
-    """The median sizes of `height_residuals` beside an outlier and elsewhere: alike with spikes, not where noise is uneven."""
+    """Returns the median absolute `height_residuals` beside outliers and elsewhere: alike for impulses, not for uneven noise."""
     sizes = np.abs(height_residuals(points, one_rings(faces, len(points)), normals, outlying))
     beside, counted = with_neighbours(outlying, edges(faces)), scored & ~outlying
     near, far = (float(np.median(sizes[which])) if which.any() else 0.0 for which in (counted & beside, counted & ~beside))
@@ -173,11 +173,11 @@ def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, 
 
 
 def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bools:
-    """(n,) those of some vertices whose moves to the (n, 3) places `moved` make the surface flatter, each by itself.
+    """Returns (n,) which vertices of the mask `which` flatten the surface, each by itself, by a move to the (n, 3) `moved`.
 
-    The roughness around a vertex is the sum of |n_f - n_g| over the edges of its faces, f and g the faces at an edge. Taking a
-    spike away lowers it, rounding or denting an edge does not. Of adjacent vertices the one that lowers it most moves, then all
-    are looked at again, those that have moved whether they had better go back.
+    The roughness around a vertex is the sum of |n_f - n_g| over the edges of its faces, where f and g share the edge. Removing a
+    spike lowers it, rounding or denting an edge does not. Among adjacent vertices only the one with the largest gain moves. The
+    test is then repeated for all vertices; a moved one may go back.
     """
     gone = np.zeros(len(points), dtype=np.bool_)
     candidates = np.flatnonzero(which).astype(np.int32)
@@ -210,7 +210,7 @@ def _measure_gains(
             for g in across[f]:
                 if g >= 0:
                     change = _bend(points, points, faces, i, f, g) - _bend(points, moved, faces, i, f, g)
-                    # An edge at the vertex is met from both of its faces.
+                    # An edge at the vertex is counted from both of its faces.
                     inner = faces[g, 0] == i or faces[g, 1] == i or faces[g, 2] == i
                     gains[i] += 0.5 * change if inner else change
 

@@ -1,7 +1,7 @@
-"""How noisy a mesh of (n, 3) vertices and (m, 3) triangles is, and whether there is noise at all, seen from the mesh alone.
+"""Estimates the noise of a mesh of (n, 3) vertices and (m, 3) triangles from the mesh alone, and detects clean meshes.
 
-Noise moves neighbouring vertices independently, a surface together. So noise is what differences of fourth order leave, in which
-a surface of moderate curvature nearly cancels out; and what neighbours have in common of that is surface.
+Noise is independent between neighbouring vertices, the surface is not. In differences of fourth order a surface of moderate
+curvature nearly cancels out and noise remains. Residuals that correlate between neighbours belong to the surface.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from ..topology import edges, face_adjacency, one_rings, referenced_vertices, ve
 from .face_neighbourhoods import face_neighbourhoods
 from .normal_filter import mean_normals
 
-# Squares of residuals are averaged so many times over the one-rings, and count up to so many times their median.
+# Squared residuals are clipped at `CLIP` times their median and averaged over the one-rings `AVERAGED` times.
 AVERAGED, CLIP = 4, 9.0
-# Vertices so near to where the others expect them, in mean edges, lie on an exact plane; smaller angles are rounding.
+# A prediction error below this number of mean edges means an exact plane, an angle below it in radians is rounding.
 _EXACT = 1e-4
-#: how many rings of faces around a vertex decide on its `smooth_normals`
+#: number of rings of faces around a vertex on which its `smooth_normals` depend
 RINGS_OF_SMOOTH_NORMALS = 13
 
 
@@ -33,12 +33,12 @@ class NoiseEstimate(NamedTuple):
 
     Attributes:
         level: the standard deviation of the vertices along the normals, in mean edges, from the median of the residuals: sharp
-            features and outliers count little. 0.1 is a good laser scanner, 0.3 a bad one; from 0.6 faces fold.
-        length: the same in mesh units.
-        deviation: the same from the mean square, so that outliers count in full: more than 1.2 times the level where few vertices
+            features and outliers count little. A good laser scanner has 0.1, a bad one 0.3; from 0.6 on faces fold.
+        length: the level in mesh units.
+        deviation: the same from the mean square, so that outliers count in full: more than 1.2 times the level if a few vertices
             are far off, up to 1.1 times on shapes with many sharp edges.
-        tangential: the standard deviation along a tangent, in mean edges. Above `level` vertices are spread unevenly, as in range
-            maps and meshes of machine parts; it says nothing of the surface.
+        tangential: the standard deviation along a tangent, in mean edges. Above `level` vertices are spaced unevenly, as in range
+            maps and meshes of machine parts; this does not describe the surface.
     """
 
     level: float
@@ -48,27 +48,27 @@ class NoiseEstimate(NamedTuple):
 
 
 def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
-    """Measure the noise of a mesh from the mesh alone.
+    """Estimates the noise of a mesh from the mesh alone.
 
-    The differences of `FourthOrder` have the standard deviation of independent noise; the level is the median of their sizes
-    along `smooth_normals`, over 0.6745. Spatially correlated noise, as of depth cameras, looks like a surface and is not seen.
-    Known noise of 0.2 to 0.5 edges is found within 4 % on machine parts and figures; where sharp edges are near most vertices
-    weak noise is overrated, 0.1 edges by 28 % on a cube of 16 edges to a side.
+    The differences of `FourthOrder` have the standard deviation of independent noise. The level is the median of their absolute
+    values along `smooth_normals`, over 0.6745. Spatially correlated noise, as of depth cameras, looks like a surface and is not
+    measured. The error for noise of 0.2 to 0.5 edges is within 4 % on machine parts and figures. Where most vertices are near
+    sharp edges weak noise is overestimated: 0.1 edges by 28 % on a cube with 16 edges to a side.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
 
     Returns:
-        The estimate; all 0 of a mesh without inner vertices.
+        The estimate; all 0 for a mesh without inner vertices.
 
     Raises:
         FilterInputError: not a mesh.
     """
-    found = _residuals(vertices, faces)
-    if found is None:
+    residuals = _residuals(vertices, faces)
+    if residuals is None:
         return NoiseEstimate(0.0, 0.0, 0.0, 0.0)
-    fourth, edge, *parts = found
+    fourth, edge, *parts = residuals
     heights, across = (part[fourth.inner] for part in parts)
     level = float(np.median(np.abs(heights))) / tuned.MEDIAN_OF_NORMAL
     deviation, tangential = np.sqrt((heights**2).mean()), np.sqrt(0.5 * (across**2).sum(axis=1).mean())
@@ -76,17 +76,17 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
 
 
 class FourthOrder(NamedTuple):
-    """Differences of fourth order: with U the mean over the one-ring and B = (1 - U)^2 those of p are (B p)_i / |B_i|."""
+    """Differences of fourth order (B p)_i / |B_i|, where B = (1 - U)^2 and U is the mean over the one-ring."""
 
     pairs: Ints  # (e, 2) the edges
-    inner: Bools  # (n,) the vertices that have neighbours, none of them on a border, where one-rings are half rings
+    inner: Bools  # (n,) which vertices have complete one-rings around them: they and their neighbours are not on a border
     means: sparse.csr_matrix  # (n, n) the matrix U
     square: sparse.csr_matrix  # (n, n) the matrix B
     norms: Floats  # (n,) the Euclidean norms |B_i| of its rows
 
     @staticmethod
     def of(faces: Ints, n: int) -> FourthOrder:
-        """On a mesh of n vertices with (m, 3) triangles."""
+        """Returns the operator of a mesh of n vertices with (m, 3) triangles."""
         pairs = edges(faces)
         means = ring_means(pairs, n)
         first = sparse.identity(n, format="csr") - means
@@ -95,16 +95,16 @@ class FourthOrder(NamedTuple):
         return FourthOrder(pairs, far_from_border(faces, n, rings=1), means, square, norms)
 
     def differences(self, points: Floats) -> Floats:
-        """(n, 3) (B p)_i / |B_i|."""
+        """Returns (n, 3) the differences (B p)_i / |B_i|."""
         differences = points - self.means @ points
         differences -= self.means @ differences
         return np.asarray(differences / np.where(self.norms > 0.0, self.norms, 1.0)[:, None])
 
     def correlation(self, heights: Floats, counted: Bools) -> float:
-        """How much (n,) residuals h of neighbours that count agree, more than those of independent noise would.
+        """Returns the correlation of (n,) residuals h between counted neighbours, minus that of independent noise.
 
-        It is the mean of h_i h_j over the edges, over the mean of h^2, less what independent noise gives, the mean of
-        (B B^T)_ij / (|B_i| |B_j|), about -0.3. Edges and details add to it, the less the more noise there is. 0 where h is 0.
+        It is the mean of h_i h_j over the edges divided by the mean of h^2, minus the value of independent noise. That value, the
+        mean of (B B^T)_ij / (|B_i| |B_j|), is about -0.3. Edges and details raise the result, noise lowers it. 0 if all h are 0.
         """
         i, j = self.pairs[counted[self.pairs].all(axis=1)].T
         square = float((heights[counted] ** 2).mean()) if counted.any() else 0.0
@@ -116,7 +116,7 @@ class FourthOrder(NamedTuple):
 
 
 def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, float, Floats, Floats] | None:
-    """`FourthOrder`, the mean edge, and differences in it, (n,) along `smooth_normals`, (n, 3) across; None if none is inner."""
+    """Returns `FourthOrder`, mean edge, and differences in it: (n,) along normals, (n, 3) across; None without inner vertices."""
     points, triangles = check_mesh(vertices, faces)
     edge = mean_edge_length(points, triangles)
     fourth = FourthOrder.of(triangles, len(points)) if edge > 0.0 else None
@@ -129,26 +129,26 @@ def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, floa
 
 
 def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
-    """How much residuals of neighbours agree, see `FourthOrder.correlation`: of all inner vertices, and in the calmest third.
+    """Returns the `FourthOrder.correlation` of all inner vertices and of the calmest third.
 
-    Edges and details do not hide weak noise there; of pure noise it is 0.07. Both are 0 without inner vertices.
+    In the calmest third edges and details do not hide weak noise; pure noise has 0.07 there. Both are 0 without inner vertices.
     """
-    found = _residuals(vertices, faces)
-    if found is None:
+    residuals = _residuals(vertices, faces)
+    if residuals is None:
         return 0.0, 0.0
-    fourth, _, heights, _ = found
+    fourth, _, heights, _ = residuals
     means = _means_around(heights**2, fourth.inner, fourth.pairs)
     calm = fourth.inner & (means <= np.quantile(means[fourth.inner], 1.0 / 3.0))
     return fourth.correlation(heights, fourth.inner), fourth.correlation(heights, calm)
 
 
 def _means_around(squares: Floats, counted: Bools, pairs: Ints) -> Floats:
-    """(n,) means over some rings of those of (n,) squares that count, each of them clipped."""
+    """Returns (n,) means of the counted squares over some rings, each square clipped."""
     return local_means(np.minimum(squares, CLIP * np.median(squares[counted])), counted, pairs, times=AVERAGED)
 
 
 def ring_means(pairs: Ints, n: int, weight: float = 1.0) -> sparse.csr_matrix:
-    """(n, n) the matrix U of means over the one-rings of (e, 2) edges, times the weight."""
+    """Returns (n, n) the matrix U of the means over the one-rings of (e, 2) edges, times the weight."""
     rows = np.concatenate([pairs[:, 0], pairs[:, 1]])
     columns = np.concatenate([pairs[:, 1], pairs[:, 0]])
     degrees = np.maximum(np.bincount(rows, minlength=n), 1)
@@ -156,11 +156,11 @@ def ring_means(pairs: Ints, n: int, weight: float = 1.0) -> sparse.csr_matrix:
 
 
 def smooth_normals(points: Floats, faces: Ints, *, whole: Whole | None = None) -> Floats:
-    """(n, 3) unit normals of the vertices of a smoothed copy of the mesh; 0 where no face is.
+    """Returns (n, 3) unit normals of the vertices of a smoothed copy of the mesh, 0 for vertices without faces.
 
-    Five pairs of Taubin's steps and two means over the faces at the vertices of a face leave normals within a few degrees of the
-    truth up to noise of 0.8 edges. Of a part of the `whole`, see `taubin_fairing`, vertices with `RINGS_OF_SMOOTH_NORMALS` rings
-    of faces around them get the bits of the whole.
+    The copy has five pairs of Taubin steps; its face normals are averaged twice over the faces that share a vertex. Up to noise
+    of 0.8 edges the normals are within a few degrees of the truth. In a part of the `whole`, see `taubin_fairing`, vertices with
+    `RINGS_OF_SMOOTH_NORMALS` rings of faces around them get the same bits as in the whole.
     """
     smooth = taubin_fairing(points, faces, iterations=5, border="along", whole=whole)
     around = face_neighbourhoods(faces, vertex_faces(faces, len(points)), "vertex")
@@ -173,12 +173,12 @@ def smooth_normals(points: Floats, faces: Ints, *, whole: Whole | None = None) -
 
 
 def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored: Bools) -> float:
-    """The level of noise along the normals that a twentieth of the (n,) `scored` vertices stays below, in the unit of the points.
+    """Returns the noise level along the normals in the calmest twentieth of the (n,) `scored` vertices, in units of the points.
 
-    The squares of `height_residuals` estimate the variance of the noise at a vertex, and are averaged over the vertices around.
-    Where the surface is calm, without details and edges, noise alone is left. Exact planes do not count, unless they are half of
-    the mesh. It is a fifth to a third below the standard deviation of even noise; 0 if no vertex counts. The (n, 3) points have a
-    mean edge of 1, the (m, 3) triangles or (e, 2) edges are there once, the (n, 3) unit normals are those of a smoothed copy.
+    The squares of `height_residuals`, averaged over the surrounding vertices, estimate the noise variance. Where the surface is
+    calm, without details and edges, only noise is left. Exact planes do not count, unless they are half of the mesh. The level is
+    a fifth to a third below the standard deviation of even noise; 0 without scored vertices. The (n, 3) points have a mean edge
+    of 1, the (m, 3) triangles or (e, 2) edges are unique, the (n, 3) unit normals are those of a smoothed copy.
     """
     which = np.flatnonzero(scored).astype(np.int32)
     if not len(which):
@@ -187,14 +187,14 @@ def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored
     squares = np.zeros(len(points))
     squares[which] = heights**2 / (1.0 + gains**2)
     rough = squares > _EXACT**2
-    # Planes that a program has put in, such as the base of a scan, say nothing of the rest.
+    # Planes added by a program, such as the base of a scan, do not show the noise of the rest.
     counted = rough if np.count_nonzero(rough) > 0.5 * len(which) else scored
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     return float(np.sqrt(np.quantile(_means_around(squares, counted, pairs)[counted], tuned.CALMEST)))
 
 
 def is_designed(points: Floats, faces: Ints) -> bool:
-    """Whether a mesh of ordinary size is planes of two faces and more, without noise: one vertex in a hundred moved spoils it."""
+    """Whether a mesh of ordinary size consists of exact planes: 99 % of its faces have a coplanar neighbour."""
     pairs, _ = face_adjacency(faces)
     first, second = face_normals(points, faces)[pairs.T]
     flat = (np.linalg.norm(np.cross(first, second), axis=1) < _EXACT) & (np.einsum("ij,ij->i", first, second) > 0.0)

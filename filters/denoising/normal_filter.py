@@ -1,6 +1,6 @@
-"""Filters of face normals: every normal becomes a weighted mean of those around it. The settings, the weights, the mean.
+"""Filters of face normals: settings, weights, and the weighted mean of each normal and its neighbours.
 
-At borders, where a one-sided mean is biased inwards, a local linear fit takes its place.
+At borders a one-sided mean is biased inwards; a local linear fit replaces it there.
 """
 
 import math
@@ -17,11 +17,11 @@ from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName, exponential, weigh
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, FaceNeighbourhoods, Neighborhood
 
-#: Kernels of the distance between centres: those of the table, or none at all.
+#: Kernels of the distance between centres: an M-estimator, or "constant" for no kernel.
 SpaceKernel: TypeAlias = KernelName | Literal["constant"]
 SPACE_KERNELS: tuple[str, ...] = ("constant", *KERNEL_NAMES)
 
-#: The deviation x of a normal from another: "euclidean" |n - m| (0 to 2), "angle" (0 to pi), "squared" |n - m|^2 (0 to 4).
+#: The deviation x of two normals n and m: "euclidean" |n - m| (0 to 2), "angle" (0 to pi), "squared" |n - m|^2 (0 to 4).
 RangeMeasure: TypeAlias = Literal["euclidean", "angle", "squared"]
 
 #: "mean": weights are areas alone [belyaev2001]. "unilateral": areas and a kernel of the deviation of normals [yadav2021].
@@ -30,40 +30,40 @@ RangeMeasure: TypeAlias = Literal["euclidean", "angle", "squared"]
 #: "vertex_normals": bilateral, on the normals of vertices; a face gets the mean of its corners'. It is there to compare with.
 NormalFilterMethod: TypeAlias = Literal["mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"]
 _GAUSSIAN = KERNEL_CODES["gaussian"]
-# Weights of about so many neighbours are found at once: few enough to stay at hand.
+# About this number of neighbours is weighted at once: few enough to stay in the cache.
 _MORE = 256
-# To the second moments of the centres is added this share of their sum, so that faces in a row have a trend along it alone.
+# This share of the trace is added to the second moments of the centres, so that faces in a row have a trend along the row only.
 _RIDGE = 0.02
-# The part of the shift by the trend that is taken away is 1 - this times its variance over its square, or none [james1961].
+# The mean moves towards the trend by the share 1 - `_DOUBT` * variance / squared shift, at least 0 [james1961].
 _DOUBT = 2.0
-# A trend has three numbers a component.
+# Number of coefficients of a trend for each component.
 _NUMBERS = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class NormalFilter:
-    """How face normals are filtered: n_i <- normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j), `normal_iterations` times.
+    """Settings of n_i <- normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j), repeated `normal_iterations` times.
 
-    The sum goes over the faces j around face i, of area A and centre c; x_ij is the deviation of their normals; see
-    `weighted_normals`. Where a border cuts these faces off the mean follows the trend of the normals, see `_follow_trend`. The
-    defaults are those of [zheng2011] in their authors' code.
+    The sum goes over the faces j around face i, with area A and centre c; x_ij is the deviation of their normals, see
+    `weighted_normals`. If a border cuts off the neighbourhood, the mean follows the trend of the normals, see `_follow_trend`.
+    The defaults are those of the authors' code of [zheng2011].
 
     Attributes:
-        method: how weights come about; see `NormalFilterMethod`.
+        method: definition of the weights; see `NormalFilterMethod`.
         range_kernel: g; not used by "mean". Kernels that reach 0 ("truncated_l1", "truncated_l2", "tukey") keep edges; "huber",
             "lorentzian" and "gaussian" suit smooth shapes.
         space_kernel: f; not used by "mean" and "unilateral".
-        range_measure: how the deviation x of two normals is measured.
+        range_measure: definition of the deviation x of two normals.
         range_sigma: the scale of g, in the unit of the measure. Larger smooths more and across sharper features. For "gaussian"
             the standard deviation.
-        range_floor: smaller deviations count as this one, in the unit of the measure. Above 0 it keeps "l1" and "truncated_l1",
-            whose weight is 1 / x, from locking the normals of two faces that happen to agree; 0.03 does them good.
+        range_floor: lower bound of the deviations, in the unit of the measure. "l1" and "truncated_l1" have the weight 1 / x and
+            would lock two normals that agree by chance; a bound such as 0.03 prevents this.
         space_sigma: the scale of f, in mean distances of the centres of faces that share an edge. Larger smooths larger details,
             as far as the neighbourhood reaches. For "gaussian" the standard deviation.
-        neighborhood: which faces are averaged over; see `Neighborhood`. Larger smooths larger details, and costs in proportion.
-            With "vertex_normals" rings of vertices: one for "edge" and "vertex", two, or three; distances are then in mean edges.
+        neighborhood: the faces to average over; see `Neighborhood`. Larger smooths larger details, and costs in proportion.
+            With "vertex_normals" it means rings of vertices, one for "edge" and "vertex"; distances are then in mean edges.
         radius: for the neighbourhoods "radius" and "geodesic", in mean distances of the centres of the input.
-        normal_iterations: filter passes. More smooth more.
+        normal_iterations: number of filter passes. More smooth more.
 
     Raises:
         FilterInputError: a value that is not allowed.
@@ -96,24 +96,24 @@ class NormalFilter:
 
     @property
     def ignores_numbers_of_faces(self) -> bool:
-        """Whether results have the same bits however faces are numbered: 'guided' takes the lowest, 'vertex_normals' sums up."""
+        """Whether the order of the faces changes no bit. It does for ties of 'guided' and for sums of 'vertex_normals'."""
         return self.method not in ("guided", "vertex_normals")
 
 
 class Weighting(NamedTuple):
-    """How neighbours are weighted, as the kernels are told."""
+    """The weights of neighbours, in the form that the kernels need."""
 
-    range_code: int  # of the kernel of the deviation
+    range_code: int  # code of the range kernel
     range_scale: float
-    measure: int  # how the deviation is measured, by its place in `RangeMeasure`
-    floor: float  # smaller deviations count as this one
-    space_code: int  # of the kernel of the distance; below 0 for a constant
+    measure: int  # index in `RangeMeasure`
+    floor: float  # lower bound of the deviations
+    space_code: int  # code of the space kernel; below 0 for a constant
     space_scale: float  # in the unit of the centres
-    itself: bool  # whether face i is one of its own neighbours
+    itself: bool  # whether a face is one of its own neighbours
 
     @staticmethod
     def of(settings: NormalFilter, distance: float) -> "Weighting":
-        """That of a filter, for a mean distance of centres; a Gaussian's sigma is a standard deviation, unlike in `robust`."""
+        """Returns the weighting for a mean distance of centres. A Gaussian's sigma is a standard deviation, unlike in `robust`."""
         space = "constant" if settings.method == "unilateral" else settings.space_kernel
         return Weighting(
             KERNEL_CODES[settings.range_kernel],
@@ -122,14 +122,15 @@ class Weighting(NamedTuple):
             float(settings.range_floor),
             -1 if space == "constant" else KERNEL_CODES[space],
             _scale(space, settings.space_sigma * distance),
-            # A normal deviates from itself by 0, which outweighs all others in a kernel such as 1 / x; a guide is a mean.
+            # A normal's deviation from itself is 0, which would outweigh all others with a kernel such as 1 / x. A guide is a
+            # mean.
             settings.method in ("averaged", "guided"),
         )
 
 
 def _scale(kernel: str, sigma: float) -> float:
     scale = math.sqrt(2.0) * sigma if kernel == "gaussian" else float(sigma)
-    # With a scale of 0 nothing but equal normals count.
+    # With a scale near 0 only equal normals count.
     return max(scale, 1e-150)
 
 
@@ -142,15 +143,15 @@ def weighted_normals(
     guide: Floats | None = None,
     cut_off: Ints | None = None,
 ) -> Floats:
-    """One pass of n_i' = normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j), (m, 3); where all weights are 0 the normal as it was.
+    """Returns (m, 3) n_i' = normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j); a normal stays if all its weights are 0.
 
-    The normals of the (m, 8) table of `measure_faces`, which has A and c, are overwritten. The deviation x_ij is that of the (m,
-    3) guide or the normals themselves. At faces that are `cut_off` by a border the mean follows a trend, see `_follow_trend`.
+    The (m, 8) table of `measure_faces` has A and c; its normals are overwritten. The deviation x_ij is measured on the (m, 3)
+    guide, or on the normals without one. At faces that are `cut_off` by a border the mean follows a trend, see `_follow_trend`.
     """
     result = np.empty_like(normals)
-    # One row of 8 numbers, in which deviations are measured on the normal, is most that the kernel fetches of a neighbour.
+    # The table row then has nearly all that the kernel reads of a neighbour.
     table[:, NORMAL] = normals if guide is None else guide
-    # The arrays of `_neighbour_weights` hold the neighbours of any one face, and some more.
+    # The arrays of `_neighbour_weights` have room for the largest neighbourhood, and some more.
     size = _MORE + int(np.diff(neighbourhoods.offsets).max(initial=0)) + weighting.itself
     arguments = table if guide is None else normals, table, neighbourhoods, weighting, size, result
     over_range(_weighted_means, len(normals), *arguments)
@@ -160,14 +161,14 @@ def weighted_normals(
 
 
 def mean_normals(normals: Floats, table: Floats, neighbourhoods: FaceNeighbourhoods) -> Floats:
-    """(m, 3) the mean of each normal and its neighbours', weighted by area alone [belyaev2001]; see `weighted_normals`."""
+    """Returns (m, 3) the mean of each normal and its neighbours, weighted by area [belyaev2001]; see `weighted_normals`."""
     result = np.empty_like(normals)
     table[:, NORMAL] = normals
     over_range(_means, len(normals), table, *neighbourhoods, result)
     return result
 
 
-# A kernel of its own, without the distances and deviations of the next.
+# A separate kernel, since it needs no distances and deviations.
 @compiled(nogil=True)
 def _means(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats, first: int, last: int) -> None:
     for i in range(first, last):
@@ -213,12 +214,12 @@ def _weighted_means(
 
 
 class _Room(NamedTuple):
-    """Arrays for what `_neighbour_weights` finds."""
+    """Work arrays of `_neighbour_weights`."""
 
     near: Ints  # the neighbours
     weights: Floats  # their weights
-    squares: Floats  # of the deviations of their normals
-    distances: Floats  # squared, of their centres
+    squares: Floats  # squared deviations of their normals
+    distances: Floats  # squared distances of their centres
 
 
 @compiled(nogil=True)
@@ -228,20 +229,20 @@ def _make_room(size: int) -> _Room:
 
 @compiled(nogil=True)
 def _faces_with_room(offsets: Longs, first: int, last: int, itself: bool, room: int) -> int:
-    """The end of the faces from `first` on whose neighbours have room; one face at least."""
+    """Returns the end of the range of faces from `first` on whose neighbours fit into the arrays; at least one face."""
     stop = first + 1
     while stop < last and offsets[stop + 1] - offsets[first] + (stop + 1 - first if itself else 0) <= room:
         stop += 1
     return stop
 
 
-# Each step is a loop of its own over arrays in a row, which is done for several neighbours at once. Short loops take longer: so
-# it goes over the neighbours of several faces. Unsigned indices need no look whether they count from the end.
+# Each step is a separate loop over contiguous arrays, so that it is vectorised, and over the neighbours of several faces, since
+# short loops are slower. Unsigned indices save the test for negative ones.
 @compiled(nogil=True, error_model="numpy")
 def _neighbour_weights(
     first: int, last: int, rows: Floats, neighbourhoods: FaceNeighbourhoods, weighting: Weighting, room: _Room
 ) -> int:
-    """How many neighbours the faces of `_faces_with_room` have; writes these, a face itself first, and areas times kernels."""
+    """Writes the neighbours of some faces, the face itself first, and their weights, areas times kernels; returns the count."""
     offsets, neighbours = neighbourhoods
     range_code, range_scale, measure, floor, space_code, space_scale, itself = weighting
     near, weights, squares, distances = room
@@ -294,12 +295,11 @@ def _follow_trend(
     first: int,
     last: int,
 ) -> None:
-    """Put the value of a fit of first degree at the centre of some faces in the place of weighted means of normals.
+    """Replaces the weighted mean of normals of some faces by the value of a linear fit at the face centre.
 
-    With the weights w_j of the mean and x_j = c_j - c_i, the normals n_j are fitted by b + G x_j, least squares, a ridge on
-    G [cleveland1979]. The mean a lies off the fit at the face by G times the mean x, which is far from 0 at a border. With s^2
-    the variance of b - a by the residuals, a goes to a + max(0, 1 - 2 s^2 / |b - a|^2) (b - a): where the normals scatter so
-    much that no trend can be seen it stays.
+    With the weights w_j of the mean and x_j = c_j - c_i, least squares fit the normals n_j by b + G x_j, with a ridge on G
+    [cleveland1979]. The mean a differs from the fit b at the face by G times the mean x, which is far from 0 at a border. The
+    residuals give the variance s^2 of b - a. The result is a + max(0, 1 - 2 s^2 / |b - a|^2) (b - a): without a clear trend a.
     """
     room = _make_room(size)
     x, mean_x, solved, mean, at_face = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -326,7 +326,7 @@ def _follow_trend(
         ridge = _RIDGE * (second[0, 0] + second[1, 1] + second[2, 2])
         for u in range(3):
             second[u, u] += ridge
-        # As many neighbours of equal weight would have a mean of the same variance.
+        # The effective number of neighbours: so many of equal weight would have a mean of the same variance.
         number = total * total / squares if squares > 0.0 else 0.0
         if not (number > _NUMBERS and ridge > 0.0):
             continue
@@ -345,7 +345,7 @@ def _follow_trend(
             for u in range(3):
                 residual -= trend[v, u] * (x[u] + ridge * trend[v, u])
             mean[v] /= total
-            # The normals have a length of 1, so that their squares sum up to the weights.
+            # Normals have length 1, so the sum of their weighted squares is the total weight.
             residual += total * (at_face[v] * at_face[v] - 2.0 * at_face[v] * mean[v])
             shift += (at_face[v] - mean[v]) * (at_face[v] - mean[v])
         residual = max(0.0, (residual + total) / total)
@@ -363,7 +363,7 @@ def _follow_trend(
 
 @compiled(nogil=True)
 def _factor(matrix: Floats) -> None:
-    """Cholesky's factor of a positive definite matrix, in the place of its lower triangle."""
+    """Replaces the lower triangle of a positive definite matrix by its Cholesky factor."""
     for a in range(3):
         for b in range(a + 1):
             rest = matrix[a, b]

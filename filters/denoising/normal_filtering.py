@@ -1,7 +1,7 @@
-"""Denoising in two steps: the face normals are filtered, then the vertices are fitted to them; again, in rounds.
+"""Denoising by rounds of two steps: filters the face normals, then fits the vertices to them.
 
-Guides are, for every face, the mean normal of the most even patch around that contains it [zhang2015]. Filtering on vertices
-instead of faces is there for comparison: at a crease vertex normals are means across it [yadav2021].
+The guide of a face is the mean normal of the most uniform patch that contains it [zhang2015]. The filter of vertex normals is
+here for comparison only, since vertex normals average across creases [yadav2021].
 """
 
 import math
@@ -23,13 +23,13 @@ from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, Adjacency, FaceNeighbour
 from .normal_filter import NormalFilter, Weighting, mean_normals, weighted_normals
 from .vertex_update import VertexUpdate, fit_vertices
 
-# Keeps the measure of a patch without any bend from being 0 / 0.
+# Prevents 0 / 0 in the measure of a flat patch.
 _EPSILON = 1e-9
-# The corners of a face that a round folds over go back to where they were. That may fold others, for which it is looked so often.
+# The corners of a face that a round folds go back. This may fold other faces, so the test is repeated this number of times.
 _LOOKS = 2
-# The rings of the means on which deviations are measured.
+# The rings of faces on which the guide normals depend.
 _RINGS_OF_GUIDE = {"averaged": 1, "guided": 3}
-# Points that are normalised already are normalised by this box without the change of a bit.
+# With this box the normalisation of normalised points changes no bit.
 _AS_THEY_ARE = Whole(np.full(3, -0.25), np.full(3, 0.25))
 
 
@@ -45,28 +45,28 @@ def normal_filtering(
     progress: Progress = ignore_progress,
     **normal_filter: Any,
 ) -> Floats:
-    """Filter the face normals, fit the vertices to them, and again, `outer_iterations` times.
+    """Filters the face normals and fits the vertices to them, `outer_iterations` times.
 
-    Areas, centres and normals are measured anew at the start of every outer iteration. The defaults are those of [zheng2011] in
-    their authors' code: once 20 passes, then 10 steps. Many outer iterations of one pass each keep features better, since every
-    pass sees normals that a surface has.
+    Areas, centres and normals are measured at the start of each outer iteration. The defaults are those of the authors' code of
+    [zheng2011]: 20 passes, then 10 steps, once. Many outer iterations of one pass keep features better, since each pass then
+    starts from normals of an actual surface.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        vertex_iterations: steps of the vertices an outer iteration. More fit more closely, and follow errors of the normals more.
-        outer_iterations: how often the two are repeated.
-        vertex_update: how vertices are fitted; see `VertexUpdate`.
-        border: "fixed": border vertices stay. "along": they move along the mean normal of their faces alone, so that the outline
-            stays seen from above. "free": they move like any other.
-        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        vertex_iterations: vertex steps in each outer iteration. More fit the normals more closely, including their errors.
+        outer_iterations: number of rounds. More are smoother.
+        vertex_update: method of the fit; see `VertexUpdate`.
+        border: "fixed": border vertices stay. "along": they move along the mean normal of their faces only, so that the outline
+            seen from above stays. "free": they move like any other.
+        movable: (n,) bool, which vertices may move, None for all. Faces of fixed vertices still count.
         progress: called after every pass and every fit; may raise to stop.
         **normal_filter: the attributes of `NormalFilter`, by name: ``method="guided", normal_iterations=5``. Its
-            `normal_iterations` are those of one outer iteration, its distances those of the mesh as it is by then.
+            `normal_iterations` are those of one outer iteration, its distances are measured in each one.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: those that no face uses, that are not `movable`, or on a fixed
-        border. Deterministic, for any number of threads.
+        (n, 3) float64. Vertices that do not move keep every bit: unused, not `movable`, or on a fixed border. Deterministic, for
+        any number of threads.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -101,9 +101,9 @@ def normal_filtering(
 def filter_face_normals(
     vertices: ArrayLike, faces: ArrayLike, *, progress: Progress = ignore_progress, **normal_filter: Any
 ) -> Floats:
-    """(m, 3) the filtered unit normals of the faces, the vertices left alone; arguments as of `normal_filtering`.
+    """Returns (m, 3) the filtered unit normals of the faces and moves no vertex; arguments as of `normal_filtering`.
 
-    A face without area, whose own normal is 0, gets the normal of its surroundings, or 0 if it has none.
+    A face without area has the normal 0 and gets that of its surroundings, or 0 without neighbours.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -136,10 +136,9 @@ def rounds(
     distance: float | None = None,
     progress: Progress = ignore_progress,
 ) -> Iterator[Floats]:
-    """The points after one round of `normal_filtering`, after two, and so on without end; none if no point may move.
+    """Yields the points after each round of `normal_filtering`, without end, or nothing if no point may move.
 
-    The mesh is in the order of `adjacency`; `progress` gets the share of a round. Corners of a face that a round would turn over
-    keep their place.
+    The mesh is in the order of `adjacency`; `progress` gets the share of a round. Corners of a face that a round would fold stay.
     """
     moves = np.diff(adjacency.at_vertices.offsets) > 0
     if mesh.movable is not None:
@@ -164,12 +163,12 @@ def rounds(
         )
         for _ in range(1 + _LOOKS):
             measure_faces(after, adjacency.faces, table)
-            found = _folded(adjacency, table)
-            corners = adjacency.faces[found & ~folded]
+            still_folded = _folded(adjacency, table)
+            corners = adjacency.faces[still_folded & ~folded]
             if len(corners) == 0:
                 break
             after[corners] = now[corners]
-        now, folded = after, found
+        now, folded = after, still_folded
         yield now
 
 
@@ -178,7 +177,7 @@ def _folded(adjacency: Adjacency, table: Floats) -> Bools:
 
 
 class NormalPasses:
-    """The passes of a filter of face normals in the order of `adjacency`; of a part, with the mean `distance` of centres."""
+    """The passes of a filter of face normals, in the order of `adjacency`; a part needs the mean `distance` of the whole."""
 
     def __init__(self, points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> None:
         self._settings, self._adjacency, self._distance, faces = settings, adjacency, distance, adjacency.faces
@@ -192,13 +191,13 @@ class NormalPasses:
             self._cut_off = adjacency.cut_off(settings.neighborhood, settings.radius)
 
     def filtered(self, points: Floats, table: Floats, progress: Progress) -> Floats:
-        """(m, 3) the filtered unit normals of the faces; the normals of the table of `measure_faces` are overwritten."""
+        """Returns (m, 3) the filtered unit normals of the faces; overwrites the normals of the table of `measure_faces`."""
         if self._settings.method != "vertex_normals":
             return self._passed(table, progress)
         faces = self._adjacency.faces
         normals = self._passed(measure_vertices(points, faces, table), progress)
         means = unit_vectors(normals[faces].sum(axis=1))
-        # A face whose vertices' normals cancel out keeps its own.
+        # A face keeps its normal if the normals of its vertices cancel out.
         return np.where(means.any(axis=1, keepdims=True), means, table[:, NORMAL])
 
     def _passed(self, table: Floats, progress: Progress) -> Floats:
@@ -221,11 +220,11 @@ class NormalPasses:
 
 
 def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, edge_neighbours: FaceNeighbourhoods) -> Floats:
-    """(m, 3) the guide normal of every face: the mean, by area, of the most even patch of it and of the faces in its own.
+    """Returns (m, 3) the guide normal of each face: the area-weighted mean of the most uniform patch that contains the face.
 
-    The patch of a face is itself and its neighbours in `patches`, "vertex". It is the more even the smaller H = D R, with D the
-    largest |n_j - n_k| in it and R the largest over the sum of |n_j - n_k| over its edges: small where the bends are spread, near
-    1 where one edge has them all.
+    The patch of a face is the face and its neighbours in `patches`, "vertex". A patch is uniform if H = D R is small. D is the
+    largest |n_j - n_k| of two faces of the patch. R is the largest |n_j - n_k| over its inner edges divided by their sum: near 1
+    if one edge has the whole bend, small if it is spread.
     """
     measures, means, guides = np.empty(len(normals)), np.empty_like(normals), np.empty_like(normals)
     with threads_for(len(patches.neighbours)):
@@ -281,14 +280,14 @@ def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, g
         best = np.int32(i)
         for k in range(offsets[i], offsets[i + 1]):
             j = neighbours[k]
-            # Equal measures, as on exact planes, go to the patch around i itself, then to the lowest face.
+            # Among equal measures, as on exact planes, the patch of i itself wins, then that of the lowest face.
             if measures[j] < measures[best] or (measures[j] == measures[best] and best != i and j < best):
                 best = j
         guides[i, 0], guides[i, 1], guides[i, 2] = means[best, 0], means[best, 1], means[best, 2]
 
 
 def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeighbourhoods:
-    """The vertices at most that many edges away from every vertex, ascending, without itself."""
+    """Returns for each vertex the vertices at most `rings` edges away, ascending, without the vertex itself."""
     near, shape = one_rings(faces, n_vertices), (n_vertices, n_vertices)
     step = sparse.csr_matrix((np.ones(len(near.neighbours), dtype=np.bool_), near.neighbours, near.offsets), shape)
     around = step
@@ -300,7 +299,7 @@ def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeigh
 
 
 def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
-    """(n, 8) the table of `measure_faces` for vertices: the mean normal of the faces there by area, their area, coordinates."""
+    """Returns (n, 8) a table as of `measure_faces` for vertices: area-weighted mean normal, area of the faces, coordinates."""
     rows = np.zeros((len(vertices), 8))
     rows[:, AREA] = np.bincount(faces.ravel(), np.repeat(table[:, AREA], 3), len(vertices))
     rows[:, NORMAL] = mean_normals_at_vertices(table[:, AREA, None] * table[:, NORMAL], faces, len(vertices))
@@ -309,10 +308,10 @@ def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
 
 
 def rings_of_round(settings: NormalFilter, vertex_iterations: int) -> int:
-    """How many rings of faces around a vertex decide where one round takes it.
+    """Returns the number of rings of faces around a vertex on which its position after one round depends.
 
     Raises:
-        FilterInputError: a distance does, in place of a number of rings.
+        FilterInputError: the filter depends on a distance and not on a number of rings.
     """
     if settings.neighborhood not in RINGS_OF_NEIGHBORHOOD or settings.method == "vertex_normals":
         raise FilterInputError(f"neighborhood {settings.neighborhood!r} with method {settings.method!r} has no rings of faces")
@@ -321,7 +320,7 @@ def rings_of_round(settings: NormalFilter, vertex_iterations: int) -> int:
 
 
 def needs_distance(settings: NormalFilter) -> bool:
-    """Whether a round needs the mean distance of the centres of the whole mesh."""
+    """Whether a round needs the mean distance of face centres of the whole mesh."""
     return settings.method in ("bilateral", "averaged", "guided") and settings.space_kernel != "constant"
 
 
@@ -335,33 +334,34 @@ def round_of_part(
     vertex_update: VertexUpdate,
     border: BorderPolicy,
 ) -> Floats:
-    """(n, 3) the points after one round of `normal_filtering`; those with `rings_of_round` around them as in the whole.
+    """Returns (n, 3) the points of a part of a mesh after one round of `normal_filtering`.
 
-    Points and faces are in the order of the whole, the points normalised like it; the `distance` is the mean distance of centres
-    in the whole, if `needs_distance`.
+    Points with `rings_of_round` rings around them get the same bits as in the whole. Points and faces are in the order of the
+    whole, and the points are normalised like it. `distance` is the mean distance of face centres of the whole, if
+    `needs_distance`.
     """
     mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)
     adjacency = Adjacency.of(mesh)
     mesh = mesh.in_order(adjacency.places)
     how: dict[str, Any] = {"vertex_iterations": vertex_iterations, "vertex_update": vertex_update, "border": border}
-    found = rounds(mesh, adjacency, settings, distance=distance, **how)
+    results = rounds(mesh, adjacency, settings, distance=distance, **how)
     moved = points.copy()
-    moved[mesh.used] = next(found, mesh.points)
+    moved[mesh.used] = next(results, mesh.points)
     return moved
 
 
 def distances_of_part(points: Floats, faces: Ints, own: Bools) -> tuple[list[float], int]:
-    """Numbers with the exact sum of the distances of the centres of faces that share an edge, and how many distances that are.
+    """Returns the exact sum, as a list of numbers, of the centre distances of edge neighbours, and the number of distances.
 
-    They go over the `own` faces of a part, which have two rings around them; the points are normalised. The numbers of all parts,
-    in one `math.fsum`, give the sum over the whole, rounded once.
+    The sum goes over the `own` faces of a part, which have two rings around them; the points are normalised. One `math.fsum` over
+    the numbers of all parts gives the sum of the whole, rounded once.
     """
     mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)
     kept = np.isin(faces, mesh.used).all(axis=1)
     adjacency = Adjacency.of(mesh)
     edge = adjacency.around("edge")
     sums = centre_distance_sums(measure_faces(mesh.in_order(adjacency.places).points, adjacency.faces), edge)[own[kept]]
-    found: list[float] = []
-    while rest := math.fsum([*sums.tolist(), *(-part for part in found)]):
-        found.append(rest)
-    return found, int(np.diff(edge.offsets)[own[kept]].sum())
+    parts: list[float] = []
+    while rest := math.fsum([*sums.tolist(), *(-part for part in parts)]):
+        parts.append(rest)
+    return parts, int(np.diff(edge.offsets)[own[kept]].sum())

@@ -1,6 +1,6 @@
-"""All steps of denoising: rounding undone, outliers taken away, noise calmed, normals filtered, folds taken back.
+"""The steps of denoising in order: undoes rounding, removes outliers, relaxes, filters normals, and unfolds faces.
 
-Taubin's steps before normal filtering calm noise that would turn faces over.
+The relaxation is a number of Taubin steps, which reduce noise that would flip faces in normal filtering.
 """
 
 import math
@@ -20,13 +20,13 @@ from .noise_level import RINGS_OF_SMOOTH_NORMALS, NoiseEstimate, smooth_normals
 from .normal_filtering import normal_filtering
 from .rounding import RoundingPolicy, without_rounding
 
-#: "all": vertices go wherever the steps take them, which evens out noise in all directions, and triangles. "normal": they keep
-#: their place along the surface, so that noise along the normals alone does not make them slide.
+#: "all": Taubin steps move vertices freely, which evens out noise in all directions and the triangles. "normal": they move
+#: vertices along the normals only, so that vertices do not slide if the noise is along the normals.
 RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
-# Noise in all directions scatters the vertices as much along the surface as along its normals; an uneven mesh only adds to that.
+# Noise in all directions is as large along the surface as along the normals; an uneven mesh adds to the first.
 _ALL_DIRECTIONS = 0.85
-#: The share of the way back from a fold, of which all would put spikes back; and the rings of faces that decide on it.
+#: The share of a move that remains when a fold is undone, since 0 would restore spikes; the rings of faces that it depends on.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 
@@ -44,20 +44,20 @@ def denoised(
     certain: Bools | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """(n, 3) the vertices after Taubin's steps and normal filtering, which outliers do not mislead, and `unfolded`.
+    """Returns (n, 3) the vertices after all steps of denoising.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        outliers: what becomes of vertices that stand out, see `without_outliers`.
+        outliers: treatment of outliers, see `without_outliers`.
         rounding: "undo" smooths the terraces of rounded coordinates first, see `without_rounding`.
-        relaxation: number of pairs of Taubin's steps, see `relaxed`.
-        relaxation_direction: where they go.
-        filtering: what `normal_filtering` is called with then; None for no such filtering.
+        relaxation: number of pairs of Taubin steps, see `relaxed`.
+        relaxation_direction: direction of the Taubin steps.
+        filtering: arguments of `normal_filtering`; None for no normal filtering.
         border: see `taubin_fairing` and `normal_filtering`.
         movable: (n,) which vertices may move, None for all.
-        certain: (n,) which are outliers for certain, None for none.
-        progress: called after every pair of steps and every pass.
+        certain: (n,) which vertices are certainly outliers, None for none.
+        progress: called after every pair of Taubin steps and every pass of the normal filter.
 
     Raises:
         FilterInputError: a parameter out of range.
@@ -66,7 +66,7 @@ def denoised(
     check_choice("border", border, BORDER_POLICIES)
     check_choice("rounding", rounding, RoundingPolicy)
     share = 1.0 if filtering is None else 0.2 if relaxation else 0.0
-    # Where outliers are taken away all steps are done twice.
+    # With outliers the steps run several times; `rising` keeps the progress from falling.
     tell = rising(progress)
 
     def smooth(points: Floats, moves: Bools | None) -> Floats:
@@ -88,12 +88,12 @@ def denoised(
         movable = inside if movable is None else movable & inside
     start = without_rounding(vertices, faces, movable) if rounding == "undo" else vertices
     result = unfolded(vertices, without_outliers(start, faces, outliers, smooth, movable=movable, certain=certain), faces)
-    progress(1.0)  # also where there was nothing to do
+    progress(1.0)  # also if no step had to be done
     return result
 
 
 def direction_for(noise: NoiseEstimate) -> RelaxationDirection:
-    """That of the noise: "normal" where the vertices are scattered less along the surface than across it."""
+    """Returns the direction for some noise: "normal" if it is weaker along the surface than along the normals."""
     return "all" if noise.tangential > _ALL_DIRECTIONS * noise.deviation else "normal"
 
 
@@ -107,10 +107,10 @@ def relaxed(
     movable: Bools | None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """(n, 3) the vertices after as many pairs of Taubin's steps, of 0.5 and -0.53.
+    """Returns (n, 3) the vertices after `iterations` pairs of Taubin steps, of factors 0.5 and -0.53.
 
-    With the border "along" a jagged outline is `outline_kept`. In the direction "normal" every vertex keeps the part of its way
-    along the normal of a smoothed copy.
+    The border "along" keeps the outline, see `outline_kept`. In the direction "normal" only the part of each move along the
+    normal of a smoothed copy counts.
     """
     check_choice("relaxation_direction", direction, RelaxationDirection)
     if iterations == 0:
@@ -124,14 +124,14 @@ def relaxed(
 
 
 def along_normals(vertices: Floats, moved: Floats, normals: Floats) -> Floats:
-    """(n, 3) the vertices moved by that part of their way that lies along their unit normals."""
+    """Returns (n, 3) the vertices moved by the part of their move along their unit normals."""
     return np.asarray(vertices + np.einsum("ij,ij->i", moved - vertices, normals)[:, None] * normals)
 
 
 def outline_kept(vertices: Floats, moved: Floats, normals: Floats, outline: Bools) -> Floats:
-    """(n, 3) the moved vertices, of the way along the surface of those of the outline only what noise explains.
+    """Returns (n, 3) the moved vertices; those of the outline move along the surface only as far as noise explains it.
 
-    With p the mean square of these ways and q that of other vertices, which noise has scattered, they keep min(1, q / p) of them.
+    They keep the share min(1, q / p) of that move. p is its mean square on the outline, q that of other vertices, due to noise.
     """
     across = along_normals(vertices, moved, normals)
     along = moved - across
@@ -141,7 +141,7 @@ def outline_kept(vertices: Floats, moved: Floats, normals: Floats, outline: Bool
 
 
 def share_along(p: float, q: float) -> float:
-    """What vertices of the outline keep of their way along the surface, see `outline_kept`."""
+    """Returns the share of the move along the surface that vertices of the outline keep, see `outline_kept`."""
     return min(1.0, q / p) if p > 0.0 else 1.0
 
 
@@ -156,11 +156,11 @@ def relaxed_part(
     whole: Whole,
     is_open: bool,
 ) -> tuple[Floats, Floats, tuple[tuple[float, int], tuple[float, int]]]:
-    """What `relaxed` makes of the vertices of a part of a mesh, but for one number.
+    """Relaxes a part of a mesh as `relaxed` does, but leaves the share of `outline_kept` to the caller.
 
-    They are where the (n, 3) first say, and those of the outline without their way along the surface where the second say. Of p
-    and of q of `outline_kept` the sums over the `own` vertices follow, which have `rings_of_relaxation` around them, and how many
-    these are. `is_open` says whether the whole has borders.
+    Returns (n, 3) the moved vertices, (n, 3) the same without the moves of the outline along the surface, and the sum of squares
+    and the count for p and for q of `outline_kept`. These go over the `own` vertices, which have `rings_of_relaxation` rings
+    around them. `is_open` says whether the whole has borders.
     """
     fair, nothing = taubin_fairing(vertices, faces, iterations=iterations, border=border, whole=whole), ((0.0, 0), (0.0, 0))
     if direction == "all" and (border != "along" or not is_open):
@@ -175,15 +175,15 @@ def relaxed_part(
 
 
 def rings_of_relaxation(iterations: int) -> int:
-    """How many rings of faces around a vertex decide where they take it."""
+    """Returns the number of rings of faces around a vertex on which its position after `relaxed` depends."""
     return max(2 * iterations, RINGS_OF_SMOOTH_NORMALS)
 
 
 def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
-    """(n, 3) the vertices `after` a filter, if it leaves more `folded_faces` than `before` some of them on their way back.
+    """Returns (n, 3) the vertices `after` a filter, some moved back if it leaves more `folded_faces` than `before`.
 
-    While there are more, vertices go back, see `going_back`: half of their way, then all of it. That ends: at least one goes back
-    each time.
+    While there are more folded faces, vertices go back, see `going_back`: first half of their move, then all of it. This ends,
+    because at least one vertex goes back each time.
     """
     folded, share = folded_faces(before, faces), HALF_WAY
     while np.count_nonzero(now := folded_faces(after, faces)) > np.count_nonzero(folded):
@@ -193,9 +193,9 @@ def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
 
 
 def going_back(before: Floats, after: Floats, faces: Ints, new: Bools, share: float) -> Floats:
-    """(n, 3) the vertices `after`, corners of the (m,) faces that are newly folded with a share of their way.
+    """Returns (n, 3) the vertices `after`, where the corners of the (m,) newly folded faces keep only a share of their move.
 
-    A face whose corners are all back is folded by the normals around it: the corners of the faces at its corners go back.
+    If all corners of such a face are back already, its neighbours fold it: then the corners of the faces around it go back.
     """
     away = (after != before).any(axis=1)
     stuck = new & ~away[faces].any(axis=1)

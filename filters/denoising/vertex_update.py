@@ -1,4 +1,4 @@
-"""Vertices moved until their faces have the normals that are wanted, also by descent on the energy of faces that deviate."""
+"""Fits vertices to target normals of the faces: by averaged projections, or by descent on an energy."""
 
 import math
 from typing import Literal, TypeAlias
@@ -12,15 +12,15 @@ from ..geometry import NORMAL, cross_product
 from ..mesh import Bools, Floats, Ints
 from ..topology import VertexFaces
 
-#: "sun": the mean of the projections onto the planes of the faces around a vertex [sun2007]; "ohtake": their mean by area
-#: [ohtake2001]; "conjugate_gradient": descent on the energy sum A |n - m|^2.
+#: "sun": the mean of the projections onto the planes of the faces around a vertex [sun2007]. "ohtake": their area-weighted mean
+#: [ohtake2001]. "conjugate_gradient": descent on the energy sum A |n - m|^2.
 VertexUpdate: TypeAlias = Literal["sun", "ohtake", "conjugate_gradient"]
 
-# A step that would flip a face is halved this often, then left out.
+# A step that would flip a face is halved up to this number of times, then left out.
 _HALVINGS = 3
-# Below 1 by more than rounding: what is called too short to turn a face is so in the sums of `_share_without_flips` too.
+# Below 1 by more than rounding errors, so that a step that counts as safe is safe in the sums of `_share_without_flips`, too.
 _SAFE = 0.999
-# The columns of each face: the normal m that is wanted, m . c of its centre c, its weight, the square of the longest safe step.
+# The columns for each face: the target normal m, m . c with its centre c, its weight, the square of the longest safe step.
 _OFFSET, _WEIGHT, _REACH, _COLUMNS = 3, 4, 5, 6
 
 
@@ -37,12 +37,12 @@ def fit_vertices(
     avoid_flips: bool = True,
     overwrite: Floats | None = None,
 ) -> Floats:
-    """(n, 3) the vertices after `iterations` steps towards faces with the given normals.
+    """Returns (n, 3) the vertices after `iterations` steps towards faces with the given target normals.
 
-    "sun" and "ohtake" take p_i to p_i + sum_j w_j n_j (n_j . (c_j - p_i)) / sum_j w_j over the faces j at i, of centre c_j, with
-    w_j = 1 or the area of j, all vertices at once. With `avoid_flips` a step that turns a face away from its wanted normal is
-    halved, and in the end left out. Vertices that are `along_normal`, as those of borders, move along the mean wanted normal
-    only. A table of `measure_faces` may be overwritten: a new one is large.
+    "sun" and "ohtake" move all p_i at once to p_i + sum_j w_j n_j (n_j . (c_j - p_i)) / sum_j w_j, over the faces j at i with the
+    centre c_j; w_j is 1 or the area of j. With `avoid_flips` a step that turns a face away from its target normal is halved, and
+    in the end left out. Vertices that are `along_normal`, as on borders, move along the mean target normal only. `overwrite` is a
+    table of `measure_faces` to reuse as memory.
     """
     check_choice("vertex_update", update, VertexUpdate)
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
@@ -59,7 +59,7 @@ def fit_vertices(
 
 
 def fitting_energy(vertices: Floats, faces: Ints, normals: Floats) -> float:
-    """E = sum over the faces of A |n - m|^2 for the wanted normals m, in squared units of length."""
+    """Returns E = sum over the faces of A |n - m|^2 for the target normals m, in squared units of length."""
     terms = np.empty(len(faces))
     with threads_for(len(faces)):
         _energies(vertices, faces, normals, terms)
@@ -69,7 +69,7 @@ def fitting_energy(vertices: Floats, faces: Ints, normals: Floats) -> float:
 def _descend(
     vertices: Floats, at_vertices: VertexFaces, normals: Floats, iterations: int, moves: Bools, bound: Bools, faces: Ints
 ) -> Floats:
-    """(n, 3) the vertices after conjugate gradients of Polak and Ribiere, each with a line search that halves."""
+    """Returns (n, 3) the vertices after Polak-Ribiere conjugate gradients with a backtracking line search."""
     now = vertices.copy()
     gradient, direction = np.zeros_like(now), np.zeros_like(now)
     energy = fitting_energy(now, faces, normals)
@@ -87,7 +87,7 @@ def _descend(
         if slope >= 0.0:
             direction, slope = -fresh, -square
         gradient, before = fresh, square
-        # The Hessian of the energy is of the order of 1, whatever the size of the mesh.
+        # The Hessian of the energy is of the order of 1 for a mesh of any size.
         step = min(1.0, 2.0 * step) if step > 0.0 else 0.25
         for _ in range(30):
             trial = now + step * direction
@@ -111,7 +111,7 @@ def _energies(vertices: Floats, faces: Ints, normals: Floats, terms: Floats) -> 
 
 @compiled(parallel=True)
 def _gradients(now: Floats, around: VertexFaces, normals: Floats, moves: Bools, bound: Bools, result: Floats) -> None:
-    """The derivative of A |n - m|^2 by a corner is (n - m) x (the opposite side)."""
+    """Writes the gradient; the derivative of A |n - m|^2 by a corner is (n - m) x (the opposite side)."""
     offsets, rows = around
     for i in prange(now.shape[0]):
         if not moves[i]:
@@ -153,13 +153,13 @@ def _measure(now: Floats, faces: Ints, by_area: bool, planes: Floats, first: int
         cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         planes[f, _OFFSET] = nx * px + ny * py + nz * pz + (nx * (ux + vx) + ny * (uy + vy) + nz * (uz + vz)) / 3.0
         planes[f, _WEIGHT] = math.sqrt(cx * cx + cy * cy + cz * cz) if by_area else 1.0
-        # A step s of a corner changes (u x v) . m by at most |s| times the side opposite to it.
+        # A step s of a corner changes (u x v) . m by at most |s| times the length of the opposite side.
         side = cx * nx + cy * ny + cz * nz
         longest = max(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, wx * wx + wy * wy + wz * wz)
         planes[f, _REACH] = side * side / longest if side > 0.0 else math.inf
 
 
-# Unsigned indices need no look whether they count from the end.
+# Unsigned indices save the test for negative ones.
 @compiled(nogil=True, error_model="numpy")
 def _step(
     now: Floats, at: VertexFaces, planes: Floats, moves: Bools, bound: Bools, careful: bool, then: Floats, first: int, last: int
@@ -185,7 +185,7 @@ def _step(
             x, y, z = x / total, y / total, z / total
             if bound[i]:
                 x, y, z = _along_mean_normal(x, y, z, rows, int(start), int(stop), planes)
-            # Most steps are too short to turn any face: no need to look again.
+            # Most steps are too short to flip a face and need no further test.
             if careful and not x * x + y * y + z * z < _SAFE * least:
                 share = _share_without_flips(now, i, rows, int(start), int(stop), planes, (x, y, z))
                 x, y, z = share * x, share * y, share * z
@@ -198,7 +198,7 @@ def _step(
 def _along_mean_normal(
     x: float, y: float, z: float, rows: Ints, start: int, stop: int, planes: Floats
 ) -> tuple[float, float, float]:
-    """The part of a step along the mean of the faces' normals by weight; all of it where these cancel out."""
+    """Returns the part of a step along the weighted mean of the faces' normals, or the whole step if they cancel out."""
     mx = my = mz = 0.0
     for k in range(start, stop):
         f = np.uint32(rows[k, 0])
@@ -217,7 +217,7 @@ def _along_mean_normal(
 def _share_without_flips(
     now: Floats, i: int, rows: Ints, start: int, stop: int, planes: Floats, step: tuple[float, float, float]
 ) -> float:
-    """How much of the step of vertex i is taken, so that it turns no face that looks the right way to the other side."""
+    """Returns the share of the step of vertex i that flips no face which is on the side of its target normal."""
     px, py, pz = now[i, 0], now[i, 1], now[i, 2]
     share = 1.0
     for _ in range(_HALVINGS + 1):
