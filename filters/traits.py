@@ -1,4 +1,4 @@
-"""Traits of a scan in a few numbers that are quickly measured, by which recipes are recommended."""
+"""Measures traits of a scan, a few numbers on which the recommendation of recipes is based."""
 
 from collections.abc import Collection
 from typing import Literal, TypeAlias, get_args
@@ -13,25 +13,25 @@ from .geometry import angles_between, edge_lengths, seen_from_one_side
 from .mesh import check_mesh, normalised_mesh
 from .topology import edges, face_adjacency
 
-#: "noise": of `shared_noise`, or else `Scan.surface_noise`, in mean edges. "sharpness": of the function. "facing": of
-#: `seen_from_one_side`, 1/2 of half a sphere and at least 0.4 of a range map. "camera noise": 1 if neighbours share their noise,
-#: else 0. "longest edge": in mean edges.
+#: "noise": `shared_noise`, or without it `Scan.surface_noise`, in mean edges. "sharpness": the function of this name. "facing":
+#: `seen_from_one_side`, 1/2 for half a sphere and at least 0.4 for a range map. "camera noise": 1 if neighbours share their
+#: noise, else 0. "longest edge": in mean edges.
 Trait: TypeAlias = Literal["noise", "sharpness", "facing", "camera noise", "longest edge"]
 
 
 def measured_traits(
     vertices: ArrayLike, faces: ArrayLike, wanted: Collection[str] = get_args(Trait), *, mean_edge: float | None = None
 ) -> dict[str, float]:
-    """Measures traits, on patches of a large mesh, so that it takes a fraction of a second on any.
+    """Measures traits in a fraction of a second; a large mesh is sampled by patches.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        wanted: the names of the traits.
-        mean_edge: of the mesh; None to measure it, which takes longer.
+        wanted: names of the traits to measure.
+        mean_edge: mean edge length of the mesh; None measures it, which takes longer.
 
     Returns:
-        The traits by name, the same for the mesh moved, turned or scaled.
+        The traits by name. Moving, turning or scaling the mesh does not change them.
 
     Raises:
         FilterInputError: not a mesh, or an unknown trait.
@@ -58,15 +58,15 @@ def measured_traits(
 
 
 def sharpness(scan: Scan, noise: float) -> float:
-    """The share of sum t l that lies at edges of t >= 30 degrees, noise aside.
+    """Returns the share of sum t l that belongs to edges with t >= 30 degrees, after noise is removed.
 
-    t is the angle between the normals of the two faces of an edge, averaged over two rings with those that differ by less than
-    40 degrees, l the length of the edge. Noise, in mean edges, is taken off first, that of 0.1 by five pairs of Taubin's steps,
-    less by fewer: more steps round the edges of a dodecahedron.
+    t is the angle between the normals of the two faces of an edge, l its length. Each normal is averaged over two rings of
+    normals that differ by less than 40 degrees. Taubin steps first remove the noise, given in mean edges: five pairs for 0.1 and
+    above, fewer for less, since more steps would round the edges of a dodecahedron.
 
     Returns:
-        1 of a cube, 0 of a finely meshed sphere or a plane, pi r / (pi r + h) of a finely meshed cylinder. Machine parts have 0.7
-        to 0.95 under noise of up to 0.5 edges, figures, bodies and land up to 0.66.
+        1 for a cube, 0 for a finely meshed sphere or a plane, pi r / (pi r + h) for a finely meshed cylinder. Machine parts have
+        0.7 to 0.95 with noise of up to 0.5 edges; figures, bodies and land have up to 0.66.
     """
     pairs, shared = face_adjacency(scan.faces)
     steps, points = round(5 * min(1.0, noise / 0.1)), scan.points
@@ -78,7 +78,7 @@ def sharpness(scan: Scan, noise: float) -> float:
     angles = angles_between(*normals[pairs.T])
     bending = angles * edge_lengths(scan.points, shared)
     total = float(bending.sum())
-    # What planes bend is the rounding of a file.
+    # The bending of planes is only the rounding of coordinates in a file.
     return float(bending[angles >= np.radians(30.0)].sum()) / total if total > 1e-6 * len(bending) else 0.0
 
 

@@ -24,10 +24,10 @@ SPACE_KERNELS: tuple[str, ...] = ("constant", *KERNEL_NAMES)
 #: The deviation x of two normals n and m: "euclidean" |n - m| (0 to 2), "angle" (0 to pi), "squared" |n - m|^2 (0 to 4).
 RangeMeasure: TypeAlias = Literal["euclidean", "angle", "squared"]
 
-#: "mean": weights are areas alone [belyaev2001]. "unilateral": areas and a kernel of the deviation of normals [yadav2021].
-#: "bilateral": and a kernel of the distance [zheng2011]. "averaged": bilateral, the deviation measured on normals averaged over
-#: the faces at the vertices of a face. "guided": bilateral, the deviation measured on guide normals [zhang2015].
-#: "vertex_normals": bilateral, on the normals of vertices; a face gets the mean of its corners'. It is there to compare with.
+#: "mean": the weight is the area [belyaev2001]. "unilateral": area times a kernel of the deviation of normals [yadav2021].
+#: "bilateral": the same times a kernel of the distance [zheng2011]. "averaged": bilateral, with deviations of normals averaged
+#: over the faces that share a vertex. "guided": bilateral, with deviations of guide normals [zhang2015]. "vertex_normals":
+#: bilateral on vertex normals, whose mean is the normal of a face; for comparison only.
 NormalFilterMethod: TypeAlias = Literal["mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"]
 _GAUSSIAN = KERNEL_CODES["gaussian"]
 # About this number of neighbours is weighted at once: few enough to stay in the cache.
@@ -113,7 +113,7 @@ class Weighting(NamedTuple):
 
     @staticmethod
     def of(settings: NormalFilter, distance: float) -> "Weighting":
-        """Returns the weighting for a mean distance of centres. A Gaussian's sigma is a standard deviation, unlike in `robust`."""
+        """Returns the weighting for a mean centre distance. A Gaussian's sigma is a standard deviation, unlike in `robust`."""
         space = "constant" if settings.method == "unilateral" else settings.space_kernel
         return Weighting(
             KERNEL_CODES[settings.range_kernel],
@@ -122,8 +122,7 @@ class Weighting(NamedTuple):
             float(settings.range_floor),
             -1 if space == "constant" else KERNEL_CODES[space],
             _scale(space, settings.space_sigma * distance),
-            # A normal's deviation from itself is 0, which would outweigh all others with a kernel such as 1 / x. A guide is a
-            # mean.
+            # The deviation of a normal from itself is 0: a kernel such as 1 / x makes it outweigh all others. A guide is a mean.
             settings.method in ("averaged", "guided"),
         )
 

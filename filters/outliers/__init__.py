@@ -1,4 +1,4 @@
-"""Outliers of point clouds and of reconstructions, by the distances to their neighbours."""
+"""Outliers of point clouds and of reconstructions, found by the distances to neighbours."""
 
 from .local_outlier_probability import (
     SPREAD_BLOCK,

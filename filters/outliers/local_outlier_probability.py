@@ -1,4 +1,4 @@
-"""LoOP, the local outlier probability of each point of a cloud [kriegel2009]."""
+"""The local outlier probability (LoOP) of each point of a cloud [kriegel2009]."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -13,11 +13,11 @@ from ..libraries import special
 from ..mesh import Floats, Ints
 from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leaves
 
-#: Factors whose squares are summed together.
+#: Number of factors in one block of the sum of squares.
 SPREAD_BLOCK = 1 << 16
-#: The difference that rounding makes between equal distances, in the unit of a tree, where the largest coordinate is 1/2 to 1.
+#: Rounding error between equal distances, in the unit of a tree, where the largest coordinate is 1/2 to 1.
 _ROUNDING = 32 * np.finfo(np.float64).eps
-#: And at most this share of the distance, since a cloud may be finer than that around the origin.
+#: Relative bound of that error, since a cloud may have finer distances around the origin.
 _ALIKE = 1e-6
 #: The smallest exponent of a float64.
 _LOWEST = -1074
@@ -26,9 +26,9 @@ _LOWEST = -1074
 def local_outlier_probability(
     points: ArrayLike, *, neighbors: int = 20, extent: float = 3.0, progress: Progress = ignore_progress
 ) -> Floats:
-    r"""The probability of each point to be an outlier: the distances to its neighbours compared with theirs to their own.
+    r"""Returns the probability that a point is an outlier: compares its neighbour distances with those of its neighbours.
 
-    With :math:`K_p` the k nearest neighbours of p, p itself left out:
+    :math:`K_p` are the k nearest neighbours of p, without p:
 
     .. math::
 
@@ -37,22 +37,22 @@ def local_outlier_probability(
         \mathrm{nPLOF} &= \lambda \sqrt{\tfrac1n \textstyle\sum_p \mathrm{PLOF}(p)^2} \\
         \mathrm{LoOP}(p) &= \max(0, \mathrm{erf}(\mathrm{PLOF}(p) / (\sqrt2 \, \mathrm{nPLOF})))
 
-    The result depends neither on the unit nor on the density of the cloud: a point is an outlier if its neighbours are farther
-    from it than from their own neighbours, by more than is usual in the cloud.
+    The result does not depend on the unit or the density of the cloud. A point is an outlier if the distance to its neighbours
+    exceeds their own neighbour distances by more than is usual in the cloud.
 
     Args:
         points: (n, 3) finite coordinates.
-        neighbors: k, from 1 to n - 1. Must exceed the size of the clumps of outliers that are to be found; larger gives steadier
+        neighbors: k, from 1 to n - 1. Must exceed the number of points in a clump of outliers. Larger gives steadier
             probabilities, blurs borders between densities and takes longer.
         extent: :math:`\lambda > 0`, in standard deviations of PLOF. Larger gives smaller probabilities, so fewer points above
             any threshold.
         progress: called with the share of the work done.
 
     Returns:
-        (n,) float64 probabilities in [0, 1]. Where a point coincides with all its neighbours the probability is 0. Where all
-        neighbours coincide with theirs but the point does not, PLOF is infinite: the probability is 1, and the point is left out
-        of the mean in nPLOF. Distances that differ by no more than the rounding of the coordinates count as equal, so that a
-        regular arrangement of points has no outliers.
+        (n,) float64 probabilities in [0, 1], 0 for a point that coincides with all its neighbours. If all neighbours coincide
+        with their own neighbours but not with the point, PLOF is infinite: the probability is 1, and nPLOF ignores the point.
+        Distances that differ by no more than the rounding of the coordinates count as equal, so that a regular arrangement of
+        points has no outliers.
 
     Raises:
         FilterInputError: a parameter is out of its bounds, or coordinates are missing, NaN or infinite.
@@ -64,9 +64,7 @@ def local_outlier_probability(
 
 
 def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = ignore_progress) -> Floats:
-    """(n,) the probabilistic local outlier factors PLOF of `local_outlier_probability`: at least -1, above 0 where a point is
-    farther from its neighbours than they are from theirs, and infinite as there.
-    """
+    """Returns (n,) PLOF, see `local_outlier_probability`: at least -1, above 0 for a point farther out than its neighbours."""
     cloud, k = check_cloud(points, neighbors, "neighbors")
     tree = build_tree(cloud, part_of(progress, 0.0, 0.2))
     distances: Floats = np.empty(tree.size)
@@ -77,12 +75,12 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
         rows, squared = search_leaves(tree, first, last, positions)
         distances[rows] = standard_distances(squared)
 
-    def judge(first: int, last: int) -> None:
+    def compare(first: int, last: int) -> None:
         part = slice(first * LEAF, min(last * LEAF, tree.size))
         factors[part] = compare_rows(distances[part], distances.take(positions[part]))
 
     in_parallel(find, leaf_ranges(tree, k), part_of(progress, 0.2, 0.9))
-    in_parallel(judge, leaf_ranges(tree, k), part_of(progress, 0.9, 1.0))
+    in_parallel(compare, leaf_ranges(tree, k), part_of(progress, 0.9, 1.0))
     by_index: Floats = np.empty(tree.size)
     by_index[tree.indices[: tree.size]] = factors
     return by_index
@@ -90,7 +88,7 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
 
 @compiled(nogil=True)
 def standard_distances(squared: Floats) -> Floats:
-    """(n,) the root of the mean of each row of (n, k) squared distances; the order within a row does not matter."""
+    """Returns (n,) the root mean of each row of (n, k) squared distances; the order within a row does not change a bit."""
     distances = np.empty(squared.shape[0])
     for r in range(squared.shape[0]):
         distances[r] = math.sqrt(_sum(squared[r]) / squared.shape[1])
@@ -99,7 +97,7 @@ def standard_distances(squared: Floats) -> Floats:
 
 @compiled(nogil=True)
 def compare_rows(own: Floats, theirs: Floats) -> Floats:
-    """(a,) PLOF, from the standard distances of the points and the (a, k) ones of their neighbours, in the unit of a tree."""
+    """Returns (a,) PLOF from the standard distances of a points and (a, k) of their neighbours, in the unit of a tree."""
     factors = np.empty(own.shape[0])
     for p in range(own.shape[0]):
         factors[p] = _factor(own[p], theirs[p])
@@ -107,9 +105,9 @@ def compare_rows(own: Floats, theirs: Floats) -> Floats:
 
 
 def spread_of(blocks: Callable[[], Iterable[Floats]], extent: float) -> float:
-    """nPLOF: `extent` times the root mean square of the finite factors of a cloud.
+    """Returns nPLOF: `extent` times the root mean square of the finite factors of a cloud.
 
-    The factors come in the order of the points, `SPREAD_BLOCK` at a time and the rest at the end; they are asked for twice.
+    `blocks` is called twice and yields the factors in the order of the points, `SPREAD_BLOCK` at a time and the rest at the end.
     """
     largest, count = 0.0, 0
     for block in blocks():
@@ -121,7 +119,7 @@ def spread_of(blocks: Callable[[], Iterable[Floats]], extent: float) -> float:
 
 
 def probabilities_of(factors: Floats, spread: float) -> Floats:
-    """LoOP of factors, in a cloud with this nPLOF."""
+    """Returns LoOP for factors PLOF and the nPLOF `spread` of the cloud."""
     if spread == 0.0:
         return (factors > 0.0).astype(np.float64)
     probabilities: Floats = np.maximum(0.0, special.erf(factors / (np.sqrt(2.0) * spread)))
@@ -130,7 +128,7 @@ def probabilities_of(factors: Floats, spread: float) -> Floats:
 
 @compiled(nogil=True)
 def _sum(values: Floats) -> float:
-    """The sum of numbers of at least 0, as whole multiples of a tiny part of the largest, which add up alike in any order."""
+    """Returns the sum of non-negative numbers, rounded to multiples of a tiny part of the largest: the same in any order."""
     largest = 0.0
     for value in values:
         largest = max(largest, value)
@@ -140,7 +138,7 @@ def _sum(values: Floats) -> float:
     while (values.shape[0] >> (61 - digits)) > 0:
         digits -= 1
     exponent = max(math.frexp(largest)[1] - digits, _LOWEST)
-    # Powers of two: a product is exact as a quotient is, and faster. Two of them, since one may be too large for a float64.
+    # Products with powers of two are as exact as quotients, and faster. A single power may be too large for a float64.
     half = math.ldexp(1.0, -(exponent // 2))
     other = math.ldexp(1.0, exponent // 2 - exponent)
     total = np.int64(0)

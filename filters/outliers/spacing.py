@@ -1,4 +1,4 @@
-"""What the spacing of a cloud tells: where a reconstruction has surface without data, and which points are surplus."""
+"""Tests based on the spacing of a cloud: surface without data in a reconstruction, and surplus points."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,24 +10,24 @@ from ..neighbours import nearest_neighbours
 
 #: The spacing at a point is the mean distance to this many neighbours.
 _NEIGHBOURS = 6
-#: The spacing around a point is this share of the median over so many points: at borders, where neighbours lie on one side, and
-#: where points are strewn at random, spacings are up to half as large again.
+#: The spacing around a point is `_SHARE` of the median over `_AROUND` points, because spacings are up to 1.5 times as large at
+#: borders, with neighbours on one side, and among randomly distributed points.
 _AROUND, _SHARE = 20, 2.0 / 3.0
-# Whole numbers up to this are exact.
+# A float64 holds whole numbers up to this exactly.
 _LARGEST = 2.0**53
 
 
 def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None) -> Floats:
-    """(n,) the distance of each vertex from the nearest point, in spacings of the cloud.
+    """Returns (n,) the distance of each vertex from the nearest point, in spacings of the cloud.
 
-    The spacing at a point is the mean distance to its six nearest neighbours, that of the cloud the median over its points. A
-    vertex is measured in that of the cloud, or, where the cloud is sparse, as the far ground of a terrestrial scan is, in two
-    thirds of the median spacing of the twenty points at the nearest one. Screened Poisson closes every surface by a balloon; cut
-    where no point is near, the surface ends where the cloud does.
+    The spacing at a point is the mean distance to its six nearest neighbours, the spacing of the cloud the median of these. In
+    sparse regions, such as far ground in a terrestrial scan, the unit is larger: two thirds of the median spacing of the twenty
+    points around the nearest one. Screened Poisson closes every surface by a balloon; cut at large gaps, the surface ends where
+    the cloud does.
 
     Args:
         vertices: (n, 3) finite coordinates.
-        points: (p, 3) those of the cloud, at least 7.
+        points: (p, 3) the points of the cloud, at least 7.
         at_points: (p,) the spacings of `cloud_spacings`, if the caller has them.
 
     Raises:
@@ -43,24 +43,24 @@ def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None
 
 
 def cloud_spacings(points: Floats) -> Floats:
-    """(p,) the spacing in which `gaps` measures near each of (p, 3) points.
+    """Returns (p,) the unit of `gaps` near each of (p, 3) points.
 
     Raises:
         FilterInputError: too few points, or half of them coincide.
     """
     distances, around = nearest_neighbours(points, max(_NEIGHBOURS, min(_AROUND, len(points) - 1)))
-    own = distances[:, :_NEIGHBOURS].mean(axis=1)
-    spacing = float(np.median(own))
+    spacings = distances[:, :_NEIGHBOURS].mean(axis=1)
+    spacing = float(np.median(spacings))
     if spacing == 0.0:
         raise FilterInputError("half of the points of the cloud coincide, so that it has no spacing: remove duplicates first")
-    return np.asarray(np.maximum(spacing, _SHARE * np.median(own[around], axis=1)))
+    return np.asarray(np.maximum(spacing, _SHARE * np.median(spacings[around], axis=1)))
 
 
 def grid_cells(points: Floats, side: float) -> Floats:
-    """(n, 3) whole numbers: the cell of each point in the grid of cubes of that side which has a corner at the origin.
+    """Returns (n, 3) whole numbers: the cell of each point in a grid of cubes of this side with a corner at the origin.
 
     Raises:
-        FilterInputError: the side is too small to tell cells apart so far from the origin.
+        FilterInputError: the side is too small for exact cell numbers so far from the origin.
     """
     cells = np.floor(points / side)
     if len(cells) and not np.abs(cells).max() < _LARGEST:
@@ -69,7 +69,7 @@ def grid_cells(points: Floats, side: float) -> Floats:
 
 
 def surplus_points(points: ArrayLike, side: float) -> Bools:
-    """(n,) the points in whose cell of `grid_cells` another one comes before; larger cells leave fewer.
+    """Returns (n,) which points share a cell of `grid_cells` with an earlier point; larger cells keep fewer points.
 
     Raises:
         FilterInputError: a side that is not above 0 or too small, coordinates that are not finite.

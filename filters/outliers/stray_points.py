@@ -1,4 +1,4 @@
-"""Stray points: single points, clumps and hazes apart from the surface."""
+"""Stray points: single points, clumps and haze apart from the surface."""
 
 import math
 from dataclasses import dataclass
@@ -14,17 +14,17 @@ from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
-# Surfaces are thinner than this where noise is less than half of the spacing, and so are 3 % of points that fill space.
+# Surfaces with noise below half a spacing are thinner; 3 % of points that fill space are, too.
 _FLAT = 0.06
-# A part with a greater mean thickness, 0.17 to 0.19 where surfaces have 0.09, is kept only with so many times as many points.
+# A part that fills space, with a mean thickness above `_FULL` (0.17 to 0.19; surfaces have 0.09), needs `_MORE` times the points.
 _FULL, _MORE = 0.14, 3
-# With links points may be so many times sparser: foliage has 2.7 median spacings where a scan has 25 points in a square metre.
+# Linked points may be sparser by this factor: foliage has 2.7 median spacings in a scan of 25 points per square metre.
 _FOLIAGE = 2.0
-#: The number of times that points linked to the surface join it: at its edges, and among stray points.
+#: Number of rounds in which points linked to the surface join it.
 JOINED = 2
-#: A neighbour that is not linked.
+#: Marks a neighbour without link.
 NO_LINK = -1
-#: Thicknesses are summed as whole multiples of this, exactly, in any order: of up to 2^32 points.
+#: Thicknesses are whole multiples of this, so that the sum over up to 2^32 points is exact in any order.
 _GRAIN = 2.0**-20
 
 
@@ -37,16 +37,16 @@ class StrayRule:
     smallest_part: int
 
     def on_surface(self, spacing: Floats, median: float, thickness: Floats, links: Longs) -> Bools:
-        """(n,) which points are on a surface by themselves, from their spacing, thickness and number of links."""
+        """Returns (n,) which points are on a surface by their own spacing, thickness and number of links."""
         sparse = spacing / (self.sparseness * median or 1.0)
         return (sparse <= 1.0) | (self.is_joined(links) & ((sparse <= _FOLIAGE) | (thickness <= _FLAT)))
 
     def is_joined(self, links: Longs) -> Bools:
-        """(n,) whether enough links lead to a surface."""
+        """Returns (n,) whether a point has enough links to a surface."""
         return 4 * links >= self.neighbors
 
     def too_small(self, sizes: Longs, sums: Longs) -> Bools:
-        """(p,) which parts are stray, by their `part_sums`."""
+        """Returns (p,) which parts are too small, by their `part_sums`."""
         thickness = sums * _GRAIN / np.maximum(sizes, 1)
         return np.asarray(sizes < np.where(thickness > _FULL, _MORE, 1) * self.smallest_part)
 
@@ -59,28 +59,27 @@ def stray_points(
     smallest_part: int = 100,
     progress: Progress = ignore_progress,
 ) -> Bools:
-    """Which points of a cloud are not part of any surface that is large enough.
+    """Returns which points of a cloud are not part of any large enough surface.
 
-    1. The spacing of a point is the root mean square distance to its k nearest neighbours; its thickness the least of the
-       variances of these along three axes over their sum; two points are linked if each is among the neighbours of the other. A
-       point in front of a surface has hardly a link, since the points there have nearer neighbours; points that fill space are
-       thick.
-    2. Points are kept if their spacing is at most `sparseness` times the median of the cloud; with k / 4 links also if it is at
-       most twice that, or the thickness at most 0.06. Twice, others are kept that have k / 4 links to points that are kept.
-    3. Of the parts that links join these to, those of fewer than `smallest_part` points are stray after all, and those that fill
-       space, with a mean thickness above 0.14, if they have fewer than three times as many points.
+    1. The spacing of a point is the root mean square distance to its k nearest neighbours. Its thickness is their least variance
+       along three principal axes, over the sum of the three. Two points are linked if each is a neighbour of the other. A point
+       in front of a surface has hardly any link, since surface points have nearer neighbours. Points that fill space are thick.
+    2. Points are kept if their spacing is at most `sparseness` times the median of the cloud. With k / 4 links a spacing of twice
+       that is enough, or a thickness of at most 0.06. Points with k / 4 links to kept points are then kept, too, in two rounds.
+    3. Links join kept points to parts. A part of fewer than `smallest_part` points is stray after all. A part that fills space,
+       with a mean thickness above 0.14, is stray if it has fewer than three times as many.
 
-    The result depends neither on the unit nor on the place, nor on the order of the points.
+    The result does not depend on the unit, the position or the order of the points.
 
     Args:
         points: (n, 3) finite coordinates.
-        neighbors: k, from 1 to n - 1. More tell hazes from surfaces with more noise, bridge wider gaps and take longer.
-        sparseness: at least 1, in median spacings. Larger keeps points farther from a surface, and denser hazes.
+        neighbors: k, from 1 to n - 1. More separate haze from noisier surfaces, bridge wider gaps and take longer.
+        sparseness: at least 1, in median spacings. Larger keeps points farther from a surface, and denser haze.
         smallest_part: in points. Larger removes larger clumps, and larger islands of the surface too.
         progress: called with the share of the work done.
 
     Returns:
-        (n,) bool.
+        (n,) bool, True for stray points.
 
     Raises:
         FilterInputError: a parameter is out of its bounds, or coordinates are missing, NaN or infinite.
@@ -116,10 +115,10 @@ def stray_points(
 
 
 def thicknesses(places: Floats, numbers: Longs, neighbours: Ints) -> Floats:
-    """(m,) the least of the variances of each point and its neighbours along three axes, over their sum.
+    """Returns (m,) the least variance of each point and its neighbours along three principal axes, over the sum of the three.
 
-    With 16 neighbours 0 on a plane or a line, 0.07 on a plane with noise of half of the spacing, 0.18 where points fill space.
-    The (m, k) neighbours of the first m of (n, 3) places are put into order by distance, then by their (n,) numbers, in place.
+    With 16 neighbours it is 0 on a plane or a line, 0.07 on a plane with noise of half a spacing, 0.18 where points fill space.
+    The (m, k) neighbours of the first m of (n, 3) places are sorted in place by distance, then by their (n,) numbers.
     """
     shares: Floats = np.empty(len(neighbours))
     over_range(_measure, len(neighbours), places, numbers, neighbours, shares)
@@ -127,22 +126,22 @@ def thicknesses(places: Floats, numbers: Longs, neighbours: Ints) -> Floats:
 
 
 def cut_links(places: Floats, numbers: Longs, neighbours: Ints, reaches: Floats, lasts: Longs) -> None:
-    """Replace neighbours by `NO_LINK` where the point is none of their own k nearest; arguments as of `thicknesses`.
+    """Replaces a neighbour by `NO_LINK` if the point is not among its own k nearest; arguments as of `thicknesses`.
 
-    The (n,) `reaches` are the squared distances of the k-th neighbour of every point, the `lasts` the numbers of that neighbour.
+    The (n,) `reaches` are the squared distances of the k-th neighbour of each point, (n,) `lasts` the numbers of that neighbour.
     """
     over_range(_cut, len(neighbours), places, numbers, neighbours, reaches, lasts)
 
 
 def linked_to(links: Ints, chosen: Bools) -> Longs:
-    """(m,) the number of the (m, k) links of each point that lead to chosen ones of n points."""
+    """Returns (m,) the number of links of each point, out of (m, k), that lead to chosen points."""
     counts: Longs = np.empty(len(links), np.int64)
     over_range(_count, len(links), links, chosen, counts)
     return counts
 
 
 def linked_parts(links: Ints, chosen: Bools) -> Longs:
-    """(m,) the connected part of each of m points, the lowest row in it, over (m, k) links between chosen ones of n points.
+    """Returns (m,) the connected part of each of m points, named by its lowest row, over (m, k) links between chosen points.
 
     Links to rows from m on join nothing.
     """
@@ -152,7 +151,7 @@ def linked_parts(links: Ints, chosen: Bools) -> Longs:
 
 
 def part_sums(parts: Longs, thickness: Floats, count: int) -> tuple[Longs, Longs]:
-    """(count,) the points of each part, and the sum of their thicknesses, in 2^-20."""
+    """Returns (count,) the number of points of each part, and (count,) the sum of their thicknesses in units of 2^-20."""
     sums = np.bincount(parts, np.rint(thickness / _GRAIN), minlength=count).astype(np.int64)
     return np.bincount(parts, minlength=count).astype(np.int64), sums
 
@@ -185,7 +184,7 @@ def _measure(places: Floats, numbers: Longs, neighbours: Ints, shares: Floats, f
 
 @compiled(nogil=True)
 def _least_share(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> float:
-    """The least eigenvalue of a positive semidefinite matrix over its trace; by the trigonometric solution of the cubic."""
+    """Returns the least eigenvalue of a positive semidefinite matrix over its trace, by the trigonometric cubic formula."""
     trace = xx + yy + zz
     if not trace > 0.0:
         return 0.0
@@ -232,4 +231,4 @@ def _unite(links: Ints, chosen: Bools, parents: Longs) -> None:
                     a, b = root_of(parents, p), root_of(parents, q)
                     parents[max(a, b)] = min(a, b)
     for p in range(n):
-        parents[p] = parents[parents[p]]  # a parent has a lower row, so that it leads to the root already
+        parents[p] = parents[parents[p]]  # a parent has a lower row and already points to the root
