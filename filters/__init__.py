@@ -1,9 +1,9 @@
-"""The mathematics of pymeshfair: pure functions of numpy arrays, one family a folder, one idea a module.
+"""The mathematics of pymeshfair: pure functions of numpy arrays. Each folder has one family, each module one idea.
 
-Nothing in this package imports the rest of pymeshfair or pymeshlab, prints, or exits. The sign of every operator is that of
-``igl.cotmatrix``: stiffness matrices are negative semidefinite. Sources are cited by the keys of ``docs/bibliography.bib``.
-Where a function does not say otherwise, ``vertices`` and ``points`` are (n, 3) coordinates in mesh units, ``faces`` (m, 3) vertex
-numbers of triangles, ``faces_or_edges`` these or (e, 2) edges, and ``n_vertices`` is n.
+No module here imports pymeshlab or other packages of pymeshfair, prints, or exits. Operators have the sign of ``igl.cotmatrix``:
+stiffness matrices are negative semidefinite. Citations are keys of ``docs/bibliography.bib``. Unless a function says otherwise,
+``vertices`` and ``points`` are (n, 3) coordinates in mesh units, ``faces`` are (m, 3) vertex indices of triangles,
+``faces_or_edges`` are faces or (e, 2) edges, and ``n_vertices`` is n.
 """
 
 if __name__ != "pymeshfair.filters":

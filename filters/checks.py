@@ -1,7 +1,7 @@
 """Errors of the filters, and checks of single parameters with uniform messages.
 
-Checks of numbers return a plain `int` or `float`, also for a NumPy scalar. A whole number is an `int` or an integer of NumPy's:
-2.0 is refused like 2.5. `bool` is refused as a number.
+Checks of numbers return a plain `int` or `float`, also for a NumPy scalar. A whole number is an `int` or a NumPy integer: 2.0 is
+refused like 2.5. `bool` is refused as a number.
 """
 
 import math
@@ -45,11 +45,11 @@ class ConvergenceError(PymeshfairError, RuntimeError):
 
 
 def check_whole_number(name: str, value: object, *, least: int = 0, most: int | None = None, note: str = "") -> int:
-    """The value as an `int`, from `least` to `most`, both included; None for any.
+    """Returns the value as an `int` from `least` to `most`, both included; None for no upper bound.
 
     Raises:
-        FilterInputError: not an integer, or out of range: "iterations is 2.5: it is a whole number of at least 0". The `note`,
-            which begins with its own punctuation, says what the value means, or what to give instead.
+        FilterInputError: not an integer, or out of range: "iterations is 2.5: it is a whole number of at least 0". The `note`
+            starts with punctuation and explains the value, or what to give instead.
     """
     if isinstance(value, Integral) and not isinstance(value, bool):
         number = int(value)
@@ -61,7 +61,7 @@ def check_whole_number(name: str, value: object, *, least: int = 0, most: int | 
 
 
 def check_finite(name: str, value: object, *, least: float | None = None, most: float | None = None) -> float:
-    """The value as a finite `float` within the bounds, both included; an upper one only together with a lower one.
+    """Returns the value as a finite `float` within the bounds, both included; `most` needs `least`.
 
     Raises:
         FilterInputError: not a real number, not finite, or out of range: "time_step nan is not finite and at least 0".
@@ -75,7 +75,7 @@ def check_finite(name: str, value: object, *, least: float | None = None, most: 
 
 
 def check_positive(name: str, value: object, *, most: float | None = None, note: str = "") -> float:
-    """The value as a finite `float` above 0 and up to `most`, included; None for any. The note as for `check_whole_number`.
+    """Returns the value as a finite `float` above 0 and at most `most`, None for no bound; `note` as in `check_whole_number`.
 
     Raises:
         FilterInputError: not a real number, not finite, or out of range: "detail_size 0.0 is not finite and above 0".
@@ -88,10 +88,10 @@ def check_positive(name: str, value: object, *, most: float | None = None, note:
 
 
 def check_choice(name: str, value: object, allowed: Any) -> None:
-    """Refuses a value that is not one of the allowed names, a `Literal` type or a sequence.
+    """Refuses a value that is not one of the allowed names, which are a `Literal` type or a sequence.
 
     Raises:
-        FilterInputError: another name, or no string: "border 'open' is not one of 'fixed', 'along', 'free'".
+        FilterInputError: another name, or not a string: "border 'open' is not one of 'fixed', 'along', 'free'".
     """
     names = get_args(allowed) or allowed
     if not (isinstance(value, str) and value in names):
@@ -103,7 +103,7 @@ def _real(value: object) -> float:
 
 
 def _shown(value: object) -> str:
-    """The value in a message: a NumPy scalar as a plain number, at most 80 characters."""
+    """Returns the value as text for a message: a NumPy scalar as a plain number, at most 80 characters."""
     return repr(value.item() if isinstance(value, np.generic) else value)[:80]
 
 

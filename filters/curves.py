@@ -1,4 +1,4 @@
-"""Smoothing of polylines, explicit, by Taubin's steps, and implicit along chains."""
+"""Smooths polylines by explicit, Taubin or implicit steps; the implicit ones eliminate along chains."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ __all__ = ["CurveBorder", "CurveMethod", "CurveWeights", "curve_smoothing"]
 CurveMethod: TypeAlias = Literal["explicit", "implicit", "taubin"]
 #: "uniform": w_ij = 1. "inverse_length": w_ij = 1 / |p_j - p_i|.
 CurveWeights: TypeAlias = Literal["uniform", "inverse_length"]
-#: "fixed": the ends of open curves stay. "free": they move towards their only neighbour, and open curves get shorter.
+#: "fixed": the ends of open curves stay. "free": they move towards their only neighbour, so that open curves get shorter.
 CurveBorder: TypeAlias = Literal["fixed", "free"]
-# Smaller detail sizes, in a box of size 1, smooth nothing, and larger ones everything; the squares of these are finite.
+# In a box of size 1 smaller detail sizes smooth nothing, and larger ones smooth everything. The squares of both are finite.
 _SMALLEST_SIZE, _LARGEST_SIZE = 1e-100, 1e50
 
 
@@ -47,44 +47,44 @@ def curve_smoothing(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """Diffusion along curves, with (L p)_i = sum_j w_ij (p_j - p_i) / sum_j w_ij over the neighbours j of i [taubin1995].
+    """Smooths curves by diffusion, with (L p)_i = sum_j w_ij (p_j - p_i) / sum_j w_ij over the neighbours j of i [taubin1995].
 
-    Each iteration takes p to (1 + step L) p ("explicit"), (1 + mu L)(1 + step L) p ("taubin") or (1 - t L)^-1 p ("implicit"), and
-    so multiplies a mode of eigenvalue -k of L by 1 - step k, (1 - step k)(1 - mu k) or 1 / (1 + t k). With uniform weights the
-    modes of a closed curve of n vertices are the waves cos(2 pi m j / n) and sin(2 pi m j / n) along it, with
-    k = 1 - cos(2 pi m / n), so that it shrinks towards its centroid, by the factors of m = 1 last; Taubin's steps keep its size.
+    Each iteration maps p to (1 + step L) p ("explicit"), (1 + mu L)(1 + step L) p ("taubin") or (1 - t L)^-1 p ("implicit"). It
+    multiplies a mode of eigenvalue -k of L by 1 - step k, (1 - step k)(1 - mu k) or 1 / (1 + t k). With uniform weights the modes
+    of a closed curve of n vertices are the waves cos(2 pi m j / n) and sin(2 pi m j / n) along it, with k = 1 - cos(2 pi m / n).
+    So the curve shrinks towards its centroid, in the end by the factors of m = 1; Taubin steps keep its size.
 
-    Any number of curves may be in one mesh, and they may branch: a vertex sees all its neighbours, so one with three or more is
-    drawn to their weighted mean. An edge that is there twice counts once, one from a vertex to itself not at all, and one
-    without length pulls as one of a millionth of the mean edge.
+    A mesh may have any number of curves, and curves may branch: a vertex with three or more neighbours moves to their weighted
+    mean. A duplicate edge counts once, an edge from a vertex to itself not at all. An edge of length 0 has the weight of one with
+    a millionth of the mean length.
 
     Args:
-        vertices: (n, 3) coordinates; with one coordinate the same everywhere it stays so, to the bit.
+        vertices: (n, 3) coordinates. A coordinate that is the same for all vertices stays so, to the bit.
         edges: (e, 2) pairs of vertices, in any order and direction.
-        method: how L is applied, see above. "implicit" takes strong smoothing in one step.
-        weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" leaves a straight line as it is
-            however unevenly it is sampled; its weights are those of each moment, with "implicit" those of the input. Vertices
-            very near each other then hardly move apart, unless a detail size is given.
+        method: the kind of step, see above. "implicit" smooths strongly in one step.
+        weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" keeps a straight line, however
+            unevenly it is sampled, and hardly moves apart vertices that are very near each other, unless a detail size is given.
+            Its weights are updated in each step, but with "implicit" they are those of the input.
         step: lambda, for "explicit" and "taubin", above 0 and at most 1. Larger is smoother.
         mu: for "taubin", the step back, below -step. Nearer to -step is smoother.
-        pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0 and below 1/step; if given, it decides on mu. Smaller is smoother.
-        time_step: t, for "implicit", a number without unit from 0. Larger is smoother, and none is unstable.
-        detail_size: for "implicit" with "inverse_length", instead of `time_step`: the wavelength, in mesh units, of which all
-            iterations together leave half the amplitude. L is then the second derivative by arc length, a vertex having half
-            the length of its edges as mass; and t = (2^(1 / iterations) - 1) (detail_size / 2 pi)^2. Larger is smoother.
+        pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0 and below 1/step; replaces mu. Smaller is smoother.
+        time_step: t, for "implicit", a number without unit from 0. Larger is smoother; every value is stable.
+        detail_size: for "implicit" with "inverse_length", instead of `time_step`: the wavelength, in mesh units, whose amplitude
+            all iterations together halve. L is then the second derivative by arc length; the mass of a vertex is half the length
+            of its edges, and t = (2^(1 / iterations) - 1) (detail_size / 2 pi)^2. Larger is smoother.
         iterations: number of steps, or of pairs of steps. More are smoother; with a detail size they cut off more sharply.
-        border: what the ends of open curves do, vertices with one neighbour; see `CurveBorder`.
-        movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
+        border: policy for the ends of open curves, the vertices with one neighbour; see `CurveBorder`.
+        movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         progress: called after every step; may raise to stop.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: those without edge, that are not `movable`, or fixed ends.
-        "implicit" solves to rounding where no vertex that moves has more than two neighbours that do; on curves that branch to
-        1e-10 of the bounding-box diagonal. Deterministic, for any number of threads.
+        (n, 3) float64. Vertices that do not move keep every bit: without edges, not `movable`, or fixed ends. "implicit" solves
+        to rounding where no moving vertex has more than two moving neighbours, and on branching curves to 1e-10 of the
+        bounding-box diagonal. Deterministic, for any number of threads.
 
     Raises:
-        FilterInputError: not a mesh of edges, a parameter out of range, or one that is missing or does not fit.
-        UnstableStepError: Taubin's steps would make the finest detail grow.
+        FilterInputError: not a mesh of edges, or a parameter that is out of range, missing or does not fit the others.
+        UnstableStepError: Taubin steps would amplify the finest detail.
         ConvergenceError: the equations of branching curves cannot be solved.
     """
     points = check_points(vertices)
@@ -96,7 +96,7 @@ def curve_smoothing(
     rings = one_rings(mesh.cells, len(mesh))
     sweeps = math.inf if method == "implicit" else count * (2 if method == "taubin" else 1)
     if worth_reordering(mesh.cells, len(mesh), sweeps):
-        # The vertices of each unbranched stretch come next to each other.
+        # The vertices of each unbranched chain become neighbours in memory.
         simple = np.diff(rings.offsets) <= 2
         mesh = mesh.in_order(np.concatenate([trace_chains(rings, simple).order, np.flatnonzero(~simple).astype(np.int32)]))
         rings = one_rings(mesh.cells, len(mesh))
@@ -132,14 +132,14 @@ def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None)
 def _time_and_operator(
     weights: CurveWeights, time_step: float | None, detail_size: float | None, scale: float, iterations: int
 ) -> tuple[float, OperatorName]:
-    """The time step on the normalised mesh, and its operator."""
+    """Returns the time step on the normalised mesh, and its operator."""
     if (time_step is None) == (detail_size is None):
         raise FilterInputError("the method 'implicit' takes either a time_step or a detail_size")
     if detail_size is not None:
         if weights != "inverse_length":
             raise FilterInputError("uniform weights do not depend on lengths: give a time_step, or take 'inverse_length'")
         check_positive("detail_size", detail_size)
-        # Scaled before it is squared, which neither overflows nor vanishes then.
+        # Scaled before it is squared, so that the square neither overflows nor underflows.
         size = min(max(detail_size * scale, _SMALLEST_SIZE), _LARGEST_SIZE)
         return time_step_of_detail_size(size, iterations=iterations), "scale_dependent"
     assert time_step is not None
@@ -150,17 +150,17 @@ def _time_and_operator(
 def implicit_curve_steps(
     start: Floats, laplacian: Laplacian, rings: OneRings, time: float, count: int, moves: Bools, progress: Progress
 ) -> Floats:
-    """(n, 3) the vertices after `count` steps (M - t C) d = t C p for the displacement d, t in the unit of one over the operator.
+    """Returns (n, 3) the vertices after `count` steps (M - t C) d = t C p for the displacement d; t has the inverse unit of L.
 
-    On chains without branches by elimination. M - t C is a network of conductances: t w_ij between neighbours, M_i from each
-    vertex to the ground. Eliminating a vertex of a chain leaves such a network again. Its conductances are sums, products and
-    quotients of positive numbers, so each is exact to rounding, however large t is and however long the chain. In a chain without
-    fixed neighbour the currents sum up to 0: the current at its last vertex is minus the sum of those before.
+    Chains without branches are solved by elimination. M - t C is a network of conductances: t w_ij between neighbours, M_i from
+    each vertex to the ground. Eliminating a vertex of a chain leaves such a network again. Its conductances are sums, products
+    and quotients of positive numbers, so each is exact to rounding for any t and any length of the chain. In a chain without
+    fixed neighbour all currents sum to 0, so the current at the last vertex is minus the sum of the others.
     """
     labels = laplacian.components()
     branched = _in_branched_component(rings, moves, labels)
     chains, t, stiffness = trace_chains(rings, moves & ~branched), min(time, LONGEST_STEP), laplacian.stiffness
-    # Divided by 1 + t all conductances stay finite. A stiffness is negative on its diagonal alone.
+    # The division by 1 + t keeps all conductances finite. A stiffness matrix is negative on its diagonal only.
     conductances = CompressedRows(stiffness.indptr, stiffness.indices, stiffness.data * (t / (1.0 + t)))
     shares = np.zeros((4, len(chains.order)))
     _eliminate(conductances, laplacian.mass / (1.0 + t), chains, shares)
@@ -180,7 +180,7 @@ def implicit_curve_steps(
 
 
 def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools:
-    """(n,) whether a vertex is connected with one that moves and has more than two neighbours that move."""
+    """Returns (n,) whether the component of a vertex has a moving vertex with more than two moving neighbours."""
     running = np.concatenate([[0], np.cumsum(moves[rings.neighbours])])
     branching = moves & (running[rings.offsets[1:]] - running[rings.offsets[:-1]] > 2)
     return np.asarray(mask_of(labels[branching], int(labels.max(initial=-1)) + 1)[labels])
@@ -188,10 +188,10 @@ def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools
 
 @compiled
 def _eliminate(network: CompressedRows, mass: Floats, chains: Chains, shares: Floats) -> None:
-    """Fills the shares of the current of each vertex in `Chains.order` when it is eliminated, and one over all its conductances.
+    """Eliminates the vertices in `Chains.order`; fills four rows of `shares` for each eliminated vertex.
 
-    They go to the next vertex, to the first one of a ring and to the ground. That one is eliminated last; of a chain with ends it
-    is the last.
+    These are the shares of its current to the next vertex, to the first vertex of a ring and to the ground, and its resistance, 1
+    over the sum of its conductances. The root is eliminated last: the first vertex of a ring, the last of a chain with ends.
     """
     order, starts, closed, _ = chains
     to_next, to_first, to_ground, resistance = shares[0], shares[1], shares[2], shares[3]
@@ -222,7 +222,7 @@ def _eliminate(network: CompressedRows, mass: Floats, chains: Chains, shares: Fl
 
 @compiled
 def _ground(network: CompressedRows, mass: Floats, order: Ints, start: int, stop: int, k: int, ring: bool) -> float:
-    """The conductance from a vertex to the ground and to fixed vertices, which are alike to it."""
+    """Returns the conductance from a vertex to the ground; a fixed vertex counts as ground."""
     offsets, columns, weights = network
     i = order[k]
     before = order[k - 1] if k > start else (order[stop - 1] if ring else -1)
@@ -247,7 +247,7 @@ def _weight(network: CompressedRows, i: int, j: int) -> float:
 
 @compiled
 def _substitute(points: Floats, network: CompressedRows, chains: Chains, shares: Floats, moved: Floats) -> None:
-    """The currents forwards, then the potentials backwards; `moved` holds first the ones and then the others."""
+    """Passes currents forwards, then potentials backwards; `moved` has the currents first and the potentials in the end."""
     offsets, columns, weights = network
     order, starts, closed, floating = chains
     to_next, to_first, to_ground, resistance = shares[0], shares[1], shares[2], shares[3]
@@ -259,7 +259,7 @@ def _substitute(points: Floats, network: CompressedRows, chains: Chains, shares:
             for e in range(offsets[i], offsets[i + 1]):
                 for d in range(3):
                     moved[i, d] += weights[e] * (points[columns[e], d] - points[i, d])
-        # The first vertex of a ring and the last one of a chain with ends are the roots, which come last.
+        # The root comes last: the first vertex of a ring, the last vertex of a chain with ends.
         root = start if closed[c] else stop - 1
         begin, end = (start + 1, stop) if closed[c] else (start, stop - 1)
         first, last = order[start], order[root]
@@ -285,9 +285,9 @@ def _substitute(points: Floats, network: CompressedRows, chains: Chains, shares:
 
 
 class Chains(NamedTuple):
-    """The free vertices in the order in which they are eliminated, chain after chain."""
+    """The free vertices in the order of elimination, chain after chain."""
 
-    order: Ints  # (f,) int32; those of chain c are ``order[starts[c]:starts[c + 1]]``, each the neighbour of the next
+    order: Ints  # (f,) int32; chain c has the vertices ``order[starts[c]:starts[c + 1]]``, each the neighbour of the next
     starts: Longs  # (c + 1,) int64
     closed: Bools  # (c,) bool, whether the last vertex of a chain is the neighbour of its first
     floating: Bools  # (c,) bool, whether no vertex of a chain has a fixed neighbour
@@ -295,14 +295,14 @@ class Chains(NamedTuple):
 
 @compiled
 def trace_chains(rings: OneRings, free: Bools) -> Chains:
-    """The chains that (n,) free vertices form, none of which has more than two free neighbours."""
+    """Returns the chains of (n,) free vertices, none of which has more than two free neighbours."""
     offsets, neighbours, _ = rings
     n = free.shape[0]
     order, starts = np.empty(n, dtype=np.int32), np.zeros(n + 1, dtype=np.int64)
     closed, floating = np.empty(n, dtype=np.bool_), np.empty(n, dtype=np.bool_)
     done = ~free
     placed = chains = 0
-    # First from the ends; all other chains are rings.
+    # The first pass starts at ends; all remaining chains are rings.
     for only_ends in (True, False):
         for i in range(n):
             if done[i]:

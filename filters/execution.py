@@ -1,7 +1,7 @@
-"""Progress, threads, tasks, and library calls that can be abandoned.
+"""Progress reports, parallel tasks, and library calls that can be abandoned.
 
-Every parallel kernel writes each result from one iteration alone, so the results have the same bits for any number of threads.
-Very small meshes are faster on one.
+Each iteration of a parallel kernel writes its own results, so the bits do not depend on the number of threads. Small meshes are
+faster on one thread.
 """
 
 import os
@@ -15,32 +15,32 @@ from typing import Any, TypeVar
 
 from .compilation import allowed_threads, set_threads, single_thread
 
-#: Called with the share of the work that is done, from 0 to 1; it may raise to stop the work.
+#: Called with the finished share of the work, from 0 to 1; may raise to stop the work.
 Progress = Callable[[float], None]
-#: Kernels on fewer vertices run on one thread: waking others costs more than it saves.
+#: Kernels on fewer vertices run on one thread, since waking other threads would cost more than it saves.
 SERIAL_BELOW = 20_000
-#: The parts for each thread of a loop over a large mesh, enough that no thread waits long for another.
+#: Parts for each thread of a loop over a large mesh, so that no thread waits long for another.
 _PARTS = 8
-#: No part is smaller than this share of `SERIAL_BELOW`: a loop is often one of many that several threads call already.
+#: The smallest part, as a share of `SERIAL_BELOW`. It is large because several threads often call such loops already.
 _LEAST_PART = 0.625
 T = TypeVar("T")
-#: Seconds between two reports of the progress while a long task runs, so that the caller can stop the work.
+#: Seconds between two progress reports during a long task, so that the caller can stop the work.
 _POLL = 0.1
 #: Rows of a block.
 _BLOCK = 1 << 16
 
 
 def ignore_progress(done: float) -> None:
-    """No progress."""
+    """Does nothing with the progress."""
 
 
 def part_of(progress: Progress, start: float, stop: float) -> Progress:
-    """The progress of a part of the work, which begins when the share `start` of the whole is done and ends at `stop`."""
+    """Returns the progress of a part of the work that runs from the share `start` of the whole to `stop`."""
     return lambda share: progress(start + share * (stop - start))
 
 
 def rising(progress: Progress, start: float = 0.0, stop: float = 1.0) -> Progress:
-    """As `part_of`, and never less than before, for work that may restart."""
+    """Returns the same as `part_of`, but never reports less than before, for work that may restart."""
     furthest = 0.0
 
     def report(share: float) -> None:
@@ -52,14 +52,14 @@ def rising(progress: Progress, start: float = 0.0, stop: float = 1.0) -> Progres
 
 
 def blocks(count: int) -> Iterator[slice]:
-    """The rows from 0 to `count` in blocks of 65,536, where the arrays of all would not fit into the cache or into memory."""
+    """Yields the rows from 0 to `count` in blocks of 65,536, for arrays that would not fit into the cache or memory at once."""
     for start in range(0, count, _BLOCK):
         yield slice(start, min(start + _BLOCK, count))
 
 
 @contextmanager
 def threads_for(size: int) -> Iterator[None]:
-    """A context in which kernels called from this thread run on one thread if `size`, a number of vertices, is small."""
+    """Context in which kernels called from this thread run on one thread if `size`, a number of vertices, is small."""
     if size >= SERIAL_BELOW:
         yield
         return
@@ -68,11 +68,11 @@ def threads_for(size: int) -> Iterator[None]:
 
 
 def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], progress: Progress) -> None:
-    """Calls ``work(*task)`` for every task, which writes to a place of its own, on as many threads as numba may use.
+    """Calls ``work(*task)`` for each task, on as many threads as numba may use. Each task must write to memory of its own.
 
-    The threads are Python's and the kernels release the GIL: a thread that is done takes the next task, and several threads of a
-    program may work at once, which numba's own pool does not survive everywhere. `progress` is called after every task and while
-    a long one runs; if it raises, the tasks that have not begun are dropped.
+    The threads are Python threads, and kernels release the GIL. A free thread takes the next task. Several threads of a program
+    may call this at once, which crashes numba's own pool on some platforms. `progress` is called after each task and during long
+    ones; if it raises, the remaining tasks are dropped.
     """
     with ThreadPoolExecutor(allowed_threads()) as pool:
         futures = [pool.submit(work, *task) for task in tasks]
@@ -88,10 +88,10 @@ def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], pro
 
 
 def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None:
-    """Calls ``kernel(*arguments, first, last)`` so that the ranges cover 0 to `count`, on several threads if that is large.
+    """Calls ``kernel(*arguments, first, last)`` for ranges that cover 0 to `count`, on several threads if `count` is large.
 
-    The kernel releases the GIL and writes the results of each number from `first` to before `last`, of vertices or faces, to
-    places of their own. The calling thread works too, so that calls from threads of a full pool end.
+    The kernel must release the GIL and write the results of each element (vertex or face) from `first` to before `last` to memory
+    of its own. The calling thread also works, so that calls from threads of a full pool end.
     """
     parts = min(_PARTS * allowed_threads(), count // max(1, int(_LEAST_PART * SERIAL_BELOW)))
     others = min(allowed_threads(), parts) - 1
@@ -108,27 +108,27 @@ def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None
                 return
             kernel(*arguments, first, last)
 
-    helping = [_kept_pool(os.getpid()).submit(work) for _ in range(others)]
+    helpers = [_pool_of(os.getpid()).submit(work) for _ in range(others)]
     try:
         work()
     finally:
         waiting.clear()
-        for helper in helping:
+        for helper in helpers:
             if not helper.cancel():
                 helper.result()
 
 
 @cache
-def _kept_pool(process: int) -> ThreadPoolExecutor:
-    """One pool for all loops of a process: a fork inherits it without its threads."""
+def _pool_of(process: int) -> ThreadPoolExecutor:
+    """Returns the one pool for all loops of a process; a forked process needs a new one, since a fork has no threads."""
     return ThreadPoolExecutor(os.cpu_count())
 
 
 def abandonable(work: Callable[[], T], progress: Progress, done: float) -> T:
-    """The result of `work`, which releases the GIL in a thread of its own, while `progress` is called ten times a second.
+    """Returns the result of `work`, which runs in a separate thread and must release the GIL.
 
-    That is with the share of the whole work that was `done` before. If it raises, the thread is abandoned: it ends when its call
-    returns, and its result is dropped.
+    Meanwhile `progress` is called ten times a second with the share `done` before. If it raises, the thread is abandoned: it ends
+    when `work` returns, and the result is dropped.
     """
     future: Future[T] = Future()
     threads = allowed_threads()

@@ -1,4 +1,4 @@
-"""Libraries, each imported when it is first used: together they take half a second, and no filter uses them all."""
+"""Libraries that are imported at first use, since together they take half a second and no filter needs them all."""
 
 import importlib
 from collections.abc import Iterator
@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 class ImportedWhenUsed:
     """A module that is imported when one of its attributes is first used.
 
-    Unlike `importlib.util.LazyLoader` it may be used by several threads, before Python 3.12 too, and knows submodules.
+    Unlike `importlib.util.LazyLoader`, it is safe for several threads before Python 3.12, too, and imports submodules.
     """
 
     def __init__(self, name: str) -> None:
-        """See the class; `name` is that of the module."""
+        """Stores the name of the module."""
         self._name = name
 
     def __getattr__(self, attribute: str) -> Any:
-        """The attribute of the module, or its submodule of that name."""
+        """Returns the attribute of the module, or its submodule of this name."""
         if attribute.startswith("__"):
-            raise AttributeError(attribute)  # inspection, as by a debugger, is no use of the module
+            raise AttributeError(attribute)  # inspection, as by a debugger, does not import the module
         module = importlib.import_module(self._name)
         try:
             value = getattr(module, attribute)
@@ -48,8 +48,8 @@ else:
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """A context in which matrix products take one thread: with several their bits depend on how many there are."""
-    blas.dgemm  # noqa: B018 - loads scipy's library, which the limit would miss if it were loaded later
+    """Context in which matrix products use one thread, since their bits depend on the number of threads."""
+    blas.dgemm  # noqa: B018 - loads scipy's library now; the limit does not affect libraries loaded later
     with threadpoolctl.threadpool_limits(limits=1, user_api="blas"):
         yield
 

@@ -1,4 +1,4 @@
-"""M-estimators and the robust statistics made of them."""
+"""M-estimators (cost, influence and weight of deviations), and robust estimates of deviation, mean and line."""
 
 import math
 from collections.abc import Callable
@@ -31,30 +31,30 @@ __all__ = [
 
 KernelName: TypeAlias = Literal["l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"]
 KERNEL_NAMES: tuple[KernelName, ...] = get_args(KernelName)
-#: The number of each kernel in compiled code.
+#: The code of each kernel in compiled functions.
 KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KERNEL_NAMES)}
-#: 1 / |x| is bounded by 1 / (SMALLEST_DEVIATION sigma), so that a sample that fits exactly has a weight that can be summed.
+#: 1 / |x| is bounded by 1 / (SMALLEST_DEVIATION sigma), so that a sample that fits exactly has a finite weight.
 SMALLEST_DEVIATION = 1e-6
-#: The numbers of the kernels, as compiled code reads them.
+#: The codes of the kernels as constants of compiled functions.
 L2, L1, TRUNCATED_L2, TRUNCATED_L1, HUBER, LORENTZIAN, GAUSSIAN, TUKEY, HAMPEL = range(len(KERNEL_NAMES))
-#: Hampel's a1, a2, a3 in units of sigma: psi is x up to a1, level up to a2, and falls to 0 at a3. His 2, 4, 8 in proportion.
+#: Hampel's a1, a2, a3 in units of sigma: psi is x up to a1, constant up to a2, and falls to 0 at a3. His values 2, 4, 8 over 2.
 A1, A2, A3 = 1.0, 2.0, 4.0
-# ln 2 as a sum: the first has so few digits that its multiples by whole numbers up to 2^20 are exact.
+# ln 2 as a sum. The first term has few digits, so its products with whole numbers up to 2^20 are exact.
 _LN2_HIGH, _LN2_LOW = 0.69314718036912381649, 1.90821492927058770002e-10
 _PER_LN2 = 1.4426950408889634
-# Numbers of about this size are 1 apart, so that adding it rounds to a whole number, which stands in the last bits of the sum.
+# Numbers of about this size are 1 apart. Adding it rounds to a whole number, which is then in the last bits of the sum.
 _WHOLE = 1.5 * 2.0**52
-# The exponent of 1 in the bits of a number, the number of bits below, and the least power that has all digits.
+# The exponent bits of 1, the number of bits below the exponent, and the least x whose exp(x) has full precision.
 _BIAS, _BELOW, _LEAST = 1023, 52, -708.0
 
 
 def rho(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
-    """The cost of deviations; even, 0 at 0, never falling with |x|.
+    """Returns the cost rho of deviations: even, 0 at 0, non-decreasing with |x|.
 
     Args:
-        name: the kernel; docs/robust.md has their formulas.
+        name: the kernel; docs/robust.md has the formulas.
         x: deviations, any shape and sign, in the unit of sigma.
-        sigma: the scale, above 0. Larger tolerates larger deviations; of "l2" and "l1" it changes nothing.
+        sigma: the scale, above 0. Larger tolerates larger deviations; "l2" and "l1" do not depend on it.
 
     Raises:
         FilterInputError: no such kernel, or a scale that is not finite and above 0.
@@ -63,15 +63,15 @@ def rho(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
 
 
 def psi(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
-    """The influence of deviations, the derivative of `rho`; odd. Arguments and errors as there.
+    """Returns the influence psi of deviations, the derivative of `rho`; odd. Arguments and errors as there.
 
-    Of "l1" and "truncated_l1" it passes through 0 on a straight line of the width 2 `SMALLEST_DEVIATION` sigma.
+    For "l1" and "truncated_l1" it is linear between -`SMALLEST_DEVIATION` sigma and `SMALLEST_DEVIATION` sigma.
     """
     return np.asarray(x, dtype=np.float64) * weight(name, x, sigma)
 
 
 def weight(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
-    """The weight psi(x) / x of samples that deviate by x; even, at least 0, never rising with |x|. Arguments as `rho`."""
+    """Returns the weight psi(x) / x of deviations: even, at least 0, non-increasing with |x|. Arguments and errors as `rho`."""
     return _evaluated(name, x, sigma, cost=False)
 
 
@@ -120,11 +120,11 @@ def _evaluated(name: KernelName, x: ArrayLike, sigma: float, *, cost: bool) -> F
     return result
 
 
-# Written for loops that are vectorised: where the kernel is a constant one branch is left, in which both sides of a condition are
-# computed and one is taken; a division by 0 is infinite and no error, and `max`, which tests for NaN, is avoided.
+# The form lets loops be vectorised. A constant code leaves one branch, in which both sides of a condition are computed and one is
+# selected. A division by 0 gives infinity without an error, and `max`, which tests for NaN, is avoided.
 @compiled(error_model="numpy")
 def kernel_weight(code: int, x: float, sigma: float) -> float:
-    """The weight of one deviation, for compiled code: the kernel by its `KERNEL_CODES`, sigma above 0."""
+    """Returns the weight of one deviation in compiled functions, by the kernel's `KERNEL_CODES`; sigma is above 0."""
     size = abs(x)
     u = size / sigma
     result = 2.0
@@ -148,7 +148,7 @@ def kernel_weight(code: int, x: float, sigma: float) -> float:
     return result
 
 
-# One loop for each kernel: several loops in one function would not be vectorised.
+# Each kernel needs its own function, since several loops in one function are not vectorised.
 def _loop(code: int) -> Callable[[Floats, float, Floats, float, Floats, float, int], None]:
     @compiled(nogil=True, error_model="numpy")
     def loop(
@@ -170,9 +170,9 @@ _by_huber, _by_lorentzian, _by_gaussian, _by_tukey, _by_hampel = map(_loop, (HUB
 def weigh(
     weights: Floats, code: int, sigma: float, squares: Floats, floor: float, distances: Floats, per_distance: float, count: int
 ) -> None:
-    """Multiply the first `count` weights by g(max(|x|, floor)) exp(-d c), for compiled code: a bilateral filter's for squared d.
+    """Multiplies the first `count` weights by g(max(|x|, floor)) exp(-d c), as a bilateral filter with squared distances d needs.
 
-    g is a kernel by its `KERNEL_CODES`, of scale `sigma`, the `squares` are x^2; the distances d and c are not below 0.
+    g is the kernel of `code` with the scale `sigma`, the `squares` are x^2, and c is `per_distance`; d and c are at least 0.
     """
     if code == L2:
         _by_l2(weights, sigma, squares, floor, distances, per_distance, count)
@@ -196,10 +196,10 @@ def weigh(
 
 @compiled(nogil=True)
 def exponential(x: float) -> float:
-    """exp(x) with a relative error below 2^-51, for x from -708 to 709; 0 for x below.
+    """Returns exp(x) with a relative error below 2^-51, for x from -708 to 709; 0 for smaller x.
 
-    With the whole number k nearest to x / ln 2 it is 2^k exp(x - k ln 2), whose series needs 14 terms. Without branches and calls
-    its loops are vectorised, and it has the same bits on all processors.
+    It is 2^k exp(x - k ln 2) with the whole number k nearest to x / ln 2, by a series of 14 terms. There are no branches and
+    calls, so that loops are vectorised, and the bits are the same on all processors.
     """
     rounded = x * _PER_LN2 + _WHOLE
     k = rounded - _WHOLE
@@ -223,12 +223,12 @@ def exponential(x: float) -> float:
     return series * power if x >= _LEAST else 0.0
 
 
-#: The median of |x| for a standard normal x is 1 / 1.4826: the median size of residuals times this is their standard deviation.
+#: The standard deviation of normal residuals over their median absolute value.
 _MEDIAN_TO_DEVIATION = 1.4826022185056018
 
-#: The sigma, in standard deviations of the noise, with which a mean of normal samples has 95 % of the efficiency of the plain
-#: mean. "truncated_l1" cannot reach that and takes the sigma of "truncated_l2"; Hampel's is his own a1 = 2; "l2" and "l1" do not
-#: depend on theirs.
+#: The sigma, in standard deviations of the noise, for which the robust mean of normal samples has 95 % of the efficiency of the
+#: plain mean. "truncated_l1" cannot reach 95 % and has the sigma of "truncated_l2"; "hampel" has Hampel's a1 = 2; "l2" and "l1"
+#: do not depend on sigma.
 SIGMA_IN_DEVIATIONS: dict[KernelName, float] = dict(
     zip(KERNEL_NAMES, (1.0, 1.0, 2.795, 2.795, 1.345, 1.686, 2.985, 4.685, 2.0), strict=True)
 )
@@ -237,16 +237,16 @@ _ITERATIONS, _TOLERANCE = 2000, 1e-13
 
 
 class Line(NamedTuple):
-    """y = slope x + intercept."""
+    """The line y = slope x + intercept."""
 
     slope: float
     intercept: float
 
 
 def robust_deviation(residuals: ArrayLike) -> float:
-    """The standard deviation of normal residuals of mean 0, of which fewer than half may be outliers: 1.4826 median |r|.
+    """Estimates the standard deviation of normal residuals r of mean 0 by 1.4826 median |r|; up to half may be outliers.
 
-    Where more than half of the residuals are exactly 0 it is the mean of |r|.
+    If more than half of the residuals are exactly 0, it is the mean of |r|.
 
     Args:
         residuals: r, at least one, any shape.
@@ -256,7 +256,7 @@ def robust_deviation(residuals: ArrayLike) -> float:
 
 
 def robust_mean(x: ArrayLike, *, kernel: KernelName = "huber", sigma: float | None = None) -> float:
-    """The m that minimises sum rho(x_i - m) [huber1964], by m <- sum g_i x_i / sum g_i from the median.
+    """Returns the m that minimises sum rho(x_i - m) [huber1964], by m <- sum g_i x_i / sum g_i from the median.
 
     Args:
         x: (n,) at least one sample.
@@ -272,14 +272,14 @@ def robust_mean(x: ArrayLike, *, kernel: KernelName = "huber", sigma: float | No
 
 
 def robust_line(x: ArrayLike, y: ArrayLike, *, kernel: KernelName = "huber", sigma: float | None = None) -> Line:
-    """The line that minimises sum rho(y_i - slope x_i - intercept), by iteratively reweighted least squares.
+    """Returns the line that minimises sum rho(y_i - slope x_i - intercept), by iteratively reweighted least squares.
 
-    The start is the line of "l1". Where rho is convex ("l2", "l1", "huber") the minimum is the global one, with other kernels
-    the one near the start.
+    It starts with the line of "l1". For convex rho ("l2", "l1", "huber") it is the global minimum, for other kernels the local
+    minimum near the start.
 
     Args:
-        x: (n,) at least two places, not all the same.
-        y: (n,) the samples there.
+        x: (n,) at least two values, not all equal.
+        y: (n,) the samples at x.
         kernel: of rho; "l2" is the plain least squares fit.
         sigma: the scale in the unit of y. Larger gives more weight to distant samples. None: `robust_deviation` of the samples
             from the line of "l1", times `SIGMA_IN_DEVIATIONS`.
@@ -302,10 +302,10 @@ def robust_line(x: ArrayLike, y: ArrayLike, *, kernel: KernelName = "huber", sig
 
 
 def _reweighted(design: Floats, values: Floats, start: Floats, kernel: KernelName, sigma: float | None) -> Floats:
-    """Minimises sum rho(values - design @ result) by least squares, weighted anew by the residuals of each solution."""
+    """Minimises sum rho(values - design @ result) by least squares, reweighted by the residuals of each solution."""
     check_choice("kernel", kernel, KERNEL_NAMES)
     scale = robust_deviation(values - design @ start) * SIGMA_IN_DEVIATIONS[kernel] if sigma is None else sigma
-    if scale == 0.0 and sigma is None:  # every sample is met exactly
+    if scale == 0.0 and sigma is None:  # the start fits all samples exactly
         return start
     for _ in range(_ITERATIONS):
         roots, before = np.sqrt(weight(kernel, values - design @ start, scale)), start

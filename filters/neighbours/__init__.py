@@ -1,4 +1,4 @@
-"""Nearest neighbours of points, and balls that touch a surface."""
+"""Nearest neighbours of points, in memory or by cells, and balls that touch a surface."""
 
 from .cells import CellTree, Nearest, cells_within, gap_to, offer_cells, reaching_out
 from .kd_tree import LEAF, build_tree, check_cloud, leaf_ranges, nearest_neighbours, search_leaves, split_nodes, tree_scale

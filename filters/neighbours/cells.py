@@ -1,11 +1,11 @@
-"""Neighbours of the points of a tile in other cells of the cloud.
+"""Finds neighbours of the points of a tile in other cells of the cloud.
 
-A cloud that does not fit into memory is cut into cells, each with its box. The points of a part (a tile) have been compared with
-each other; here they are compared with the points of other cells. They are ordered as in `nearest_neighbours`: by squared
-distance, then by number. The computed distance to a box is never larger than that to a point in it, nor that to its farthest
-corner smaller, because rounding is monotonic; so no cell that matters is left out, also among ties.
+A cloud that does not fit into memory is cut into cells, each with a bounding box. The points of a tile have already been compared
+with each other; this module compares them with the points of other cells. Neighbours are ordered as in `nearest_neighbours`: by
+squared distance, then by number. Rounding is monotonic, so the computed distance to a box is never larger than that to a point in
+it, and the distance to its farthest corner never smaller. Hence no relevant cell is left out, also among ties.
 
-The boxes stand in a binary tree: node 1 is the root, the children of node i are 2 i and 2 i + 1, the last level are the cells.
+The boxes form a binary tree: node 1 is the root, the children of node i are 2 i and 2 i + 1, and the last level has the cells.
 """
 
 from typing import NamedTuple
@@ -18,15 +18,15 @@ from .kd_tree import STACK
 
 
 class CellTree(NamedTuple):
-    """The boxes of all cells of a cloud."""
+    """The bounding boxes of all cells of a cloud, as a tree."""
 
     # (2 w, 2, 3) the lowest and the highest coordinates of each node's points; infinity and -infinity for a node without points
     boxes: Floats
-    counts: Longs  # (2 w,) the points in each node
+    counts: Longs  # (2 w,) the number of points in each node
 
     @classmethod
     def over(cls, boxes: Floats, counts: Longs) -> "CellTree":
-        """The tree over (c, 2, 3) boxes of cells and their (c,) numbers of points; cells in a row should be near each other."""
+        """Returns the tree over (c, 2, 3) boxes of cells with (c,) counts of points; consecutive cells should be neighbours."""
         width = 1 << max(len(boxes) - 1, 0).bit_length()
         nodes: Floats = np.empty((2 * width, 2, 3))
         nodes[:, 0], nodes[:, 1] = np.inf, -np.inf
@@ -42,21 +42,21 @@ class CellTree(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """The k nearest of the points compared so far, for each of a points, by squared distance, then by number."""
+    """The k nearest points found so far for each of a points, by squared distance, then by number."""
 
-    squared: Floats  # (a, k), infinite where there are fewer
-    numbers: Longs  # (a, k) which points they are
+    squared: Floats  # (a, k) squared distances, infinite for missing neighbours
+    numbers: Longs  # (a, k) numbers of the neighbours
     slots: Longs  # (a, k) their places in storage
 
     def of(self, rows: slice) -> "Nearest":
-        """Those of some points, in the same memory."""
+        """Returns a view of some rows, in the same memory."""
         return Nearest(self.squared[rows], self.numbers[rows], self.slots[rows])
 
 
 def reaching_out(points: Floats, bounds: Floats, cells: CellTree, first: int, last: int) -> Bools:
-    """(n,) whether a cell outside of a tile can hold a point within the bound, the squared distance of the k-th nearest in it.
+    """Returns (n,) whether a cell outside of the tile can hold a point within the (n,) squared distances `bounds`.
 
-    The tile has the cells from `first` to before `last`.
+    A bound is that of the k-th nearest point in the tile, which has the cells from `first` to before `last`.
     """
     counts: Longs = np.zeros(len(points), np.int64)
     list_cells(points, bounds, cells, first, last, counts, np.zeros(0, np.int64), np.empty(0, np.int32))
@@ -66,15 +66,15 @@ def reaching_out(points: Floats, bounds: Floats, cells: CellTree, first: int, la
 def cells_within(
     points: Floats, bounds: Floats, cells: CellTree, first: int, last: int, k: int, *, most: int | None = None
 ) -> tuple[Longs, Ints]:
-    """The cells outside of a tile that can hold one of the k nearest of each point.
+    """Lists the cells outside of a tile that can hold one of the k nearest neighbours of each point.
 
-    `bounds` shrink in place to what the boxes alone guarantee: a box with more than k points has k others within its farthest
-    corner. So a point far from everything does not get all cells at about the same distance.
+    `bounds` shrink in place to what the boxes guarantee: a box with more than k points has k other points within its farthest
+    corner. So a point far from all others does not get all cells at about the same distance.
 
-    The list ends with the last point with which it has `most` cells, and has at least one point.
+    The list stops before a point would bring it above `most` cells, but has at least one point.
 
     Returns:
-        (a + 1,) offsets into the (c,) cells, of the a points whose cells are listed.
+        (a + 1,) offsets into the (c,) cells, for the a listed points.
     """
     counts: Longs = np.zeros(len(points) + 1, np.int64)
     shrink_bounds(points, bounds, cells, k)
@@ -91,7 +91,7 @@ def cells_within(
 
 @compiled(nogil=True)
 def gap_to(boxes: Floats, node: int, x: float, y: float, z: float) -> float:
-    """The squared distance of a point from the box of a node."""
+    """Returns the squared distance of a point from the box of a node."""
     dx = max(boxes[node, 0, 0] - x, x - boxes[node, 1, 0], 0.0)
     dy = max(boxes[node, 0, 1] - y, y - boxes[node, 1, 1], 0.0)
     dz = max(boxes[node, 0, 2] - z, z - boxes[node, 1, 2], 0.0)
@@ -110,7 +110,7 @@ def _covered(node: int, width: int, first: int, last: int) -> bool:
 
 @compiled(nogil=True)
 def shrink_bounds(points: Floats, bounds: Floats, cells: CellTree, k: int) -> None:
-    """Lowers bounds to what boxes with more than k points guarantee."""
+    """Lowers each bound to the farthest corner of the best box with more than k points."""
     boxes, counts = cells
     width = boxes.shape[0] // 2
     stack = np.empty(STACK, np.int64)
@@ -130,7 +130,7 @@ def shrink_bounds(points: Floats, bounds: Floats, cells: CellTree, k: int) -> No
                 left, right = 2 * node, 2 * node + 1
                 if gap_to(boxes, left, x, y, z) < gap_to(boxes, right, x, y, z):
                     left, right = right, left
-                stack[top], stack[top + 1] = left, right  # the nearer one is looked at first
+                stack[top], stack[top + 1] = left, right  # the nearer node is visited first
                 top += 2
 
 
@@ -138,7 +138,7 @@ def shrink_bounds(points: Floats, bounds: Floats, cells: CellTree, k: int) -> No
 def list_cells(
     points: Floats, bounds: Floats, cells: CellTree, first: int, last: int, counts: Longs, offsets: Longs, numbers: Ints
 ) -> None:
-    """Counts the cells of each point; with `offsets` writes their numbers."""
+    """Counts the cells of each point; with `offsets` it also writes their numbers."""
     boxes, _ = cells
     width = boxes.shape[0] // 2
     stack = np.empty(STACK, np.int64)
@@ -171,10 +171,10 @@ def offer_cells(
     rows: Longs,
     offered: tuple[Floats, Longs, Longs],
 ) -> None:
-    """Put the points of the cells that `cells_within` has listed among the `nearest`, in place.
+    """Inserts points of the cells listed by `cells_within` (`asked`) into the `nearest`, in place.
 
-    The points have the numbers `own`, so that none is a neighbour of itself. Offered are (r, 3) coordinates, (r,) numbers and
-    (r,) slots; the (c, 2) `rows` say for every cell where its points begin and end in these, both 0 if it is not among them.
+    `own` has the numbers of the points, so that none becomes its own neighbour. `offered` has (r, 3) coordinates, (r,) numbers
+    and (r,) slots. The (c, 2) `rows` are the begin and end of each cell in `offered`, both 0 for a cell that is not offered.
     """
     squared, numbers, slots = nearest
     offsets, listed = asked

@@ -1,10 +1,10 @@
-"""The exact nearest neighbours of every point of a cloud, by a balanced k-d tree [friedman1977] built on all cores.
+"""Finds the exact nearest neighbours of each point of a cloud by a balanced k-d tree [friedman1977], built on all cores.
 
-Written here because SciPy's and pykdtree's do not order ties and are slower; docs/solvers.md has the times.
+The trees of SciPy and pykdtree do not order ties and are slower; docs/solvers.md has the times.
 
-A node's points are halved at the median of the widest side of their bounding box, down to leaves of `LEAF` points, so that the
-tree adapts to any density. Node 1 is the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves, its
-children the two halves of that range, and every leaf but the last is full.
+The points of a node are halved at the median of the widest side of their bounding box, down to leaves of `LEAF` points, so that
+the tree adapts to any density. Node 1 is the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves,
+its children cover the two halves of the range, and every leaf but the last is full.
 """
 
 import math
@@ -19,37 +19,37 @@ from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
 from ..mesh import Floats, Ints, Longs, check_points
 
-#: Points in a leaf, compiled into the kernels: 8 and 32 are slower.
+#: Points of a leaf, compiled into the kernels: 8 and 32 are slower.
 LEAF = 16
 #: Leaves of a subtree that one task builds.
 _SUBTREE = 4096
-#: Deep enough for any walk down a tree of 2^31 points.
+#: Size of a stack for any traversal of a tree of 2^31 points.
 STACK = 64
 #: The column of the index, which a float64 holds exactly.
 _INDEX = 3
-#: Beyond any squared distance of a tree's coordinates, and below the infinite distance of a point to itself.
+#: Above any squared distance in a tree, and below the infinite distance of a point to itself.
 FAR = 1e300
 #: Above every index, so that every tie counts.
 ANY_INDEX = 2**62
-#: Guesses at a threshold before an exact selection: with ties no guess succeeds.
+#: Number of guesses at a threshold before an exact selection: with ties no guess succeeds.
 _GUESSES = 6
-#: The share of the time that building the tree takes, roughly.
+#: The approximate share of the time for building the tree.
 _BUILDING = 0.2
-#: Neighbours that one task finds: about a hundredth of a second, and their arrays stay in the cache.
+#: Neighbours that one task finds, in about a hundredth of a second; their arrays stay in the cache.
 _CHUNK = 2**18
-#: At least this many tasks, so that all threads end at about the same time,
+#: Least number of tasks, so that all threads end at about the same time.
 _TASKS = 64
-#: unless one would find fewer neighbours than these: half a millisecond. To give a thread a task takes a hundredth.
+#: A task finds at least this number of neighbours: half a millisecond of work, a hundred times the cost of starting a task.
 _LEAST = 2**14
-#: Up to k / 8 more candidates than k may stay in the search.
+#: Up to k / 8 more than k candidates may stay during the search.
 _MORE = 8
 
 
 class KdTree(NamedTuple):
-    """The points in the order of the tree; a "position" counts in that order, an "index" in the caller's."""
+    """The points in the order of the tree. A "position" is a place in this order, an "index" one in the caller's order."""
 
     size: int  # the number of points n
-    # the power of two by which the caller's coordinates are divided, so that no squared distance overflows or vanishes
+    # the power of two that divides the caller's coordinates, so that squared distances neither overflow nor underflow
     scale: float
     coordinates: Floats  # (leaves, 3, LEAF), NaN after the last point
     indices: Ints  # (leaves * LEAF,) the index of the point at each position
@@ -58,15 +58,15 @@ class KdTree(NamedTuple):
 
 
 def tree_scale(largest: float) -> float:
-    """The power of two above the largest coordinate's size, by which a tree divides the coordinates."""
+    """Returns the power of two above the largest absolute coordinate, by which a tree divides the coordinates."""
     exponent = np.frexp(largest)[1]
     return float(2.0 ** min(max(int(exponent), -1000), 1000))
 
 
 def build_tree(points: Floats, progress: Progress, *, scale: float | None = None) -> KdTree:
-    """The tree of finite points, at least one; the same for any number of threads.
+    """Returns the tree of finite points, at least one. It is the same for any number of threads.
 
-    Of a part of a cloud the scale is the `tree_scale` of the whole.
+    For a part of a cloud `scale` is the `tree_scale` of the whole.
     """
     count = len(points)
     leaves = -(-count // LEAF)
@@ -81,7 +81,7 @@ def build_tree(points: Floats, progress: Progress, *, scale: float | None = None
 
     split = partial(_split_node, rows[:count], LEAF, boxes, lowest)
     build = partial(split_nodes, rows[:count], LEAF, boxes, lowest)
-    # The nodes of a level are independent. The upper levels are split one after the other, each subtree below them is one task.
+    # The nodes of a level are independent. The upper levels are split one after the other; each subtree below them is one task.
     level = [(1, 0, leaves)]
     depth = ((leaves - 1) // _SUBTREE).bit_length()
     for above in range(depth):
@@ -91,7 +91,7 @@ def build_tree(points: Floats, progress: Progress, *, scale: float | None = None
     if depth > 0:
         in_parallel(build, level, part_of(progress, depth / (depth + 1), 1.0))
     else:
-        build(*level[0])  # faster than to start a thread
+        build(*level[0])  # faster than starting a thread
         progress(1.0)
     coordinates = np.ascontiguousarray(rows[:, :3].reshape(leaves, LEAF, 3).transpose(0, 2, 1))
     return KdTree(count, scale, coordinates, rows[:, _INDEX].astype(np.int32), boxes, lowest)
@@ -101,8 +101,8 @@ def build_tree(points: Floats, progress: Progress, *, scale: float | None = None
 def split_nodes(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int, first: int, last: int) -> None:
     """Splits a node, which covers the leaves from `first` to before `last`, and all nodes below it, in place.
 
-    The (n, 4) rows, coordinates and indices, `leaf` of them in a leaf, are put into the order of the tree; (nodes, 2, 3) `boxes`
-    get the lowest and the highest coordinates of each node's rows, (nodes,) `lowest` their smallest index.
+    It sorts the (n, 4) rows of coordinates and index into the order of the tree, `leaf` rows in a leaf. For each node it writes
+    the lowest and highest coordinates to the (nodes, 2, 3) `boxes`, and the smallest index to the (nodes,) `lowest`.
     """
     stack = np.empty((STACK, 3), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = node, first, last
@@ -120,7 +120,7 @@ def split_nodes(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int
 
 @compiled(nogil=True)
 def _split_node(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int, first: int, last: int) -> None:
-    """Computes the box of one node and moves its points so that those of its first half of leaves come first."""
+    """Computes the box of a node and partitions its points between the first and the second half of its leaves."""
     start, stop = first * leaf, min(last * leaf, rows.shape[0])
     low = rows[start].copy()
     high = rows[start].copy()
@@ -135,17 +135,17 @@ def _split_node(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int
         axis = c if high[c] - low[c] > high[axis] - low[axis] else axis
     lowest[node] = np.int64(low[_INDEX])
     if last - first > 1:
-        # Points that all coincide are halved by index, so that a search finds the lowest ones first and can stop there.
+        # If all points coincide they are halved by index: a search then finds the lowest indices first and can stop.
         _partition(rows, start, stop, (first + last) // 2 * leaf, axis if high[axis] > low[axis] else _INDEX)
 
 
 @compiled(nogil=True)
 def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> None:
-    """Moves the rows from `start` to before `stop` so that none before `middle` is above one after it."""
+    """Partitions the rows from `start` to before `stop` so that no row before `middle` has a larger value than one after it."""
     low, high = start, stop - 1
     seed = np.uint64(start + stop)
     while low < high:
-        # The median of three at pseudo-random places: the patterns in a scan's order make fixed places take quadratic time.
+        # The median of three pseudo-random rows: with fixed rows the regular order of a scan leads to quadratic time.
         seed = seed * np.uint64(6364136223846793005) + np.uint64(1442695040888963407)
         size = np.uint64(high - low + 1)
         a = rows[low + np.int64((seed >> np.uint64(43)) % size), column]
@@ -170,7 +170,7 @@ def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) ->
 def keep_nearest(
     near: Floats, at: Ints, q: int, count: int, k: int, most: int, bound: float, indices: Ints
 ) -> tuple[int, float, int]:
-    """Moves the k nearest candidates of a point, or up to `most`, to the front; their number, bound, and index of a tie."""
+    """Moves the k nearest candidates of a point, or up to `most`, to the front. Returns their number, bound and tie index."""
     if count <= most:
         return count, bound, ANY_INDEX
     low, high = 0.0, bound
@@ -179,7 +179,7 @@ def keep_nearest(
         high = 0.0
         for i in range(count):
             high = near[q, i] if near[q, i] > high else high
-    # Guess a distance as if all were spread evenly, and count: that is faster than sorting.
+    # Guessing a distance, as if all were evenly spread, and counting is faster than sorting.
     for _ in range(_GUESSES):
         guess = low + (high - low) * ((0.5 * (k + most) - n_low) / (n_high - n_low))
         n = 0
@@ -203,7 +203,7 @@ def keep_nearest(
 
 @compiled(nogil=True)
 def _move_to_front(near: Floats, at: Ints, q: int, count: int, limit: float) -> None:
-    """Moves the candidates up to a distance before the others, without a branch."""
+    """Moves the candidates within a distance before the others, without a branch."""
     front = np.uint64(0)
     for i in range(count):
         distance, position = near[q, i], at[q, i]
@@ -214,7 +214,7 @@ def _move_to_front(near: Floats, at: Ints, q: int, count: int, limit: float) -> 
 
 @compiled(nogil=True)
 def _select(near: Floats, at: Ints, q: int, low: int, high: int, middle: int, indices: Ints) -> None:
-    """Moves the nearer ones of the candidates from `low` to before `high` to before the `middle`."""
+    """Partitions the candidates from `low` to before `high` at `middle`: nearer ones come first."""
     high -= 1
     while low < high:
         pivot = near[q, (low + high) // 2]
@@ -235,7 +235,7 @@ def _select(near: Floats, at: Ints, q: int, low: int, high: int, middle: int, in
 
 @compiled(nogil=True)
 def _side_of_middle(low: int, high: int, i: int, j: int, middle: int) -> tuple[int, int]:
-    """The part that still has to be split around the `middle`, after a split into `low` to j and i to `high`; else no part."""
+    """Returns the part that has the `middle` after a split into `low` to j and i to `high`, or an empty part if none has it."""
     if middle <= j:
         return low, j
     if middle >= i:
@@ -244,14 +244,14 @@ def _side_of_middle(low: int, high: int, i: int, j: int, middle: int) -> tuple[i
 
 
 def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore_progress) -> tuple[Floats, Ints]:
-    """The k nearest neighbours of every point among all other points.
+    """Finds the k nearest neighbours of each point among all other points.
 
-    The search is exact: neighbours are ordered by the squared distance as computed in float64, then by index. A point is left
-    out of its own neighbours by its index, so that a point at the same place is a neighbour at distance 0.
+    The search is exact: neighbours are ordered by the squared distance as computed in float64, then by index. Only the point
+    itself is excluded, so that a point at the same place is a neighbour at distance 0.
 
     Args:
         points: (n, 3) finite coordinates, in any unit and of any magnitude.
-        k: the number of neighbours, at least 1 and less than n. The time grows with k, for many hundreds with its square.
+        k: the number of neighbours, at least 1 and below n. The time grows with k, for many hundreds with its square.
         progress: called with the share of the work done.
 
     Returns:
@@ -270,7 +270,7 @@ def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore
 
 
 def check_cloud(points: ArrayLike, k: int, name: str = "k") -> tuple[Floats, int]:
-    """The points as (n, 3) float64, and the number of neighbours, refused by `name` if there are no k other points for each."""
+    """Returns the points as (n, 3) float64, and k; refuses a cloud of k points or fewer, calling the parameter `name`."""
     cloud, k = check_points(points), check_whole_number(name, k, least=1)
     if k >= len(cloud):
         raise FilterInputError(
@@ -280,7 +280,7 @@ def check_cloud(points: ArrayLike, k: int, name: str = "k") -> tuple[Floats, int
 
 
 def leaf_ranges(tree: KdTree, k: int) -> list[tuple[int, int]]:
-    """The ranges of leaves that one task searches for."""
+    """Returns the ranges of leaves, one for each task of a search."""
     leaves = len(tree.coordinates)
     size = max(1, min(_CHUNK // (k * LEAF), max(leaves // _TASKS, _LEAST // (k * LEAF))))
     return [(first, min(first + size, leaves)) for first in range(0, leaves, size)]
@@ -288,7 +288,7 @@ def leaf_ranges(tree: KdTree, k: int) -> list[tuple[int, int]]:
 
 @compiled(nogil=True)
 def _find(tree: KdTree, indices: Ints, distances: Floats, first: int, last: int) -> None:
-    """Fills the rows of the points in the leaves from `first` to before `last`, leaf by leaf, to keep little beside them."""
+    """Fills the rows of the points in the leaves from `first` to before `last`, leaf by leaf, which needs little memory."""
     k = indices.shape[1]
     positions, squared = np.empty((LEAF, k), np.int32), np.empty((LEAF, k))
     for leaf in range(first, last):
@@ -301,13 +301,13 @@ def _find(tree: KdTree, indices: Ints, distances: Floats, first: int, last: int)
 def _sort_rows(
     index_at: Ints, start: int, positions: Ints, squared: Floats, scale: float, indices: Ints, distances: Floats
 ) -> None:
-    """Writes the rows of the positions from `start` on to the rows of their points, ordered by distance, then by index."""
+    """Writes the neighbours at the positions from `start` on to the rows of their points, sorted by distance, then by index."""
     k = positions.shape[1]
     keys, places = np.empty(k, np.float32), np.empty(k, np.int32)
     for r in range(positions.shape[0]):
         row = index_at[start + r]
-        # Counting the nearer ones uses vector instructions, which is faster than sorting for up to hundreds of neighbours; in
-        # float32, which rounds alike in order, twice as much as in float64. Where two are the same there, the count is exact.
+        # Counting nearer neighbours is vectorised, which is faster than sorting up to hundreds of them, and in float32 twice as
+        # fast as in float64. Rounding to float32 keeps the order; if it makes two distances equal, `_exact_places` counts again.
         for i in range(k):
             keys[i] = squared[r, i]
         total = 0
@@ -326,7 +326,7 @@ def _sort_rows(
 
 @compiled(nogil=True)
 def _exact_places(index_at: Ints, positions: Ints, squared: Floats, r: int, places: Ints) -> None:
-    """The place of each neighbour in a row by distance, then by index."""
+    """Writes the place of each neighbour in a row by distance, then by index."""
     for i in range(places.shape[0]):
         place, index = 0, index_at[positions[r, i]]
         for j in range(places.shape[0]):
@@ -336,10 +336,10 @@ def _exact_places(index_at: Ints, positions: Ints, squared: Floats, r: int, plac
 
 
 def search_leaves(tree: KdTree, first: int, last: int, positions: Ints) -> tuple[slice, Floats]:
-    """Writes the k nearest other points of every point in the leaves from `first` to before `last` to its row of `positions`.
+    """Writes the k nearest other points of each point in the leaves from `first` to before `last` to its row of `positions`.
 
-    The rows of the (n, k) positions are in the order of the tree, each in no particular but a fixed order. Returns those that
-    were written, and their squared distances in the tree's scale.
+    The rows of the (n, k) positions are in the order of the tree. The order within a row is fixed, but not by distance. Returns
+    the written rows, and their squared distances in the tree's scale.
     """
     rows = slice(first * LEAF, min(last * LEAF, tree.size))
     squared: Floats = np.empty((rows.stop - rows.start, positions.shape[1]))
@@ -351,7 +351,7 @@ def search_leaves(tree: KdTree, first: int, last: int, positions: Ints) -> tuple
 def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
     coordinates, boxes, lowest, indices = tree.coordinates, tree.boxes, tree.lowest, tree.indices
     rows, k = positions.shape
-    near = np.empty((LEAF, 2 * k + LEAF))  # candidates of each point of a leaf, and where they are
+    near = np.empty((LEAF, 2 * k + LEAF))  # distances of the candidates of each point of a leaf; `at` has their positions
     at = np.empty((LEAF, 2 * k + LEAF), np.int32)
     counts, ties = np.empty(LEAF, np.int64), np.empty(LEAF, np.int64)
     bounds, gaps, distances = np.empty(LEAF), np.empty(LEAF), np.empty(LEAF)
@@ -372,8 +372,8 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
         while top > 0:
             top -= 1
             node, a, b, gap = stack[top, 0], stack[top, 1], stack[top, 2], stack_gaps[top]
-            # Down to the nearest leaf; the farther child of every node goes onto the stack. If all points coincide the left child
-            # has the lower indices.
+            # Descends to the nearest leaf and pushes the farther child of each node. If all points coincide, the left child has
+            # the lower indices.
             while b - a > 1 and _within(gap, lowest[node], bound, tie):
                 middle = (a + b) // 2
                 left_gap, right_gap = _gap(box, boxes, 2 * node), _gap(box, boxes, 2 * node + 1)
@@ -403,7 +403,7 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
                     count += np.uint64(distances[i] <= limit)  # no branch to predict
                 counts[q] = count
                 if counts[q] > 2 * k:
-                    # Some more may stay: exactly k would take longer.
+                    # A few more than k may stay, since selecting exactly k would take longer.
                     counts[q], bounds[q], ties[q] = keep_nearest(near, at, q, counts[q], k, k + k // _MORE, limit, indices)
                     shrunk = True
             if shrunk:
@@ -419,7 +419,7 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
 
 @compiled(nogil=True)
 def _gaps(coordinates: Floats, leaf: int, boxes: Floats, node: int, gaps: Floats) -> None:
-    """The squared distance of each point of a leaf to the box of a node."""
+    """Writes the squared distance of each point of a leaf from the box of a node."""
     gaps[:] = 0.0
     for d in range(3):
         low, high = boxes[node, 0, d], boxes[node, 1, d]
@@ -430,13 +430,13 @@ def _gaps(coordinates: Floats, leaf: int, boxes: Floats, node: int, gaps: Floats
 
 @compiled(nogil=True)
 def _within(gap: float, lowest: int, bound: float, tie: int) -> bool:
-    """Whether a box at the squared distance `gap`, with that lowest index, can hold a candidate."""
+    """Whether a box at the squared distance `gap`, with the given lowest index, can hold a candidate."""
     return gap < bound or (gap == bound and lowest < tie)
 
 
 @compiled(nogil=True)
 def _gap(box: Floats, boxes: Floats, node: int) -> float:
-    """The squared distance between a box and that of a node."""
+    """Returns the squared distance between a box and the box of a node."""
     total = 0.0
     for d in range(3):
         outside = max(max(boxes[node, 0, d] - box[1, d], box[0, d] - boxes[node, 1, d]), 0.0)

@@ -1,4 +1,4 @@
-"""Thickness of a body at the points of its surface: the largest ball inside that touches the surface there."""
+"""Thickness of a body at its surface points, by the largest inner ball that touches the surface there."""
 
 import numpy as np
 
@@ -6,25 +6,25 @@ from ..execution import Progress, ignore_progress
 from ..libraries import spatial
 from ..mesh import Floats
 
-#: A ball counts if it touches two places at least this far apart as seen from its centre, in radians: places on two sides. Places
-#: nearer to each other are due to the curvature or the noise of one side.
+#: A ball counts if the angle between its two contacts, seen from its centre, is at least this large, in radians: the contacts are
+#: on two sides. Smaller angles are due to the curvature or the noise of one side.
 LEAST_ANGLE = np.pi / 3.0
 _MOST_STEPS = 30
 _SAME = 1e-6
 
 
 def touching_balls(points: Floats, normals: Floats, *, largest: Floats, progress: Progress = ignore_progress) -> Floats:
-    """The radii of the largest balls that touch a surface at each point from the side that the normals turn away from [ma2012].
+    """Returns the radii of the largest balls that touch a surface at each point from behind, opposite to the normal [ma2012].
 
-    A ball of the largest radius touches the point p with normal n, its centre p - r n. While another point q lies in the ball, it
-    is replaced by the ball that touches both, r = |p - q|^2 / (2 n . (p - q)). The last of these counts whose centre sees p and q
-    at least `LEAST_ANGLE` apart.
+    The search starts with the largest allowed ball at the point p with normal n; its centre is p - r n. While another point q
+    lies in the ball, a ball through both replaces it, r = |p - q|^2 / (2 n . (p - q)). The result is the last of these balls
+    whose centre sees p and q at least `LEAST_ANGLE` apart.
 
     Args:
         points: (n, 3) samples of the surface.
-        normals: (n, 3) unit normals; 0 for points that get the largest ball.
+        normals: (n, 3) unit normals; a point with the normal 0 gets its largest ball.
         largest: (n,) the largest radius at each point, from 0. Smaller is faster.
-        progress: called now and then with the share that is done; may raise to stop.
+        progress: called in each step with the finished share; may raise to stop.
 
     Returns:
         (n,) radii, of at most `largest`. Half of the thickness where two sides face each other.
@@ -43,7 +43,7 @@ def touching_balls(points: Floats, normals: Floats, *, largest: Floats, progress
         active, nearest = active[inside], nearest[inside]
         way = points[active] - points[nearest]
         rise = (way * normals[active]).sum(axis=1)
-        # A point in the ball has a positive rise, but for rounding.
+        # A point in the ball has a positive rise, except for rounding errors.
         active, way, rise = active[rise > 0.0], way[rise > 0.0], rise[rise > 0.0]
         if len(active) == 0:
             break
