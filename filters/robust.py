@@ -37,7 +37,7 @@ KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KE
 SMALLEST_DEVIATION = 1e-6
 #: The codes of the kernels as constants of compiled functions.
 L2, L1, TRUNCATED_L2, TRUNCATED_L1, HUBER, LORENTZIAN, GAUSSIAN, TUKEY, HAMPEL = range(len(KERNEL_NAMES))
-#: Hampel's a1, a2, a3 in units of sigma: psi is x up to a1, constant up to a2, and falls to 0 at a3. His values 2, 4, 8 over 2.
+#: Hampel's a1, a2, a3 in units of sigma: psi is x up to a1, constant up to a2, and falls to 0 at a3. His 2, 4, 8 need sigma 2.
 A1, A2, A3 = 1.0, 2.0, 4.0
 # ln 2 as a sum. The first term has few digits, so its products with whole numbers up to 2^20 are exact.
 _LN2_HIGH, _LN2_LOW = 0.69314718036912381649, 1.90821492927058770002e-10
@@ -65,7 +65,7 @@ def rho(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
 def psi(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
     """Returns the influence psi of deviations, the derivative of `rho`; odd. Arguments and errors as there.
 
-    For "l1" and "truncated_l1" it is linear between -`SMALLEST_DEVIATION` sigma and `SMALLEST_DEVIATION` sigma.
+    For "l1" and "truncated_l1" it is linear where |x| is below `SMALLEST_DEVIATION` sigma.
     """
     return np.asarray(x, dtype=np.float64) * weight(name, x, sigma)
 
@@ -244,7 +244,7 @@ class Line(NamedTuple):
 
 
 def robust_deviation(residuals: ArrayLike) -> float:
-    """Estimates the standard deviation of normal residuals r of mean 0 by 1.4826 median |r|; up to half may be outliers.
+    """Estimates the standard deviation of normal residuals r of mean 0 by 1.4826 median |r|; fewer than half may be outliers.
 
     If more than half of the residuals are exactly 0, it is the mean of |r|.
 

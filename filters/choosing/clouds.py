@@ -175,7 +175,7 @@ class CloudSample:
 
     @cached_property
     def pairs(self) -> Ints:
-        """(e, 2) each pair once in which one point is among the six nearest of the other."""
+        """(e, 2) the unique pairs in which one point is among the six nearest of the other."""
         _, near = nearest_neighbours(self.points, _NEAR)
         pairs = np.column_stack([np.repeat(np.arange(len(near), dtype=np.int32), _NEAR), near.ravel()])
         return np.unique(np.sort(pairs, axis=1), axis=0)
@@ -227,7 +227,7 @@ class CloudSample:
 
 
 def _patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
-    """Returns (k, 3) points, their (k,) indices and which are inner: all, or patches around the least (n,) random numbers."""
+    """Returns (k, 3) points, (k,) their indices and which are inner: all points, or patches around those of least `numbers`."""
     if len(points) <= _WHOLE:
         return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)
     seeds = np.argsort(numbers, kind="stable")[:_PATCHES]

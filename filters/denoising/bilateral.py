@@ -108,7 +108,7 @@ def bilateral_jones(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """Replace p by sum_q a_q f(|c_q - p|) g(|P_q(p) - p|) P_q(p) / sum_q a_q f g over the triangles q, once [jones2003].
+    """Replaces p by sum_q a_q f(|c_q - p|) g(|P_q(p) - p|) P_q(p) / sum_q a_q f g over the triangles q, once [jones2003].
 
     a_q is the area of q, c_q its centre, P_q the projection onto the plane through c_q. The normals of the planes are mollified:
     they belong to the mesh with each vertex at sum a_q f'(|c_q - p|) c_q / sum a_q f', where f' is f with half the sigma. The
@@ -279,7 +279,7 @@ def _mean_height(
     space: Term,
     term: Term,
 ) -> float:
-    """Returns the weighted mean height of the vertices within reach of i, by breadth-first search with n `seen` and `queue`."""
+    """Returns the weighted mean height of the vertices within reach of i (breadth first); `seen` and `queue` have n entries."""
     offsets, neighbours = around.offsets, around.neighbours
     if around.on_curve[i]:
         offsets, neighbours = around.curve_offsets, around.curve_neighbours
@@ -323,7 +323,7 @@ class _Triangles(NamedTuple):
 
     @staticmethod
     def of(points: Floats, faces: Ints, reach: float, shape_of: Floats) -> "_Triangles":
-        """Returns the triangles of a mesh in cells of at least `reach`, with the normals of the mesh of vertices `shape_of`."""
+        """Returns the triangles of a mesh in cells of at least `reach`, with their normals at the vertices `shape_of`."""
         areas = np.linalg.norm(cross_products(points, faces), axis=1) / 2.0
         normals, has_normal = _normals(shape_of, faces)
         whole = np.flatnonzero(has_normal & (areas > 0.0))
@@ -346,7 +346,7 @@ def _normals(points: Floats, faces: Ints) -> tuple[Floats, Bools]:
 
 
 def _estimated(points: Floats, which: Ints, triangles: _Triangles, space: Term, height: Term | None) -> Floats:
-    """Returns (n, 3) the points, those of `which` at the weighted mean of their projections, or of centres without `height`."""
+    """Moves the points `which` to the weighted mean of their projections, or of triangle centres without `height`; (n, 3)."""
     out = points.copy()
     _estimate(points, out, which, triangles, space, height or space, height is None)
     return out

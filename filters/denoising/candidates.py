@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """Returns the repertoire with the given values fixed. Values of normal filtering drop the Taubin steps alone."""
+        """Returns the repertoire with the given values fixed. Given filter parameters exclude Taubin steps without a chain."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
@@ -117,7 +117,7 @@ CORRELATED = Repertoire(
     ),
 )
 
-#: All-round parameters that need no choice, for users who do not want to wait.
+#: All-round parameters, for users who skip the choice because it takes time.
 FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring", 5, 30)
 
 

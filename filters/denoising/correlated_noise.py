@@ -101,7 +101,7 @@ def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
 
 
 def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, bool]:
-    """Returns the deviation of shared noise, 0 if there is none, and whether the mesh is a depth map and not a fused one."""
+    """Returns the deviation of shared noise, 0 without it, and True for a depth map or False for a fused mesh."""
     if noise.level == 0.0 or seen_from_one_side(points, faces) <= tuned.FACING:
         return 0.0, False
     on_lines, lengths = on_lines_of_sight(points, faces), edge_lengths(points, edges(faces))
@@ -129,9 +129,9 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmes
     """Fits the variances of several noises to residuals of the surface at several scales.
 
     W = (I + 2 U) / 3 with the one-ring mean U averages a vertex and its neighbours. The residuals of scale m are (I - W^m)^2 p.
-    Their squares are averaged over some rings; the quantile `calmest` of these means is the measure of the scale. One noise of
-    variance 1 for each width (0 comes first) is made on the same mesh, by that number of smoothing steps, and measured likewise.
-    The variances are the non-negative combination with the least relative error.
+    Their squares are averaged over some rings; the quantile `calmest` of these means is the measure at that scale. For each
+    width, 0 first, white noise on the same mesh is smoothed by that number of steps, scaled to variance 1 and measured likewise.
+    The variances are the non-negative factors of these measures with the least relative error.
     """
     points, scored = scan.points, scan.scored
     nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(points)))

@@ -24,7 +24,7 @@ RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, 
 _WITHOUT_LIMIT = 1 << 30
 # A radius of two mean distances of centres has about one ring of faces that share a vertex.
 _DISTANCES_OF_RING = 2.0
-# For each vertex the passes read six times its three coordinates: rows of 8 numbers for two faces.
+# For each vertex the passes read about six times as much as its three coordinates: rows of 8 numbers for two faces.
 _SIZE = 6
 
 
@@ -162,7 +162,7 @@ def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floa
 def _visit_touching(
     faces: Ints, at_vertices: VertexFaces, whole_edges: bool, offsets: Longs, neighbours: Ints, first: int, last: int
 ) -> None:
-    """Lists for `_listed` the faces that share a vertex, or an edge if `whole_edges`, each at the first place of contact."""
+    """Lists for `_listed` the faces that share a vertex, or an edge if `whole_edges`, each once."""
     row_offsets, rows = at_vertices
     for i in range(first, last):
         a, b, c = faces[i, 0], faces[i, 1], faces[i, 2]

@@ -130,7 +130,7 @@ def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Boo
     # In mean edges, so that squares neither underflow nor overflow.
     lengths = np.linalg.norm(ways / (mean_edge_length(vertices, faces) or 1.0), axis=1)
     of_others, of_outliers = (float(np.mean(lengths[which] ** 2)) for which in (others, outlying))
-    # Hardly longer ways are chance.
+    # Slightly longer ways may be chance.
     share = 1.0 - of_others / of_outliers if tuned.LARGER * of_others < of_outliers else 0.0
     return np.where(outlying[:, None], vertices + share * ways, vertices)
 
@@ -140,8 +140,8 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
 
     Let s be the absolute `height_residuals`. A vertex is a candidate if its s is the largest in its one-ring, above three times
     the median of two rings, and above three times the deviation of the mesh, median s / 0.6745. It is an outlier if the sum of
-    s^2 of its neighbours falls without it. This tells the tip of a spike from that of a cone, which belongs to the surface. The
-    search is repeated without the outliers found so far. In Gaussian noise about one vertex in a thousand is an outlier.
+    s^2 of its neighbours falls without it: this holds for the tip of a spike, but not for the tip of a cone. The search is
+    repeated without the outliers found so far. In Gaussian noise about one vertex in a thousand is an outlier.
     """
     rings, pairs = one_rings(faces, len(points)), edges(faces)
     (first, second), used = pairs.T, referenced_vertices(faces, len(points))
@@ -173,7 +173,7 @@ def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, 
 
 
 def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bools:
-    """Returns (n,) which vertices of the mask `which` flatten the surface, each by itself, by a move to the (n, 3) `moved`.
+    """Returns (n,) which vertices of the mask `which` make the surface flatter if they move to their (n, 3) `moved` positions.
 
     The roughness around a vertex is the sum of |n_f - n_g| over the edges of its faces, where f and g share the edge. Removing a
     spike lowers it, rounding or denting an edge does not. Among adjacent vertices only the one with the largest gain moves. The

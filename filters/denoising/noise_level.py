@@ -22,7 +22,7 @@ from .normal_filter import mean_normals
 
 # Squared residuals are clipped at `CLIP` times their median and averaged over the one-rings `AVERAGED` times.
 AVERAGED, CLIP = 4, 9.0
-# A prediction error below this number of mean edges means an exact plane, an angle below it in radians is rounding.
+# Vertices with a smaller prediction error, in mean edges, lie on an exact plane; a smaller angle, in radians, is due to rounding.
 _EXACT = 1e-4
 #: number of rings of faces around a vertex on which its `smooth_normals` depend
 RINGS_OF_SMOOTH_NORMALS = 13
@@ -79,7 +79,7 @@ class FourthOrder(NamedTuple):
     """Differences of fourth order (B p)_i / |B_i|, where B = (1 - U)^2 and U is the mean over the one-ring."""
 
     pairs: Ints  # (e, 2) the edges
-    inner: Bools  # (n,) which vertices have complete one-rings around them: they and their neighbours are not on a border
+    inner: Bools  # (n,) which vertices are not on a border and have no border neighbours, whose one-rings are incomplete
     means: sparse.csr_matrix  # (n, n) the matrix U
     square: sparse.csr_matrix  # (n, n) the matrix B
     norms: Floats  # (n,) the Euclidean norms |B_i| of its rows

@@ -96,7 +96,7 @@ class NormalFilter:
 
     @property
     def ignores_numbers_of_faces(self) -> bool:
-        """Whether the order of the faces changes no bit. It does for ties of 'guided' and for sums of 'vertex_normals'."""
+        """Whether renumbering the faces changes no bit. It may change ties of 'guided' and sums of 'vertex_normals'."""
         return self.method not in ("guided", "vertex_normals")
 
 
@@ -122,7 +122,7 @@ class Weighting(NamedTuple):
             float(settings.range_floor),
             -1 if space == "constant" else KERNEL_CODES[space],
             _scale(space, settings.space_sigma * distance),
-            # The deviation of a normal from itself is 0: a kernel such as 1 / x makes it outweigh all others. A guide is a mean.
+            # Other methods measure a deviation of 0 of a face from itself, which outweighs all others in a kernel such as 1 / x.
             settings.method in ("averaged", "guided"),
         )
 

@@ -1,4 +1,4 @@
-"""The steps of denoising in order: undoes rounding, removes outliers, relaxes, filters normals, and unfolds faces.
+"""Runs the steps of denoising in order: undo rounding, remove outliers, relax, filter normals, unfold faces.
 
 The relaxation is a number of Taubin steps, which reduce noise that would flip faces in normal filtering.
 """
@@ -26,7 +26,7 @@ RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # Noise in all directions is as large along the surface as along the normals; an uneven mesh adds to the first.
 _ALL_DIRECTIONS = 0.85
-#: The share of a move that remains when a fold is undone, since 0 would restore spikes; the rings of faces that it depends on.
+#: The share of its move that a vertex of a folded face keeps, since 0 would restore spikes; the rings of faces that decide.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 
@@ -109,8 +109,8 @@ def relaxed(
 ) -> Floats:
     """Returns (n, 3) the vertices after `iterations` pairs of Taubin steps, of factors 0.5 and -0.53.
 
-    The border "along" keeps the outline, see `outline_kept`. In the direction "normal" only the part of each move along the
-    normal of a smoothed copy counts.
+    The border "along" keeps the outline, see `outline_kept`. The direction "normal" keeps only the part of each move along the
+    normal of a smoothed copy.
     """
     check_choice("relaxation_direction", direction, RelaxationDirection)
     if iterations == 0:
@@ -131,7 +131,7 @@ def along_normals(vertices: Floats, moved: Floats, normals: Floats) -> Floats:
 def outline_kept(vertices: Floats, moved: Floats, normals: Floats, outline: Bools) -> Floats:
     """Returns (n, 3) the moved vertices; those of the outline move along the surface only as far as noise explains it.
 
-    They keep the share min(1, q / p) of that move. p is its mean square on the outline, q that of other vertices, due to noise.
+    They keep the share min(1, q / p) of that move. p is its mean square on the outline, q elsewhere, where only noise causes it.
     """
     across = along_normals(vertices, moved, normals)
     along = moved - across
@@ -159,7 +159,7 @@ def relaxed_part(
     """Relaxes a part of a mesh as `relaxed` does, but leaves the share of `outline_kept` to the caller.
 
     Returns (n, 3) the moved vertices, (n, 3) the same without the moves of the outline along the surface, and the sum of squares
-    and the count for p and for q of `outline_kept`. These go over the `own` vertices, which have `rings_of_relaxation` rings
+    and the count for p and for q of `outline_kept`. The sums go over the `own` vertices, which have `rings_of_relaxation` rings
     around them. `is_open` says whether the whole has borders.
     """
     fair, nothing = taubin_fairing(vertices, faces, iterations=iterations, border=border, whole=whole), ((0.0, 0), (0.0, 0))
@@ -195,7 +195,7 @@ def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
 def going_back(before: Floats, after: Floats, faces: Ints, new: Bools, share: float) -> Floats:
     """Returns (n, 3) the vertices `after`, where the corners of the (m,) newly folded faces keep only a share of their move.
 
-    If all corners of such a face are back already, its neighbours fold it: then the corners of the faces around it go back.
+    If all corners of such a face are back already, its neighbours fold it, and the corners of the faces around it go back.
     """
     away = (after != before).any(axis=1)
     stuck = new & ~away[faces].any(axis=1)

@@ -28,11 +28,11 @@ class Rounding(NamedTuple):
 
     @property
     def step(self) -> float:
-        """The median step between levels, the largest of the axes; rounding is noise of deviation step / sqrt(12)."""
+        """The largest median step of an axis. Rounding is noise of standard deviation step / sqrt(12)."""
         return max(float(np.median(np.diff(levels))) for levels in self.levels)
 
     def undone(self, points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
-        """Returns (n, 3) points of less bi-Laplacian energy, within half a step: rounding them gives the same levels."""
+        """Returns (n, 3) a smoother surface, of less bi-Laplacian energy, that is rounded to the same levels."""
         means, result = ring_means(edges(faces), len(points)), points
         for direction, levels in zip(*self, strict=True):
             heights = points @ direction
@@ -51,10 +51,10 @@ class Rounding(NamedTuple):
         return np.asarray(result)
 
     def left(self, points: Floats, rounded: Floats, normals: Floats) -> Floats:
-        """Returns (n,) by how much (n, 3) points leave the rounding intervals of the `rounded` ones, in steps.
+        """Returns (n,) the distances of (n, 3) points from the rounding intervals of the `rounded` points, in steps.
 
-        The true points never leave them. With several axes the distance is measured along the axes and along the (n, 3) unit
-        `normals`, and the smaller one counts, since every filter slides vertices along the surface.
+        The true points have the distance 0. With several axes the distance is measured along the axes and along the (n, 3) unit
+        `normals`; the smaller one counts, since every filter slides vertices along the surface.
         """
         moves, out, reach = points - rounded, np.zeros(len(points)), np.zeros(len(points))
         for direction, levels in zip(self.directions, self.levels, strict=True):

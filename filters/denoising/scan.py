@@ -33,9 +33,9 @@ Label = TypeVar("Label")
 
 #: an empty set of held-out vertices
 NONE_HELD = np.empty(0, dtype=np.int32)
-# Factor of the added noise in `choose_by_risk`: small enough to leave the filter's behaviour alone, far larger than rounding.
+# Factor of the added noise in `choose_by_risk`: too small to change the weights of a filter, far larger than rounding errors.
 _LITTLE = 0.1
-# Number of regions whose means give the standard errors. Single edges would not do, since neighbouring edges are correlated.
+# Number of regions whose means give the standard errors, since single edges are not independent of their neighbours.
 _REGIONS = 100
 # Meshes with more faces are sampled by many patches. Ten large patches misled, since shapes differ from place to place.
 _WHOLE = 20_000
@@ -167,7 +167,7 @@ class Scan:
         return replace(choice, chosen=choice.trials[0]) if takes_details else choice
 
     def few_flipped(self, candidates: Candidates, labels: Sequence[Sequence[Label]], choice: Choice[Label]) -> Choice[Label]:
-        """Returns the candidate with the least error among the rivals of the best that leave few faces flipped.
+        """Returns the choice with the least error among its rivals that flip few faces.
 
         Height errors hardly show flipped faces, although the normals of such faces are wrong.
         """
@@ -214,7 +214,7 @@ class Scan:
         result. b is more noise of the same covariance: `noise`, (n,) heights, or noise of single vertices for None. The response
         is g = n . (f(y + e b) - f(y)) / e. The mean of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) over the edges is the squared
         error of the height differences plus their noise variance. Among the results within one standard error of the best the
-        flattest wins. The first label should stand for doing nothing. Errors are in mean edges; None without scored edges.
+        flattest wins. The first label should stand for doing nothing. Errors are in mean edges. None without scored edges.
         """
         pairs = edges(self.faces)
         i, j = pairs[self.scored[pairs].all(axis=1)].T

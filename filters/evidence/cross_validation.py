@@ -48,7 +48,7 @@ class Choice(Generic[Label]):
 
 
 class Scores(NamedTuple):
-    """The scores of k candidates: (k,) arrays of the numbers of `Trial`, in the unit of the deviations, and the best index."""
+    """The scores of k candidates: the fields of `Trial` as (k,) arrays, in the unit of the deviations, and the best index."""
 
     errors: Floats
     excess: Floats
@@ -60,7 +60,7 @@ class Scores(NamedTuple):
         return np.asarray(self.excess <= standard_errors * self.uncertainty)
 
     def choice(self, labels: Sequence[Sequence[Label]], chosen: int | None = None) -> Choice[Label]:
-        """Returns the choice among candidates with these k labels, by families: number `chosen`, by default the best."""
+        """Returns the `Choice` of the candidate number `chosen`, by default the best; the k `labels` are given by families."""
         columns = (values.tolist() for values in self[:3])
         trials = tuple(Trial(*row) for row in zip(chain.from_iterable(labels), *columns, strict=True))
         return Choice(trials[self.best if chosen is None else chosen], trials)

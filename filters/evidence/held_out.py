@@ -77,7 +77,7 @@ def with_neighbours(vertices: Bools, pairs: Ints) -> Bools:
 
 
 def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
-    """Returns (n,) which vertices of faces are more than `rings` edges from the border, that is have `rings` complete rings."""
+    """Returns (n,) which vertices of faces have `rings` complete rings: they are more than `rings` edges from the border."""
     pairs = edges(faces)
     near = border_vertices(faces, n_vertices)
     for _ in range(rings):

@@ -18,7 +18,7 @@ _WIDTH = 1.3
 # A quadric has six coefficients, a plane three. A plane is fitted to fewer vertices or to vertices on a curve of second order.
 _ENOUGH = 8
 _LEAST_PIVOT = 1e-4
-# Capacity for the vertices of two rings; usual are a dozen to some dozens.
+# Capacity for the vertices of two rings, usually a dozen to some dozens.
 _MOST = 1024
 
 
@@ -115,9 +115,9 @@ def _two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints
 
 @compiled(nogil=True)
 def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) -> tuple[float, float]:
-    """Returns the value at 0 of the quadric fitted to weighted heights, and its deviation for heights of deviation 1.
+    """Returns the value at 0 of the quadric fitted to weighted heights, and its standard deviation for heights of deviation 1.
 
-    With fewer than eight samples, or samples on a curve of second order, it fits a plane, and if this fails the mean.
+    It fits a plane to fewer than eight samples or to samples on a curve of second order, and takes the mean if this fails, too.
 
     Args:
         samples: (4, at least `count`) coordinates u and v, of a size around 1, heights, and weights above 0.

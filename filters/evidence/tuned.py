@@ -7,8 +7,8 @@ Figures after "without it" are mean angles over those with the rule; the table i
 MEDIAN_OF_NORMAL = 0.6744897501960817
 
 # Cross-validation.
-#: Number of sets of held-out vertices. One set in place of four costs 2 % of the mean angle. Of impulses on a dodecahedron four
-#: and six sets leave 0.59 degrees, eight 0.39.
+#: Number of sets of held-out vertices. One set in place of four costs 2 % of the mean angle. On a dodecahedron with impulses four
+#: or six sets lead to 0.59 degrees, eight to 0.39.
 MASKS = 8
 #: A setting is dropped if it is more than this many standard errors behind the best. Three lead to the same choices.
 STAYS = 2.0
@@ -48,7 +48,7 @@ STANDS_OUT = 3.0
 # Correlated noise.
 #: The mean face normal of a camera's map is longer; noisy maps have 0.5 and more.
 FACING = 0.4
-#: Least share of squared residuals along one direction in depth maps: 0.9 and more for lenses of up to 45 degrees, others 0.6.
+#: Depth maps have a larger share of squared residuals along one direction: 0.9 and more for lenses up to 45 degrees. Others: 0.6.
 ON_LINES = 0.75
 #: A fused map has a larger share of edges shorter than a quarter of the mean: 7 to 10 %; other meshes have up to 5.5 %.
 CUT_OFF = 0.06
@@ -59,14 +59,14 @@ OWN = 0.02
 OUT_OF_STEP = 0.08
 #: A rounded mesh has at least this share of faces within levels: 3 % with steps of a third of an edge, 80 % with a whole edge.
 FLUSH = 0.01
-#: Rounding makes differences of fourth order of 1 / sqrt(12) steps, up to this factor. Rounded surfaces have 0.9 to 1.9 times as
-#: much, designed parts up to 0.4 times or 6 times.
+#: Rounded surfaces have differences of fourth order of 1 / sqrt(12) steps within this factor: 0.9 to 1.9 times as much. Designed
+#: parts have up to 0.4 times or 6 times as much.
 ROUNDED = 2.0
 
 # Clouds.
-#: A cloud with less noise in its calmest part is clean, in spacings. Exact surfaces and smoothed scans have less than half.
+#: A cloud with less noise in its calmest part, in spacings, is clean. Exact surfaces and smoothed scans have less than half.
 CLOUD_NO_NOISE = 0.03
-#: Independent noise makes neighbours correlate by less: by -0.2 to -0.1. Strong noise has up to 0.28.
+#: Independent noise gives a smaller correlation of neighbours, -0.2 to -0.1; strong noise gives up to 0.28.
 CLOUD_INDEPENDENT = -0.085
 #: Noise of half a spacing gives this level in the calmest part. Above it a quarter of the points decides.
 CLOUD_THICK = 0.33
