@@ -84,13 +84,13 @@ def chosen_projection(
         FilterInputError: not a cloud of 7 points at least, normals or `movable` that do not fit, no such kernel, a parameter out
             of range.
     """
-    given = check_points(points)
-    directions = None if normals is None else unit_normals(normals, len(given))
-    cloud = normalised_mesh(given, np.empty((0, 3), dtype=np.int32), movable)
-    found = _sampled(cloud)
-    if found is None:
+    coordinates = check_points(points)
+    directions = None if normals is None else unit_normals(normals, len(coordinates))
+    cloud = normalised_mesh(coordinates, np.empty((0, 3), dtype=np.int32), movable)
+    sampled = _sampled(cloud)
+    if sampled is None:
         return None
-    sample, origin, spacing, share = found
+    sample, origin, spacing, share = sampled
     local = sample.points
     moves = None if cloud.movable is None else cloud.movable[origin]
     axes = None if directions is None else directions[origin]
@@ -114,7 +114,7 @@ def chosen_projection(
         return costs[mask] if at == 0 else np.einsum("ij,ij->i", local[mask] - result[mask], sample.normals[mask])
 
     def label(tried: Projection) -> Projection:
-        neighbors = min(share * tried.neighbors, len(given) - 1)
+        neighbors = min(share * tried.neighbors, len(coordinates) - 1)
         return tried._replace(neighbors=neighbors, range_sigma=tried.range_sigma * (spacing / cloud.scale))
 
     choice = cross_validate(held, run, deviations, [list(map(label, family)) for family in families], progress=progress)

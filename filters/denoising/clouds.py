@@ -73,12 +73,12 @@ def bilateral_projection(
     Raises:
         FilterInputError: not a cloud, normals that do not fit, too few points, no such kernel, a parameter out of range.
     """
-    given = check_points(points)
-    directions = None if normals is None else unit_normals(normals, len(given))
+    coordinates = check_points(points)
+    directions = None if normals is None else unit_normals(normals, len(coordinates))
     count = check_whole_number("neighbors", neighbors, least=1)
     steps = check_whole_number("iterations", iterations)
     check_whole_number("degree", degree, least=1, most=2)
-    cloud = normalised_mesh(given, np.empty((0, 3), dtype=np.int32), movable)
+    cloud = normalised_mesh(coordinates, np.empty((0, 3), dtype=np.int32), movable)
     kernels = CloudKernels(range_kernel, space_kernel, range_sigma, space_sigma)
     now = cloud.points
     results = projections(now, directions, count, kernels, degree=degree, scale=cloud.scale, movable=cloud.movable)

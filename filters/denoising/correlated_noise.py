@@ -43,8 +43,8 @@ def setting_of_rounded(
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
     tried = SettingsTried(scan, border=border, of=CORRELATED, rounding="undo")
-    here, rounded = undone[origin], mesh.points[origin]
-    unit = mean_edge_length(here, scan.faces)
+    smooth, rounded = undone[origin], mesh.points[origin]
+    unit = mean_edge_length(smooth, scan.faces)
 
     def measures(result: Floats) -> tuple[float, float]:
         """Returns the distance of the vertices from their rounding intervals, in steps, and the product."""
@@ -53,7 +53,7 @@ def setting_of_rounded(
         return out, roughness(result, scan.faces) * (out + tuned.OUT_OF_STEP)
 
     results = tried(scan.points, NONE_HELD)
-    rows = measured(results, tried.labels, lambda _, result: measures(here + unit * (result - scan.points)), progress)
+    rows = measured(results, tried.labels, lambda _, result: measures(smooth + unit * (result - scan.points)), progress)
     out, products = np.array(rows).T
     best = int(products.argmin())
     if measures(other.apply(rounded, scan.faces, border=border, movable=scan.movable))[1] <= products[best]:
@@ -112,8 +112,8 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, b
     if not on_lines and scan.is_surface:
         return 0.0, False
     variances = noise_field(scan, *_DETECT).variances
-    own, total = float(variances[0]), float(variances.sum())
-    shared = np.sqrt(own) >= max(tuned.OWN, 0.5 * noise.level) and own < 0.5 * total
+    independent, total = float(variances[0]), float(variances.sum())
+    shared = np.sqrt(independent) >= max(tuned.OWN, 0.5 * noise.level) and independent < 0.5 * total
     return (float(np.sqrt(total)) if shared else 0.0), on_lines
 
 

@@ -205,7 +205,7 @@ def _visit(
     for i in range(first, last):
         seen[i] = i
         queue[0] = i
-        begin, end, found = 0, 1, 1
+        begin, end, count = 0, 1, 1
         for _ in range(rings):
             for at in range(begin, end):
                 for k in range(near_offsets[queue[at]], near_offsets[queue[at] + 1]):
@@ -215,17 +215,17 @@ def _visit(
                     seen[h] = i
                     if centres.shape[0] and squared_length(centres, i, h) > square:
                         continue
-                    if found == queue.shape[0]:
+                    if count == queue.shape[0]:
                         queue = np.concatenate((queue, queue))
-                    queue[found] = h
-                    found += 1
-            begin, end = end, found
+                    queue[count] = h
+                    count += 1
+            begin, end = end, count
             if begin == end:
                 break
         if neighbours.shape[0]:
-            neighbours[offsets[i] : offsets[i + 1]] = queue[1:found]
+            neighbours[offsets[i] : offsets[i + 1]] = queue[1:count]
         else:
-            offsets[i + 1] = found - 1
+            offsets[i + 1] = count - 1
 
 
 @compiled(nogil=True)
@@ -245,11 +245,11 @@ def _visit_within(
     for i in range(first, last):
         seen[i], place[i] = i, 0
         met[0], length[0], shortened[0] = i, 0.0, True
-        found, again = 1, True
-        while again:
-            again = False
+        count, changed = 1, True
+        while changed:
+            changed = False
             at = 0
-            while at < found:
+            while at < count:
                 if shortened[at]:
                     shortened[at] = False
                     g = met[at]
@@ -259,15 +259,15 @@ def _visit_within(
                         if way > radius or (seen[h] == i and way >= length[place[h]]):
                             continue
                         if seen[h] != i:
-                            if found == met.shape[0]:
+                            if count == met.shape[0]:
                                 met, length = np.concatenate((met, met)), np.concatenate((length, length))
                                 shortened = np.concatenate((shortened, shortened))
-                            seen[h], place[h], met[found] = i, found, h
-                            found += 1
+                            seen[h], place[h], met[count] = i, count, h
+                            count += 1
                         length[place[h]], shortened[place[h]] = way, True
-                        again = True
+                        changed = True
                 at += 1
         if neighbours.shape[0]:
-            neighbours[offsets[i] : offsets[i + 1]] = met[1:found]
+            neighbours[offsets[i] : offsets[i + 1]] = met[1:count]
         else:
-            offsets[i + 1] = found - 1
+            offsets[i + 1] = count - 1

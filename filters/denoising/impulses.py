@@ -122,9 +122,9 @@ def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Boo
     others = referenced_vertices(faces, len(vertices)) & ~outlying
     if not others.any() or not outlying.any():
         return vertices.copy()
-    rings, every = one_rings(faces, len(vertices)), np.arange(len(vertices), dtype=np.int32)
+    rings, indices = one_rings(faces, len(vertices)), np.arange(len(vertices), dtype=np.int32)
     border = rings.along_border()
-    inside, along = (means_of_others(vertices, near, every, outlying) for near in (rings, border))
+    inside, along = (means_of_others(vertices, near, indices, outlying) for near in (rings, border))
     ways = np.where(np.diff(border.offsets)[:, None] > 0, along, inside) - vertices
     ways -= np.einsum("ij,ij->i", ways, normals)[:, None] * normals
     # In mean edges, so that squares neither underflow nor overflow.

@@ -115,8 +115,8 @@ def filter_face_normals(
     now = mesh.in_order(adjacency.places).points
     filtered = NormalPasses(now, adjacency, settings).filtered(now, measure_faces(now, adjacency.faces), progress)
     if adjacency.face_places is not None:
-        here, filtered = filtered, np.empty_like(filtered)
-        filtered[adjacency.face_places] = here
+        permuted, filtered = filtered, np.empty_like(filtered)
+        filtered[adjacency.face_places] = permuted
     if len(filtered) == len(triangles):
         return filtered
     # Faces without area whose vertices no other face uses are not in the normalised mesh.

@@ -67,7 +67,7 @@ def medians_around(values: Floats, rings: OneRings, ignored: Bools, wanted: Bool
 
 @compiled(nogil=True)
 def _predict(
-    points: Floats, rings: OneRings, normals: Floats, which: Ints, hidden: Bools, found: Floats, begin: int, end: int
+    points: Floats, rings: OneRings, normals: Floats, which: Ints, hidden: Bools, fits: Floats, begin: int, end: int
 ) -> None:
     seen, around = np.full(points.shape[0], -1, dtype=np.int32), np.empty(_MOST, dtype=np.int32)
     samples, work = np.empty((4, _MOST)), np.empty((9, 6))
@@ -79,7 +79,7 @@ def _predict(
         count = _two_rings(rings, i, hidden, seen, around)
         if _project(points, normals, i, scale, around[:count], samples):
             height, gain = height_of_quadric(samples, count, math.inf, work)
-            found[0, k], found[1, k] = scale * height, gain
+            fits[0, k], fits[1, k] = scale * height, gain
 
 
 @compiled(nogil=True)
@@ -90,9 +90,9 @@ def _find_medians(
     for i in range(first, last):
         count = _two_rings(rings, i, ignored, seen, around) if wanted[i] else 0
         if count > 0:
-            found = values[around[:count]]
-            middles[i] = np.median(found)
-            spreads[i] = np.median(np.abs(found - middles[i]))
+            values_around = values[around[:count]]
+            middles[i] = np.median(values_around)
+            spreads[i] = np.median(np.abs(values_around - middles[i]))
 
 
 @compiled(nogil=True)

@@ -164,21 +164,21 @@ def list_cells(
 @compiled(nogil=True)
 def offer_cells(
     points: Floats,
-    own: Longs,
+    own_numbers: Longs,
     nearest: Nearest,
-    asked: tuple[Longs, Ints],
+    cells_of_points: tuple[Longs, Ints],
     cells: CellTree,
     rows: Longs,
     offered: tuple[Floats, Longs, Longs],
 ) -> None:
-    """Inserts points of the cells listed by `cells_within` (`asked`) into the `nearest`, in place.
+    """Inserts the points of the cells that `cells_within` lists into the `nearest`, in place.
 
-    `own` has the numbers of the points, so that none becomes its own neighbour. `offered` has (r, 3) coordinates, (r,) numbers
-    and (r,) slots. The (c, 2) `rows` are the begin and end of each cell in `offered`, both 0 for a cell that is not offered.
+    `own_numbers` are the numbers of the points, so that none becomes its own neighbour. `offered` has (r, 3) coordinates, (r,)
+    numbers and (r,) slots. The (c, 2) `rows` are the begin and end of each cell in these, both 0 for a cell that is not there.
     """
     squared, numbers, slots = nearest
-    offsets, listed = asked
-    coordinates, their_numbers, their_slots = offered
+    offsets, listed = cells_of_points
+    coordinates, offered_numbers, offered_slots = offered
     width = cells.boxes.shape[0] // 2
     k = squared.shape[1]
     for p in range(points.shape[0]):
@@ -191,8 +191,8 @@ def offer_cells(
                 dx, dy, dz = coordinates[r, 0] - x, coordinates[r, 1] - y, coordinates[r, 2] - z
                 distance = dx * dx + dy * dy + dz * dz
                 place = k
-                number = their_numbers[r]
-                if number == own[p]:
+                number = offered_numbers[r]
+                if number == own_numbers[p]:
                     continue
                 while place > 0 and (
                     distance < squared[p, place - 1] or (distance == squared[p, place - 1] and number < numbers[p, place - 1])
@@ -202,4 +202,4 @@ def offer_cells(
                     continue
                 for i in range(k - 1, place, -1):
                     squared[p, i], numbers[p, i], slots[p, i] = squared[p, i - 1], numbers[p, i - 1], slots[p, i - 1]
-                squared[p, place], numbers[p, place], slots[p, place] = distance, number, their_slots[r]
+                squared[p, place], numbers[p, place], slots[p, place] = distance, number, offered_slots[r]

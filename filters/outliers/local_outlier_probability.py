@@ -96,11 +96,11 @@ def standard_distances(squared: Floats) -> Floats:
 
 
 @compiled(nogil=True)
-def compare_rows(own: Floats, theirs: Floats) -> Floats:
-    """Returns (a,) PLOF from the standard distances of a points and (a, k) of their neighbours, in the unit of a tree."""
-    factors = np.empty(own.shape[0])
-    for p in range(own.shape[0]):
-        factors[p] = _factor(own[p], theirs[p])
+def compare_rows(distances: Floats, around: Floats) -> Floats:
+    """Returns (a,) PLOF from the standard distances of a points and (a, k) of the neighbours `around`, in the unit of a tree."""
+    factors = np.empty(distances.shape[0])
+    for p in range(distances.shape[0]):
+        factors[p] = _factor(distances[p], around[p])
     return factors
 
 

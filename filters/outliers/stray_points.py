@@ -102,9 +102,9 @@ def stray_points(
     numbers = index.astype(np.int64)
     thickness = thicknesses(places, numbers, links)
     cut_links(places, numbers, links, reaches, numbers[links[:, -1]])
-    every = np.ones(n, np.bool_)
+    all_points = np.ones(n, np.bool_)
     median = float(np.partition(spacing, (n - 1) // 2)[(n - 1) // 2])
-    chosen = rule.on_surface(spacing, median, thickness, linked_to(links, every))
+    chosen = rule.on_surface(spacing, median, thickness, linked_to(links, all_points))
     for _ in range(JOINED):
         chosen |= rule.is_joined(linked_to(links, chosen))
     parts = linked_parts(links, chosen)
