@@ -184,9 +184,9 @@ class SettingsTried:
         """Yields the (n, 3) result after each number of rounds of a chain, ascending."""
         parameters, stops = chain
         mesh = normalised_mesh(points, self._scan.faces, movable).in_order(self._adjacency.places)
-        known = vars(parameters)
-        normal_filter = NormalFilter(**{f.name: known[f.name] for f in fields(NormalFilter) if f.name in known})
-        of_vertices = {name: known[name] for name in ("vertex_iterations", "vertex_update")}
+        attributes = vars(parameters)
+        normal_filter = NormalFilter(**{f.name: attributes[f.name] for f in fields(NormalFilter) if f.name in attributes})
+        of_vertices = {name: attributes[name] for name in ("vertex_iterations", "vertex_update")}
         results = rounds(mesh, self._adjacency, normal_filter, border=self._border, **of_vertices)
         for done, stop in pairwise((0, *stops)):
             yield mesh.restored(next(islice(results, stop - done - 1, None), mesh.points))

@@ -75,7 +75,7 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     edge = mean_edge_length(points, faces)
     if edge == 0.0 or not len(faces):
         return None
-    used, found = points[referenced_vertices(faces, len(points))], []
+    used, roundings = points[referenced_vertices(faces, len(points))], []
     fourth: FourthOrder | None = None
     for axis in _axes(face_normals(points, faces)):
         levels = _levels(used @ axis, _FLAT * edge)
@@ -85,10 +85,10 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
             # The standard deviation of rounding to steps of 1 is 1 / sqrt(12).
             noise = np.sqrt(12.0 * squares.mean()) / np.median(np.diff(levels)) if len(squares) else 0.0
             if 1.0 / tuned.ROUNDED < noise < tuned.ROUNDED:
-                found.append((axis, levels))
-        if not found:
+                roundings.append((axis, levels))
+        if not roundings:
             return None
-    return Rounding(*map(tuple, zip(*found, strict=True))) if found else None
+    return Rounding(*map(tuple, zip(*roundings, strict=True))) if roundings else None
 
 
 def _axes(normals: Floats) -> list[Floats]:
@@ -120,5 +120,5 @@ def _levels(heights: Floats, width: float) -> Floats | None:
 
 def without_rounding(points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
     """Returns (n, 3) the points with their rounding undone, a copy if they were not rounded."""
-    found = rounding_of(points, faces)
-    return points.copy() if found is None else found.undone(points, faces, movable)
+    rounding = rounding_of(points, faces)
+    return points.copy() if rounding is None else rounding.undone(points, faces, movable)

@@ -220,23 +220,23 @@ class Scan:
         i, j = pairs[self.scored[pairs].all(axis=1)].T
         if not len(i):
             return None
-        more = self.noise.level * random_signs(self.points, pairs, self.seed) if noise is None else noise
+        b = self.noise.level * random_signs(self.points, pairs, self.seed) if noise is None else noise
 
         def heights_of(result: Floats) -> Floats:
             return np.asarray(np.einsum("ij,ij->i", result - self.points, self.normals))
 
         first, second = part_of(self.progress, 0.0, 0.5), part_of(self.progress, 0.5, 1.0)
-        found = candidates(self.points, NONE_HELD)
-        looks = measured(found, labels, lambda _, result: (heights_of(result), roughness(result, self.faces)), first)
-        heights, flatness = zip(*looks, strict=True)
-        noisier = candidates(self.points + _LITTLE * more[:, None] * self.normals, NONE_HELD)
-        passed = measured(noisier, labels, lambda at, result: (heights_of(result) - heights[at]) / _LITTLE, second)
+        runs = candidates(self.points, NONE_HELD)
+        measures = measured(runs, labels, lambda _, result: (heights_of(result), roughness(result, self.faces)), first)
+        heights, flatness = zip(*measures, strict=True)
+        noisier = candidates(self.points + _LITTLE * b[:, None] * self.normals, NONE_HELD)
+        responses = measured(noisier, labels, lambda at, result: (heights_of(result) - heights[at]) / _LITTLE, second)
         # A region has the edges whose first vertex is nearest to the same one of 100 random vertices.
         distances = np.linalg.norm(self.points[i] - self.points[i].mean(axis=0), axis=1)
         middles = i[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
         middles = middles[np.sort(np.unique(middles, return_index=True)[1])][:_REGIONS]
         regions = spatial.cKDTree(self.points[middles]).query(self.points[i])[1]
-        squares = ((h[i] - h[j]) ** 2 + 2.0 * (more[i] - more[j]) * (g[i] - g[j]) for h, g in zip(heights, passed, strict=True))
+        squares = ((h[i] - h[j]) ** 2 + 2.0 * (b[i] - b[j]) * (g[i] - g[j]) for h, g in zip(heights, responses, strict=True))
         sums = np.array([np.bincount(regions, values, minlength=_REGIONS) / len(i) for values in squares])
         shares = np.bincount(regions, minlength=_REGIONS) / len(i)
         means = sums.sum(axis=1)
@@ -266,15 +266,15 @@ def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) 
 @compiled
 def _rings_around(faces: Ints, at_vertices: VertexFaces, seed: int, least: int, number: int, marks: Ints) -> Longs:
     """Returns the seed face and whole rings around it, at least `least` faces if possible. No mark may equal `number`."""
-    found = [seed]
+    ring_faces = [seed]
     marks[seed] = number
     start, stop = 0, 1
     while start < stop and stop < least:
         for at in range(start, stop):
-            for i in faces[found[at]]:
+            for i in faces[ring_faces[at]]:
                 for f in at_vertices.rows[at_vertices.offsets[i] : at_vertices.offsets[i + 1], 0]:
                     if marks[f] != number:
                         marks[f] = number
-                        found.append(int(f))
-        start, stop = stop, len(found)
-    return np.array(found)
+                        ring_faces.append(int(f))
+        start, stop = stop, len(ring_faces)
+    return np.array(ring_faces)
