@@ -96,7 +96,7 @@ def rules() -> dict[str, list[tuple[Any, str, Any]]]:
         "uneven": [(scan, "sizes_beside", lambda *_: (0.0, 0.0))],
         "flattening": [(impulses, "flattening", lambda _points, _moved, _faces, which: which)],
         "put back": [(impulses, "put_back_along", lambda vertices, *_: vertices)],
-        "found again": [(impulses, "_LOOKS", 0)],
+        "found again": [(impulses, "_SEARCHES", 0)],
         "no noise": [(Scan, "clean", property(lambda of: of.noise.level < tuned.NO_NOISE))],
         "or nothing": [(Scan, "or_nothing", lambda _, choice: choice)],
         "designed": [(automatic, "is_designed", lambda *_: False)],

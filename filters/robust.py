@@ -289,9 +289,9 @@ def robust_line(x: ArrayLike, y: ArrayLike, *, kernel: KernelName = "huber", sig
     """
     places, values = _samples(x, "x").ravel(), _samples(y, "y").ravel()
     if len(places) != len(values):
-        raise FilterInputError(f"x has {len(places)} values and y {len(values)}: a line takes pairs of them")
+        raise FilterInputError(f"x has {len(places)} values and y {len(values)}: a line needs one y for each x")
     if np.ptp(places) == 0.0:
-        raise FilterInputError(f"all {len(places)} samples are at x = {places[0]:g}: a line takes at least two places")
+        raise FilterInputError(f"all {len(places)} samples are at x = {places[0]:g}: a line needs at least two different x")
     middle = places.mean()
     design = np.column_stack([places - middle, np.ones(len(places))])
     start = np.linalg.lstsq(design, values, rcond=None)[0]
@@ -321,5 +321,5 @@ def _samples(x: ArrayLike, name: str) -> Floats:
     samples = np.asarray(x, dtype=np.float64)
     if samples.size == 0 or not np.isfinite(samples).all():
         what = "is empty" if samples.size == 0 else f"has {int((~np.isfinite(samples)).sum())} values that are not finite"
-        raise FilterInputError(f"{name} {what}: a robust estimate takes at least one sample, and finite ones")
+        raise FilterInputError(f"{name} {what}: a robust estimate needs at least one sample, and only finite ones")
     return samples

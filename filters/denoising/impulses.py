@@ -22,10 +22,10 @@ from .noise_level import smooth_normals
 #: vertices. "only" does the same, but moves nothing besides outliers.
 Outliers: TypeAlias = Literal["keep", "replace", "only"]
 
-# The search for outliers is repeated up to `_LOOKS` times, or until at most this share of them changes.
-_LOOKS, _HARDLY_ANY = 4, 0.02
+# The search for outliers is repeated up to `_SEARCHES` times, or until at most this share of them changes.
+_SEARCHES, _STEADY_SHARE = 4, 0.02
 # Large outliers hide smaller ones: up to `_PASSES` passes, or until a pass finds at most this share of all vertices.
-_PASSES, _HARDLY_MORE = 20, 1e-4
+_PASSES, _LAST_SHARE = 20, 1e-4
 _ROUNDING = 1e-6
 
 
@@ -51,7 +51,7 @@ def without_outliers(
         return smooth(vertices, movable)
     calmed, outlying = replace_outlying(vertices, faces, movable)
     if outlying.any() or outliers == "replace" or certain is not None:
-        for _ in range(_LOOKS if certain is None else 1):
+        for _ in range(_SEARCHES if certain is None else 1):
             smoothed = smooth(calmed, movable)
             if np.array_equal(smoothed, calmed):
                 return calmed  # a filter without effect gives no reference for another search
@@ -63,7 +63,7 @@ def without_outliers(
             outlying = flattening(vertices, smoothed, faces, far | before)
             outlying = outlying if certain is None else outlying | certain
             calmed = np.where(outlying[:, None], smoothed, vertices)
-            if np.count_nonzero(outlying != before) <= _HARDLY_ANY * np.count_nonzero(outlying):
+            if np.count_nonzero(outlying != before) <= _STEADY_SHARE * np.count_nonzero(outlying):
                 break
     return smooth(calmed, outlying if outliers == "only" else movable)
 
@@ -86,7 +86,7 @@ def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, o
         middles, spreads = medians_around(heights, rings, far, more, 0.0)
         more &= np.abs(heights - middles) > np.maximum(level, tuned.CLIP * spreads)
         far |= more
-        if np.count_nonzero(more) <= _HARDLY_MORE * len(heights):
+        if np.count_nonzero(more) <= _LAST_SHARE * len(heights):
             break
     return used & far
 
@@ -158,7 +158,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
         of_rings = np.bincount(first, change[second], len(points)) + np.bincount(second, change[first], len(points))
         accepted = large & (of_rings < 0.0)
         hidden |= accepted
-        if np.count_nonzero(accepted) <= _HARDLY_MORE * len(points):
+        if np.count_nonzero(accepted) <= _LAST_SHARE * len(points):
             break
         sizes = without if np.array_equal(accepted, large) else np.abs(height_residuals(points, rings, normals, hidden))
     return hidden

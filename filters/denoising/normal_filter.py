@@ -31,13 +31,13 @@ RangeMeasure: TypeAlias = Literal["euclidean", "angle", "squared"]
 NormalFilterMethod: TypeAlias = Literal["mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"]
 _GAUSSIAN = KERNEL_CODES["gaussian"]
 # About this number of neighbours is weighted at once: few enough to stay in the cache.
-_MORE = 256
+_BATCH = 256
 # This share of the trace is added to the second moments of the centres, so that faces in a row have a trend along the row only.
 _RIDGE = 0.02
-# The mean moves towards the trend by the share 1 - `_DOUBT` * variance / squared shift, at least 0 [james1961].
-_DOUBT = 2.0
+# The mean moves towards the trend by the share 1 - `_SHRINKAGE` * variance / squared shift, at least 0 [james1961].
+_SHRINKAGE = 2.0
 # Number of coefficients of a trend for each component.
-_NUMBERS = 3.0
+_COEFFICIENTS = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,7 +151,7 @@ def weighted_normals(
     # The table row then has nearly all that the kernel reads of a neighbour.
     table[:, NORMAL] = normals if guide is None else guide
     # The arrays of `_neighbour_weights` have room for the largest neighbourhood, and some more.
-    size = _MORE + int(np.diff(neighbourhoods.offsets).max(initial=0)) + weighting.itself
+    size = _BATCH + int(np.diff(neighbourhoods.offsets).max(initial=0)) + weighting.itself
     arguments = table if guide is None else normals, table, neighbourhoods, weighting, size, result
     over_range(_weighted_means, len(normals), *arguments)
     if cut_off is not None and len(cut_off):
@@ -327,7 +327,7 @@ def _follow_trend(
             second[u, u] += ridge
         # The effective number of neighbours: so many of equal weight would have a mean of the same variance.
         number = total * total / squares if squares > 0.0 else 0.0
-        if not (number > _NUMBERS and ridge > 0.0):
+        if not (number > _COEFFICIENTS and ridge > 0.0):
             continue
         _factor(second)
         _solve(second, mean_x, solved)
@@ -348,8 +348,8 @@ def _follow_trend(
             residual += total * (at_face[v] * at_face[v] - 2.0 * at_face[v] * mean[v])
             shift += (at_face[v] - mean[v]) * (at_face[v] - mean[v])
         residual = max(0.0, (residual + total) / total)
-        variance = residual / (number - _NUMBERS) * leverage / (1.0 - leverage)
-        share = 1.0 - _DOUBT * variance / shift if shift > 0.0 else 0.0
+        variance = residual / (number - _COEFFICIENTS) * leverage / (1.0 - leverage)
+        share = 1.0 - _SHRINKAGE * variance / shift if shift > 0.0 else 0.0
         if not share > 0.0:
             continue
         for v in range(3):

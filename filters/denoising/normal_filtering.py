@@ -26,7 +26,7 @@ from .vertex_update import VertexUpdate, fit_vertices
 # Prevents 0 / 0 in the measure of a flat patch.
 _EPSILON = 1e-9
 # The corners of a face that a round folds go back. This may fold other faces, so the test is repeated this number of times.
-_LOOKS = 2
+_FOLD_TESTS = 2
 # The rings of faces on which the guide normals depend.
 _RINGS_OF_GUIDE = {"averaged": 1, "guided": 3}
 # With this box the normalisation of normalised points changes no bit.
@@ -161,7 +161,7 @@ def rounds(
             along_normal=adjacency.on_border if border == "along" else None,
             overwrite=table,
         )
-        for _ in range(1 + _LOOKS):
+        for _ in range(1 + _FOLD_TESTS):
             measure_faces(after, adjacency.faces, table)
             still_folded = _folded(adjacency, table)
             corners = adjacency.faces[still_folded & ~folded]
@@ -316,7 +316,7 @@ def rings_of_round(settings: NormalFilter, vertex_iterations: int) -> int:
     if settings.neighborhood not in RINGS_OF_NEIGHBORHOOD or settings.method == "vertex_normals":
         raise FilterInputError(f"neighborhood {settings.neighborhood!r} with method {settings.method!r} has no rings of faces")
     rings_of_iteration = RINGS_OF_NEIGHBORHOOD[settings.neighborhood] + _RINGS_OF_GUIDE.get(settings.method, 0)
-    return 2 + vertex_iterations + settings.normal_iterations * rings_of_iteration + 2 * _LOOKS
+    return 2 + vertex_iterations + settings.normal_iterations * rings_of_iteration + 2 * _FOLD_TESTS
 
 
 def needs_distance(settings: NormalFilter) -> bool:

@@ -16,10 +16,10 @@ from ..topology import OneRings, one_rings
 # Width s of the weights, in mean distances of the one-ring: the second ring weighs less, since a quadric fits only nearby.
 _WIDTH = 1.3
 # A quadric has six coefficients, a plane three. A plane is fitted to fewer vertices or to vertices on a curve of second order.
-_ENOUGH = 8
+_LEAST_SAMPLES = 8
 _LEAST_PIVOT = 1e-4
 # Capacity for the vertices of two rings, usually a dozen to some dozens.
-_MOST = 1024
+_CAPACITY = 1024
 
 
 def predicted_heights(
@@ -69,8 +69,8 @@ def medians_around(values: Floats, rings: OneRings, ignored: Bools, wanted: Bool
 def _predict(
     points: Floats, rings: OneRings, normals: Floats, which: Ints, hidden: Bools, fits: Floats, begin: int, end: int
 ) -> None:
-    seen, around = np.full(points.shape[0], -1, dtype=np.int32), np.empty(_MOST, dtype=np.int32)
-    samples, work = np.empty((4, _MOST)), np.empty((9, 6))
+    seen, around = np.full(points.shape[0], -1, dtype=np.int32), np.empty(_CAPACITY, dtype=np.int32)
+    samples, work = np.empty((4, _CAPACITY)), np.empty((9, 6))
     for k in range(begin, end):
         i = which[k]
         scale = _ring_distance(points, rings, normals, i)
@@ -86,7 +86,7 @@ def _predict(
 def _find_medians(
     values: Floats, rings: OneRings, ignored: Bools, wanted: Bools, middles: Floats, spreads: Floats, first: int, last: int
 ) -> None:
-    seen, around = np.full(values.shape[0], -1, dtype=np.int32), np.empty(_MOST, dtype=np.int32)
+    seen, around = np.full(values.shape[0], -1, dtype=np.int32), np.empty(_CAPACITY, dtype=np.int32)
     for i in range(first, last):
         count = _two_rings(rings, i, ignored, seen, around) if wanted[i] else 0
         if count > 0:
@@ -128,7 +128,7 @@ def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) ->
     matrix, terms, solution = work[:7], work[7], work[8]
     u, v, h, w = samples[0], samples[1], samples[2], samples[3]
     for size in (6, 3, 1):
-        if count < (_ENOUGH if size == 6 else size):
+        if count < (_LEAST_SAMPLES if size == 6 else size):
             continue
         matrix[:] = 0.0
         for at in range(count):
