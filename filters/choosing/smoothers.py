@@ -110,13 +110,13 @@ def compare_smoothers(
         The winner, and the best of each family with error and standard error, doing nothing first; see `Scan.choose`. A family
         whose equations cannot be solved on the mesh is left out. None if the scan is clean or no vertex can be held out.
     """
-    tell = rising(progress)
+    report = rising(progress)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed)
     if scan.clean:
         return None
     best = [Smoothing()]
     for number, (name, (smooth, amounts)) in enumerate(SMOOTHERS.items()):
-        share = part_of(tell, 0.1 * number, 0.1 * (number + 1))
+        share = part_of(report, 0.1 * number, 0.1 * (number + 1))
         try:
             choice = amount_on(replace(scan, progress=share), smooth, amounts)
         except ConvergenceError:  # on some meshes with needles
@@ -125,7 +125,7 @@ def compare_smoothers(
             # A family that loses to doing nothing is shown with its best amount.
             best.append(Smoothing(name, choice.chosen.label or min(choice.trials[1:], key=lambda trial: trial.error).label))
     if setting is None:
-        setting = automatic_choice(vertices, faces, movable=movable, seed=seed, progress=part_of(tell, 0.4, 0.8)).setting
+        setting = automatic_choice(vertices, faces, movable=movable, seed=seed, progress=part_of(report, 0.4, 0.8)).setting
     if setting != Setting():
         best.append(Smoothing("normal_filtering", setting=setting))
 
@@ -137,5 +137,5 @@ def compare_smoothers(
             return points
         return SMOOTHERS[smoothing.smoother][0](points, scan.faces, smoothing.amount, scan.movable)
 
-    last = replace(scan, progress=part_of(tell, 0.8, 1.0))
+    last = replace(scan, progress=part_of(report, 0.8, 1.0))
     return last.choose(lambda p, held: [iter([result(of, p, held)]) for of in best], [[of] for of in best], stays=1e12)

@@ -63,8 +63,8 @@ def automatic_choice(
     if shared and shared.chosen.label != Setting():
         progress(1.0)
         return AutomaticChoice("correlated", shared.chosen.label, noise, shared)
-    tell = rising(part_of(progress, 0.3, 1.0 if rounding is None else 0.7))
-    scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, seed=seed, progress=tell)
+    report = rising(part_of(progress, 0.3, 1.0 if rounding is None else 0.7))
+    scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, seed=seed, progress=report)
     choice = _independent(mesh, scan, noise, border, repertoire)
     if rounding is None:
         return choice

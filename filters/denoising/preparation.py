@@ -67,7 +67,7 @@ def denoised(
     check_choice("rounding", rounding, RoundingPolicy)
     share = 1.0 if filtering is None else 0.2 if relaxation else 0.0
     # With outliers the steps run several times; `rising` keeps the progress from falling.
-    tell = rising(progress)
+    report = rising(progress)
 
     def smooth(points: Floats, moves: Bools | None) -> Floats:
         fair = relaxed(
@@ -77,11 +77,11 @@ def denoised(
             direction=relaxation_direction,
             border=border,
             movable=moves,
-            progress=part_of(tell, 0.0, share),
+            progress=part_of(report, 0.0, share),
         )
         if filtering is None:
             return fair
-        return normal_filtering(fair, faces, **filtering, border=border, movable=moves, progress=part_of(tell, share, 1.0))
+        return normal_filtering(fair, faces, **filtering, border=border, movable=moves, progress=part_of(report, share, 1.0))
 
     if border == "fixed" and (outliers != "keep" or rounding != "keep"):
         inside = ~border_vertices(faces, len(vertices))
