@@ -64,7 +64,7 @@ def curve_smoothing(
         method: the kind of step, see above. "implicit" smooths strongly in one step.
         weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" keeps a straight line, however
             unevenly it is sampled, and hardly moves apart vertices that are very near each other, unless a detail size is given.
-            Its weights are updated in each step, but with "implicit" they are those of the input.
+            Its weights are updated in each step, but with "implicit" they come from the input.
         step: lambda, for "explicit" and "taubin", above 0 and at most 1. Larger is smoother.
         mu: for "taubin", the step back, below -step. Nearer to -step is smoother.
         pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0 and below 1/step; replaces mu. Smaller is smoother.

@@ -227,7 +227,7 @@ class CloudSample:
 
 
 def _patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
-    """Returns (k, 3) points, (k,) their indices and which are inner: all points, or patches around those of least `numbers`."""
+    """Returns (k, 3) points, (k,) their indices and (k,) inner ones: all points, or patches around points of least `numbers`."""
     if len(points) <= _WHOLE:
         return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)
     seeds = np.argsort(numbers, kind="stable")[:_PATCHES]

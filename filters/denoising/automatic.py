@@ -24,7 +24,7 @@ class AutomaticChoice(NamedTuple):
     noise: NoiseEstimate
     evidence: Choice[Setting] | None = None  # the settings that were tried, with their scores; None if none were tried
     # True if the noise of neighbours is independent, no outlier was replaced, and at most one other setting predicts as well.
-    # The error of such a choice is hardly ever more than 5 % above that of the best setting.
+    # Its error is then hardly ever more than 5 % above the error of the best setting.
     sure: bool = False
 
 
@@ -58,7 +58,7 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise. Its test looks at the calmest places, which uneven noise may leave clean. Rounding is handled last.
+    # 1. Correlated noise. Its test uses the calmest places, which uneven noise may leave clean. Rounding is handled last.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     if shared and shared.chosen.label != Setting():
         progress(1.0)

@@ -25,7 +25,7 @@ JonesBorder: TypeAlias = Literal["fixed", "free"]
 #: Radius of a space kernel in its sigma: the distance 2 s at which the papers cut off their Gaussian.
 REACH = math.sqrt(2.0)
 # Shares of the sigma of 95 % efficiency, the best of a few on noisy models with known truth. Heights in one-rings include the
-# noise of both ends and of the normal. Heights of a triangle's own corners are below those of the other vertices within reach.
+# noise of both ends and of the normal. A triangle's own corners have smaller heights than other vertices within reach.
 _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
 # Larger scales are refused, since their squares would overflow.

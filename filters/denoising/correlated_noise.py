@@ -129,9 +129,9 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmes
     """Fits the variances of several noises to residuals of the surface at several scales.
 
     W = (I + 2 U) / 3 with the one-ring mean U averages a vertex and its neighbours. The residuals of scale m are (I - W^m)^2 p.
-    Their squares are averaged over some rings; the quantile `calmest` of these means is the measure at that scale. For each
-    width, 0 first, white noise on the same mesh is smoothed by that number of steps, scaled to variance 1 and measured likewise.
-    The variances are the non-negative factors of these measures with the least relative error.
+    Their squares are averaged over some rings; the quantile `calmest` of these means is the measure at that scale. For each width
+    (0 comes first) white noise on the same mesh is smoothed by that number of steps, scaled to variance 1 and measured in the
+    same way. The variances are the non-negative factors of these measures with the least relative error.
     """
     points, scored = scan.points, scan.scored
     nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(points)))

@@ -140,7 +140,7 @@ class Adjacency:
         return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=table[:, CENTRE], radius=reach)
 
     def cut_off(self, kind: Neighborhood, radius: float) -> Ints:
-        """Returns the faces, ascending, with neighbourhoods that the border cuts off; the radius is that of `within`."""
+        """Returns the faces, ascending, whose neighbourhoods a border cuts off; `radius` is as in `within`."""
         near = self.on_border & self.ends
         cut = near[self.faces].any(axis=1)
         for _ in range(1, RINGS_OF_NEIGHBORHOOD.get(kind, math.ceil(radius / _DISTANCES_OF_RING)) if cut.any() else 0):

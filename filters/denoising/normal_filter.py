@@ -325,7 +325,7 @@ def _follow_trend(
         ridge = _RIDGE * (second[0, 0] + second[1, 1] + second[2, 2])
         for u in range(3):
             second[u, u] += ridge
-        # The effective number of neighbours: so many of equal weight would have a mean of the same variance.
+        # The effective number of neighbours: the mean of this number of equal weights has the same variance.
         number = total * total / squares if squares > 0.0 else 0.0
         if not (number > _COEFFICIENTS and ridge > 0.0):
             continue

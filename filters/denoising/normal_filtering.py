@@ -103,7 +103,7 @@ def filter_face_normals(
 ) -> Floats:
     """Returns (m, 3) the filtered unit normals of the faces and moves no vertex; arguments as of `normal_filtering`.
 
-    A face without area has the normal 0 and gets that of its surroundings, or 0 without neighbours.
+    A face without area gets the normal of its surroundings, or 0 without neighbours.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.

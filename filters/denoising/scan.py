@@ -150,7 +150,7 @@ class Scan:
 
     @property
     def is_surface(self) -> bool:
-        """Whether the residuals show the surface alone: those of neighbours correlate in the calmest part, too."""
+        """Whether the residuals show the surface alone: neighbours correlate in the calmest part, too."""
         return self.shows_surface and self.agreement[1] > tuned.SURFACE_WHERE_CALM
 
     @property

@@ -87,8 +87,9 @@ def initial_positions(
 ) -> Callable[[Ints], Floats]:
     """Returns a function that moves held-out vertices to predicted positions: from their indices to (n, 3) points.
 
-    It takes the mean of the neighbours, which passes on less noise, or the quadric through two rings, whichever predicts the (n,)
-    `scored` vertices better; `by_means` forces the mean. The (n, 3) points have a mean edge of 1, the unit normals are smoothed.
+    The prediction is the mean of the neighbours, which passes on less noise, or the quadric through two rings. The one with
+    smaller errors on the (n,) `scored` vertices is used; `by_means` forces the mean. The (n, 3) points have a mean edge of 1, the
+    (n, 3) unit normals are smoothed.
     """
     rings, which = one_rings(faces, len(points)), np.flatnonzero(scored).astype(np.int32)
     if not by_means:

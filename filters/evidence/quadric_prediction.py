@@ -41,7 +41,7 @@ def predicted_heights(
 
 
 def height_residuals(points: Floats, rings: OneRings, normals: Floats, hidden: Bools | None = None) -> Floats:
-    """Returns (n,) h / sqrt(1 + g^2) of `predicted_heights`; its standard deviation is that of independent noise."""
+    """Returns (n,) h / sqrt(1 + g^2) of `predicted_heights`; independent noise keeps its standard deviation."""
     heights, gains = predicted_heights(points, rings, normals, np.arange(len(points), dtype=np.int32), hidden)
     return np.asarray(heights / np.sqrt(1.0 + gains**2))
 

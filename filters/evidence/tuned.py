@@ -1,6 +1,6 @@
 """Tuned constants of the choice, each with the measurement behind it. Lengths are in mean edges.
 
-Figures after "without it" are mean angles over those with the rule; the table in docs/denoising.md has the effect of each rule.
+A figure after "without it" is a ratio of mean angles, without the rule over with it; docs/denoising.md has a table of all rules.
 """
 
 #: The median absolute value of a normal distribution of standard deviation 1.
@@ -29,12 +29,12 @@ SURE, RIVALS = 0.05, 2
 #: The same as `SURFACE` in the calmest third: clean meshes have 0.173 and more, weak noise that should go has up to 0.153.
 SURFACE_WHERE_CALM = 0.16
 #: Two noise levels differ if their ratio is larger. Filters that take details err by at least 1.22 times the noise level, other
-#: filters by up to 1.18 times. Residuals beside outliers are at least 1.2 times those elsewhere if the noise is uneven, up to 1.1
+#: filters by up to 1.18 times. Residuals beside outliers are at least 1.2 times as large as elsewhere in uneven noise, up to 1.1
 #: times for impulses; without this rule a gear with noise along one axis has 8.3 in place of 1.3.
 LARGER = 1.2
 #: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise.
 CALMEST = 0.05
-#: The ratio of even noise to that of the calmest part: 1.2 to 1.5 on parts, figures and surfaces.
+#: Even noise is this multiple of the noise in the calmest part: 1.2 to 1.5 on parts, figures and surfaces.
 EVEN = 1.3
 #: The size of details on clean surfaces. Smaller deviations are neither clipped nor outliers, and show no uneven noise.
 WEAK = 0.05

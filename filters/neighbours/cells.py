@@ -56,7 +56,7 @@ class Nearest(NamedTuple):
 def reaching_out(points: Floats, bounds: Floats, cells: CellTree, first: int, last: int) -> Bools:
     """Returns (n,) whether a cell outside of the tile can hold a point within the (n,) squared distances `bounds`.
 
-    A bound is that of the k-th nearest point in the tile, which has the cells from `first` to before `last`.
+    A bound belongs to the k-th nearest point in the tile, which has the cells from `first` to before `last`.
     """
     counts: Longs = np.zeros(len(points), np.int64)
     list_cells(points, bounds, cells, first, last, counts, np.zeros(0, np.int64), np.empty(0, np.int32))

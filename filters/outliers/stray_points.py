@@ -67,7 +67,7 @@ def stray_points(
     2. Points are kept if their spacing is at most `sparseness` times the median of the cloud. With k / 4 links a spacing of twice
        that is enough, or a thickness of at most 0.06. Points with k / 4 links to kept points are then kept, too, in two rounds.
     3. Links join kept points to parts. A part of fewer than `smallest_part` points is stray after all. A part that fills space,
-       with a mean thickness above 0.14, is stray if it has fewer than three times as many.
+       with a mean thickness above 0.14, is stray below three times that number.
 
     The result does not depend on the unit, the position or the order of the points.
 
