@@ -90,7 +90,7 @@ def chosen_projection(
     sampled = _sampled(cloud)
     if sampled is None:
         return None
-    sample, origin, spacing, share = sampled
+    sample, origin, spacing, reduction = sampled
     local = sample.points
     moves = None if cloud.movable is None else cloud.movable[origin]
     axes = None if directions is None else directions[origin]
@@ -114,7 +114,7 @@ def chosen_projection(
         return costs[mask] if at == 0 else np.einsum("ij,ij->i", local[mask] - result[mask], sample.normals[mask])
 
     def label(tried: Projection) -> Projection:
-        neighbors = min(share * tried.neighbors, len(coordinates) - 1)
+        neighbors = min(reduction * tried.neighbors, len(coordinates) - 1)
         return tried._replace(neighbors=neighbors, range_sigma=tried.range_sigma * (spacing / cloud.scale))
 
     choice = cross_validate(held, run, deviations, [list(map(label, family)) for family in families], progress=progress)
@@ -125,12 +125,12 @@ def chosen_projection(
 
 
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
-    """Returns a sample, the cloud index of each of its points, the spacing, and the factor 4^k; None if the cloud is clean.
+    """Returns a sample, the cloud index of each of its points, the spacing, and the reduction 4^k; None if the cloud is clean.
 
     With noise above half a spacing a quarter of the points decides, with a quarter of the neighbours; k counts these reductions.
     """
-    kept, share = np.arange(len(cloud), dtype=np.int32), 1
-    while share == 1 or len(kept) >= _ENOUGH:
+    kept, reduction = np.arange(len(cloud), dtype=np.int32), 1
+    while reduction == 1 or len(kept) >= _ENOUGH:
         points = cloud.points[kept]
         sums = nearest_neighbours(points, _NEAR)[0].sum(axis=1)
         spacing = float(np.median(sums)) / _NEAR
@@ -146,8 +146,8 @@ def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | N
         if sample.quietest < tuned.CLOUD_NO_NOISE:
             return None
         if sample.quietest <= tuned.CLOUD_THICK or sample.correlation <= tuned.CLOUD_INDEPENDENT:
-            return sample, origin, spacing, share
-        kept, share = kept[numbers < 1.0 / 4], 4 * share
+            return sample, origin, spacing, reduction
+        kept, reduction = kept[numbers < 1.0 / 4], 4 * reduction
     return None
 
 
@@ -220,9 +220,9 @@ class CloudSample:
         level = float(np.median(np.abs(sizes))) / tuned.MEDIAN_OF_NORMAL
         # Uniform noise from random numbers; the sign of the normal does not change it.
         random = 2.0 * ((lengths_around(self.points, self.pairs, 1.0)[held] * 1301.0) % 1.0) - 1.0
-        more = np.sqrt(3.0 * np.maximum(0.0, 1.0 - gains**2)) * level * random * np.sign(heights)
+        added = np.sqrt(3.0 * np.maximum(0.0, 1.0 - gains**2)) * level * random * np.sign(heights)
         points = self.points.copy()
-        points[held] += (heights + more)[:, None] * self.normals[held]
+        points[held] += (heights + added)[:, None] * self.normals[held]
         return points, np.sqrt(2.0) * sizes
 
 

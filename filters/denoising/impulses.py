@@ -42,7 +42,7 @@ def without_outliers(
 
     1. `replace_outlying` moves outliers to predicted positions; the filter then gives z. 2. At edges the prediction finds false
     outliers and misses true ones, an edge-preserving filter does not. So new candidates are the vertices `far_from` z, and the
-    previous outliers, since a filter that takes details is far from all vertices. Candidates that are `flattening` on z, after
+    previous outliers, since a filter that removes details is far from all vertices. Candidates that are `flattening` on z, after
     `put_back_along`, are outliers. They move there, other vertices return to the input, and the filter runs again: a few times,
     since missed outliers mislead it, or once if some vertices are `certain` to be outliers, as in a trial with held-out ones.
     """

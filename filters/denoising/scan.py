@@ -159,12 +159,12 @@ class Scan:
         return self.noise.level < tuned.NO_NOISE or self.is_surface
 
     def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
-        """Returns the choice, or its first candidate (do nothing) if the chosen filter takes details.
+        """Returns the choice, or its first candidate (do nothing) if the chosen filter removes details.
 
         It does if the residuals of neighbours correlate and its prediction error is above 1.2 times the noise level.
         """
-        takes_details = self.shows_surface and choice.chosen.error >= tuned.LARGER * self.noise.level
-        return replace(choice, chosen=choice.trials[0]) if takes_details else choice
+        removes_details = self.shows_surface and choice.chosen.error >= tuned.LARGER * self.noise.level
+        return replace(choice, chosen=choice.trials[0]) if removes_details else choice
 
     def few_flipped(self, candidates: Candidates, labels: Sequence[Sequence[Label]], choice: Choice[Label]) -> Choice[Label]:
         """Returns the choice with the least error among its rivals that flip few faces.

@@ -28,7 +28,7 @@ SURFACE = 0.1
 SURE, RIVALS = 0.05, 2
 #: The same as `SURFACE` in the calmest third: clean meshes have 0.173 and more, weak noise that should go has up to 0.153.
 SURFACE_WHERE_CALM = 0.16
-#: Two noise levels differ if their ratio is larger. Filters that take details err by at least 1.22 times the noise level, other
+#: Two noise levels differ if their ratio is larger. Filters that remove details err by at least 1.22 times the noise level, other
 #: filters by up to 1.18 times. Residuals beside outliers are at least 1.2 times as large as elsewhere in uneven noise, up to 1.1
 #: times for impulses; without this rule a gear with noise along one axis has 8.3 in place of 1.3.
 LARGER = 1.2
