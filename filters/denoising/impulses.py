@@ -82,11 +82,11 @@ def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, o
     level = max(tuned.STANDS_OUT * deviation, tuned.WEAK * mean_edge_length(vertices, faces))
     far = np.zeros(len(vertices), dtype=np.bool_)
     for _ in range(_PASSES):
-        more = ~far & (np.abs(heights) > level)
-        middles, spreads = medians_around(heights, rings, far, more, 0.0)
-        more &= np.abs(heights - middles) > np.maximum(level, tuned.CLIP * spreads)
-        far |= more
-        if np.count_nonzero(more) <= _LAST_SHARE * len(heights):
+        candidates = ~far & (np.abs(heights) > level)
+        middles, spreads = medians_around(heights, rings, far, candidates, 0.0)
+        candidates &= np.abs(heights - middles) > np.maximum(level, tuned.CLIP * spreads)
+        far |= candidates
+        if np.count_nonzero(candidates) <= _LAST_SHARE * len(heights):
             break
     return used & far
 
