@@ -176,7 +176,7 @@ def _basis_fits(problem: SpectralProblem, count: int) -> bool:
 def _by_modes(
     problem: SpectralProblem, values: Floats, size: float, response: Response, tolerance: float, progress: Progress
 ) -> SpectralResult:
-    """Returns F(infinity) v + V (F - F(infinity)) V^T M v for (n, 3) values v of mean 0, V the modes where F differs from its limit."""
+    """Returns F(infinity) v + V (F - F(infinity)) V^T M v for (n, 3) values v of mean 0; V are the modes that F changes."""
     last, most = response.last_frequency(tolerance), problem.n_waves
     count = min(math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + 10, most)  # by Weyl's law
     never_falling = rising(progress)
