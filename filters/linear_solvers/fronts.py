@@ -62,7 +62,7 @@ class Fronts(NamedTuple):
         return cls(order, places, firsts, lows, starts, rows, numbers, parts, last, above)
 
     def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
-        """Returns L, group by group its columns from the diagonal on, and D, (n,), of a matrix with this pattern or a part of it."""
+        """Returns L, group by group its columns from the diagonal on, and D, (n,), of a matrix with this pattern or less."""
         values, pivots = np.empty(int(self.numbers[-1])), np.empty(len(self.order))
         entries, ends = _compressed(matrix), self.parts[:, 1] - 1
         counts = self.starts[ends + 1] - self.starts[ends]
@@ -314,7 +314,7 @@ def _subtract_panel(front: Floats, begin: int, end: int, left: int) -> None:
 
 @compiled(nogil=True)
 def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> None:
-    """Subtracts L D L^T of a block of up to eight columns from the columns `left` to `right`; each has a name, for the compiler."""
+    """Subtracts L D L^T of a block of up to eight columns from the columns `left` to `right`; eight names help the compiler."""
     a, b, c, d = front[first], front[min(first + 1, last - 1)], front[min(first + 2, last - 1)], front[min(first + 3, last - 1)]
     e, f, g = front[min(first + 4, last - 1)], front[min(first + 5, last - 1)], front[min(first + 6, last - 1)]
     h = front[min(first + 7, last - 1)]
