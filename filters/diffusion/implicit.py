@@ -367,7 +367,7 @@ def restore_volumes(points: Floats, original: Volumes) -> Floats:
         left = volumes[lost[0]] / former[lost[0]]
         raise FilterInputError(
             f"preserve_volume: a step leaves only {left:.3g} of the volume of a closed component, too little to scale it back "
-            f"({len(lost)} such components): take a shorter time step, or several of them with flow='conformalized'"
+            f"({len(lost)} such components): take a shorter time step, or more of them with flow='conformalized'"
         )
     inside = original.vertex_component >= 0
     component = original.vertex_component[inside]
