@@ -34,7 +34,7 @@ class Fronts(NamedTuple):
     order: Ints  # (n,) the row of the matrix at each place
     places: Ints  # (n,) the place of each row
     firsts: Longs  # (groups + 1,)
-    lows: Longs  # (groups,) the first row below each group; the group takes up all waiting updates from groups of such rows
+    lows: Longs  # (groups,) the first row of the subtree below each group; the group takes up the waiting updates from there
     starts: Longs  # (groups + 1,)
     rows: Ints  # the updated rows, ascending in each group
     numbers: Longs  # (groups + 1,) where the entries of L of each group begin
@@ -62,7 +62,7 @@ class Fronts(NamedTuple):
         return cls(order, places, firsts, lows, starts, rows, numbers, parts, last, above)
 
     def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
-        """Returns L, group by group its columns from the diagonal on, and D, (n,), of a matrix with this pattern or less."""
+        """Factorises a matrix of this pattern or a part of it: L, the columns of each group from the diagonal on, and D, (n,)."""
         values, pivots = np.empty(int(self.numbers[-1])), np.empty(len(self.order))
         entries, ends = _compressed(matrix), self.parts[:, 1] - 1
         counts = self.starts[ends + 1] - self.starts[ends]
@@ -95,7 +95,7 @@ class Fronts(NamedTuple):
 
 
 def _parts(firsts: Longs, lows: Longs, numbers: Longs, count: int) -> tuple[Longs, Longs]:
-    """Splits the tree of groups into about `count` disjoint subtrees of similar size, (p, 2) groups, and the groups above."""
+    """Finds about `count` disjoint subtrees of similar size; returns their ranges of groups, (p, 2), and the groups above."""
 
     def subtrees(low: int, high: int) -> list[tuple[int, int]]:
         """Returns the largest subtrees with rows from `low` to before `high`, as ranges of groups."""
@@ -314,7 +314,7 @@ def _subtract_panel(front: Floats, begin: int, end: int, left: int) -> None:
 
 @compiled(nogil=True)
 def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> None:
-    """Subtracts L D L^T of a block of up to eight columns from the columns `left` to `right`; eight names help the compiler."""
+    """Subtracts L D L^T of a block of up to eight columns from the columns `left` to `right`, unrolled for speed."""
     a, b, c, d = front[first], front[min(first + 1, last - 1)], front[min(first + 2, last - 1)], front[min(first + 3, last - 1)]
     e, f, g = front[min(first + 4, last - 1)], front[min(first + 5, last - 1)], front[min(first + 6, last - 1)]
     h = front[min(first + 7, last - 1)]

@@ -32,7 +32,7 @@ def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
     Returns:
         order: (n,) int32 a permutation.
         firsts: (groups + 1,) where in the order each group begins, ascending, and n.
-        lows: (groups,) where in the order the part begins that the group separates; an uncut part begins with itself.
+        lows: (groups,) where in the order the part of each group begins: the part that a separator cuts, or the uncut part.
     """
     n = len(matrix.indptr) - 1
     hub = np.diff(matrix.indptr) > _HUB * math.sqrt(n)

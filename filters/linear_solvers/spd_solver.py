@@ -171,7 +171,7 @@ class SpdSolver:
         if self._factors is not None or (self._solved and self._many):
             return self.by_factors(b, progress)
         earlier_steps = 0
-        # In the smoothest vector the error is the residual over the smallest eigenvalue, in the energy norm over its root.
+        # For the smoothest vector the energy norm of the error is the norm of its residual over sqrt(smallest eigenvalue).
         spread = float(np.sqrt(self._system.smoothness))
         if np.log(2.0 / tolerance) / np.sqrt(2.0) / spread <= _FEW_STEPS:
             attempt, converged, _ = self._descend(b, x, tolerance, reference, None, spread, _JACOBI_STEPS, progress)
@@ -369,7 +369,7 @@ def refined_solution(
 
 
 def _length(values: Floats) -> float:
-    """The Euclidean norm by NumPy's own sum; the library behind `norm` has sums that depend on its threads and wait for them."""
+    """The Euclidean norm by NumPy's own sum; the library behind `norm` depends on its threads and waits for them."""
     return math.sqrt(float(np.square(values).sum()))
 
 

@@ -17,7 +17,7 @@ from .eigenvector_free import filter_without_eigenvectors
 from .problem import Response, cutoff_frequency, low_pass, spectral_problem
 from .spectrum import spectrum
 
-#: Thickness is measured up to a bound b of this many displacements: f shortens them by 2 % there, 1 - tanh(x) / x at x = 1/4.
+#: Thickness is measured until the bound b is this many displacements; f then shortens them by 2 %, 1 - tanh(x) / x at x = 1/4.
 _BOUND = 4.0
 # Displacements count as at least this share of the largest one, so that no bound is 0.
 _LEAST = 1e-3
@@ -60,7 +60,7 @@ def enhance_details(
 ) -> EnhancedDetails:
     """Amplifies the relief of a surface along the normals of its base shape: p' = p + f((gain - 1) s h) n, h the relief's height.
 
-    1. K_d is the low pass that halves wavelength d, see `low_pass`. n are the normals of the base shape K_long p.
+    1. K_d is the low pass that halves waves of length d, see `low_pass`. n are the normals of the base shape K_long p.
     2. h = r - K_long r with r = n . (K_short p - K_long p). Without the subtraction a bulge would grow as a whole.
     3. s = e(x) e(y) with e(x) = 3 x^2 - 2 x^3 on [0, 1]. x is the distance from the border and y the thickness of the base shape,
        both divided by the longest wavelength. So borders stay, and so do parts as small as relief, such as the knob of a bone.

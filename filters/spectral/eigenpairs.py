@@ -30,7 +30,8 @@ _AT_ONCE = 200
 _SLICED_SHARE = 2
 #: The largest residual that is accepted as rounding, and the largest accepted deviation of modes from orthonormality.
 _LARGEST_FLOOR = 1e-6
-#: Modes per band, and per band of matrices of `_LARGE` rows: more cost more orthogonalisation, fewer more factorisations.
+#: Modes per band, and for matrices of at least `_LARGE` rows. Wider bands need more orthogonalisation, narrower more
+#: factorisations.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
 #: Modes that are computed beyond the last requested one. The last shift goes into the widest gap between them.
 _GUARD = 6
@@ -63,7 +64,7 @@ def lowest_eigenpairs(
         count: the number of modes, from 0; all modes if there are fewer.
         constants: False leaves out the constant mode of every component; `count` then counts the others.
         tolerance: the largest residual |S v - kappa M v| in the norm of M^-1, as a share of kappa. If triangles differ so much in
-            size that rounding exceeds it, up to 1e-6 is accepted, also in the norm of (S + kappa_1 M)^-1 over sqrt(kappa).
+            size that rounding exceeds it, 1e-6 kappa is accepted, or 1e-6 sqrt(kappa) in the norm of (S + kappa_1 M)^-1.
         progress: called several times a second with the share that is done; may raise to stop. The longest time between two calls
             is half a second at 100,000 vertices, and grows with the mesh.
 
@@ -73,14 +74,14 @@ def lowest_eigenpairs(
 
     Raises:
         FilterInputError: the count is not a whole number of at least 0.
-        ConvergenceError: residuals stay too large, as those of most modes do if triangles differ in size by ten orders of
+        ConvergenceError: residuals stay too large. This happens to most modes if triangles differ in size by ten orders of
             magnitude.
     """
     n = len(problem.mass)
     count = min(check_whole_number("count", count), n if constants else problem.n_waves)
     if count == 0:
         return np.zeros(0), np.zeros((n, 0), order="F")
-    # BLAS orders sums by its number of threads, and another order changes bits.
+    # The number of BLAS threads changes the order of sums, and so their bits.
     with one_blas_thread():
         return _united(problem, count, 0 if constants else 1, tolerance, progress)
 
@@ -309,7 +310,7 @@ def lowest_modes(
         )
         if len(new) == 0:
             continue
-        # Modes at the edge of an earlier band contain a share of the neighbours beyond it: their residual over the gap.
+        # Modes at the edge of an earlier band contain parts of their neighbours beyond it, of the size residual / gap.
         for group in groups(len(new), rest):
             remove(modes, vectors[:, group])
         new, vectors = _polished(operator, factors, new, vectors, 0.7 * tolerance, rest)
@@ -378,7 +379,7 @@ def _placed(
 def modes_near(
     factors: ShiftedFactors, locked: Floats, *, below: int, above: int, tolerance: float, seed: int, progress: Progress
 ) -> tuple[Floats, Floats]:
-    """Computes the `below` modes of A below the shift and at least the `above` nearest ones above it, without the locked ones.
+    """Computes the `below` modes of A below the shift and at least `above` modes next above it; locked modes do not count.
 
     Runs block Lanczos [grimes1994] on (A - shift I)^-1 and makes each block orthogonal to all earlier ones. One inverse iteration
     improves the Ritz vectors; it needs no solve, because the last block contains its result. The residual in A is then the Ritz
@@ -442,7 +443,7 @@ def groups(count: int, progress: Progress, done: float = 1.0) -> Iterator[slice]
 
 
 def sparse_product(operator: sparse.csc_matrix, columns: Floats) -> Floats:
-    """Returns A X, (n, k), for a symmetric A; runs on all threads, whose number changes no bit."""
+    """Returns A X, (n, k), for a symmetric A; the number of threads changes no bit."""
     product = np.empty(columns.shape, order="F")
     _multiply(CompressedRows.of(operator), columns, product)
     return product

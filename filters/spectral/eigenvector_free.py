@@ -227,7 +227,7 @@ class _System:
                 x += self._factors.solve(residual)
                 error, residual = self._bound(right, x)
             if error > allowed:
-                # Rounding at tiny triangles makes the bound far too large; the size of one more correction estimates better.
+                # Rounding at tiny triangles makes the bound far too large; the size of one more correction is closer.
                 error = min(error, m_norm(self._mass, self._factors.solve(residual)))
             return x, error
         # |e|_M <= |e|_A / sqrt(sigma), since A >= sigma M.
@@ -302,7 +302,7 @@ def chebyshev_series(
         if second_half <= max(0.01 * tolerance, floor) or samples > 4 * largest_degree:
             break
         samples *= 2
-    # tails[k] is the error of a series of degree k - 1. The coefficients beyond N sum to less than the second half up to N.
+    # tails[k] is the error of a series of degree k - 1. Coefficients beyond the N computed ones sum to less than the second half.
     tails = np.append(np.cumsum(sizes[::-1])[::-1], 0.0) + second_half
     degree = int(np.argmax(tails[1:] <= max(tolerance, tails[-1])))
     degree = min(degree, largest_degree)
@@ -351,7 +351,7 @@ def polynomial_filter(
     """Returns p(M^-1 S) v for the series of `polynomial_series`; None if D has an eigenvalue above `bound`.
 
     `symmetric` is D of `symmetric_form`, (n, n), the values v are (n, k), and the series is scaled to `bound`. An eigenvalue
-    above the bound shows because the recurrence grows.
+    above the bound makes the recurrence grow.
     """
     n, columns = values.shape
     root = np.sqrt(mass)

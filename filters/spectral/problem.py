@@ -38,8 +38,8 @@ class SpectralProblem:
         dirichlet: S = -C with C the stiffness, (n, n) scipy.sparse.csr_matrix float64, symmetric, positive semidefinite, with
             rows that sum to 0; v^T S v is the Dirichlet energy of v.
         mass: the diagonal of M, (n,), above 0, in squared mesh units.
-        vertices: (n,) ascending, the vertex of the mesh that each row stands for. Vertices that no triangle uses, or whose
-            component has no area, have no row.
+        vertices: (n,) the mesh vertex of each row, ascending. Vertices without a triangle, and those of components without area,
+            have no row.
         components: (n,) the connected component of each row, numbered from 0 by first row. No entry of S joins two components.
         n_vertices: the number of vertices of the mesh.
     """
@@ -121,7 +121,7 @@ def about_centroids(points: Floats, problem: SpectralProblem) -> tuple[Floats, F
 
 ResponseName: TypeAlias = Literal["low_pass", "band_pass", "enhance"]
 
-#: The orders n.
+#: The allowed orders n.
 ORDERS = range(1, 9)
 DEFAULT_ORDER = 2
 
@@ -135,7 +135,7 @@ class Response:
     name: ResponseName  # the name of the function that made it
     cutoffs: tuple[float, ...]  # the frequencies at which the profiles are 1/2, ascending, in radians per unit length
     order: int
-    weights: tuple[float, ...]  # of the profiles at the cutoffs
+    weights: tuple[float, ...]  # the weights of the profiles
     infinity: float = 0.0  # the limit of F for short waves
 
     def __call__(self, frequencies: Floats) -> Floats:
@@ -171,8 +171,8 @@ def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
 def band_pass(detail_size: float, largest_size: float, *, gain: float = 1.0, order: int = DEFAULT_ORDER) -> Response:
     """Keeps only waves between two lengths, and the centroid of each component: the difference of two low passes.
 
-    At both ends the amplitude is about half of `gain`. The error, as a share of `gain`, is 2^-((largest_size / detail_size)^(2
-    n)) at the short end and 1 - 2^-((detail_size / largest_size)^(2 n)) at the long one: 4 % for an octave and n = 2.
+    At both ends the amplitude is about half of `gain`. As a share of `gain` the error is 1 - 2^-((detail_size / largest_size)^(2
+    n)) at the long end, 4 % for an octave and n = 2; at the short end it is 2^-((largest_size / detail_size)^(2 n)).
 
     Args:
         detail_size: the shortest wavelength that stays, in mesh units.

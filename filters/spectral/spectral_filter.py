@@ -40,7 +40,7 @@ class SpectralResult:
 
     Attributes:
         vertices: (n, 3) the new coordinates.
-        route: what ran: "eigenvectors", "polynomial", "rational", or "none" where there was nothing to filter.
+        route: the method that ran: "eigenvectors", "polynomial", "rational", or "none" where there was nothing to filter.
         error: a bound of the root mean square distance, over the surface, to the result of an exact computation, in mesh
             units. The error of the modes themselves, about 1e-9 of the size, is not included.
         detail_size: the wavelength at which the response cuts off, in mesh units; infinity if no mode has a wavelength.
@@ -194,8 +194,8 @@ def _brick_wall(
 ) -> SpectralResult:
     """Keeps the `count` lowest modes of values with mean 0 on every component; or filters a band that ends with the last mode.
 
-    `band_of` makes the response of the band from its shortest wavelength. Modes no longer than its longest wavelength get its
-    gain, longer modes and the remainder its limit. None keeps all computed modes and drops the remainder.
+    `band_of` makes the response of a band from its shortest wavelength. Modes within the band get its gain; longer modes and the
+    remainder get the limit of the response. None keeps all computed modes and drops the remainder.
     """
     omega, shapes = _modes(problem, min(count, problem.n_waves), progress)
     size = 2.0 * math.pi / float(omega[-1]) if omega.any() else math.inf
@@ -221,7 +221,7 @@ def _modes(problem: SpectralProblem, count: int, progress: Progress) -> tuple[Fl
 
 
 def _combined(problem: SpectralProblem, values: Floats, shapes: Floats, factors: Floats, infinity: float) -> tuple[Floats, float]:
-    """Sums up the modes of the values times factors and the remainder times `infinity`; returns the remainder's size too."""
+    """Multiplies the modes of the values by `factors`, the remainder by `infinity`; returns the sum and the remainder's size."""
     rest, after = values.copy(), np.zeros_like(values)
     for k in range(shapes.shape[1]):  # one by one, because the rounding of a matrix product may depend on the number of threads
         along = np.einsum("i,ij->j", problem.mass * shapes[:, k], values)

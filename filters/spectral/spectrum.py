@@ -146,7 +146,7 @@ def _bands(frequencies: Floats, energies: Floats, *, highest: float) -> tuple[Fl
 
 
 def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
-    """Adds mass where S_ii / M_i is highest, see `spectrum`; the highest ratio is the highest kappa up to a factor of 2."""
+    """Adds mass where S_ii / M_i is highest, see `spectrum`; the highest kappa is at most twice that."""
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
