@@ -50,7 +50,7 @@ def perona_malik(
     Args:
         values: (n,) or (n, k) finite values, one or k per vertex.
         faces: (m, 3) triangles.
-        edge_stop: g.
+        edge_stop: the edge-stopping function g.
         contrast: c, in the unit of the values: differences above c are edges. Larger blurs more edges. None: 1.4826 times the
             median |I_p - I_s| over the edges of the input, times 1.41 for "gaussian", 2.24 for "tukey", 2.80 for
             "truncated_l2".

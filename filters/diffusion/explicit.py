@@ -65,13 +65,13 @@ def explicit_smoothing(
         progress: called after every step.
 
     Returns:
-        (n, 3) float64. Fixed vertices keep every bit: vertices without a face, not `movable` ones, those on a fixed border.
+        (n, 3) float64. Fixed vertices keep every bit: those without a face, those not `movable`, those on a fixed border.
         Deterministic, for any number of threads.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, too few points in a cloud.
-        UnstableStepError: the step is longer than the largest stable one, at the start or after some iterations; the error names
-            the largest stable step.
+        UnstableStepError: the step is longer than the largest stable one, at first or after some iterations; the error names
+            that.
     """
     normalised = operator in NORMALISED_OPERATORS
     if update == "euler":
@@ -156,7 +156,7 @@ def taubin_fairing(
 ) -> Floats:
     """Replaces p by (1 + mu L)(1 + step L) p, `iterations` times: a low-pass filter that does not shrink [taubin1995].
 
-    `transfer_function` is the factor of a mode of eigenvalue -k of L: about 1 below the pass band k_PB = 1/step + 1/mu, and
+    `transfer_function` gives the factor on a mode of eigenvalue -k of L: about 1 below the pass band k_PB = 1/step + 1/mu, and
     falling above it. With the operator "uniform" this is MeshLab's Taubin Smooth, with two exceptions. On borders MeshLab
     averages a vertex with itself and its two border neighbours, and so moves it two thirds as far as "along". At non-manifold
     edges MeshLab counts the ends once per face.
@@ -176,7 +176,7 @@ def taubin_fairing(
         progress: called after every pair of steps.
 
     Returns:
-        (n, 3) float64. Fixed vertices keep every bit: vertices without a face, not `movable` ones, those on a fixed border.
+        (n, 3) float64. Fixed vertices keep every bit: those without a face, those not `movable`, those on a fixed border.
         Deterministic, for any number of threads.
 
     Raises:
@@ -213,8 +213,8 @@ def meshlab_taubin_smooth(
 ) -> Floats:
     """Reproduces MeshLab's Taubin Smooth up to rounding, on meshes without edges of more than two faces [taubin1995].
 
-    The factors have single precision. A vertex with b border edges is averaged with itself and its b border neighbours, and so
-    moves b / (b + 1) of the way to their mean.
+    Like MeshLab it rounds the factors to single precision. A vertex with b border edges is averaged with itself and its b border
+    neighbours, and so moves b / (b + 1) of the way to their mean.
 
     Arguments, results and errors are those of `taubin_fairing`.
     """
@@ -233,7 +233,7 @@ def meshlab_taubin_smooth(
 
 
 def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigenvalue: float = 2.0) -> float:
-    """Returns the mu of the pass band, or `mu` without one; refuses unstable pairs, for -L with eigenvalues up to the largest."""
+    """Returns the mu of `pass_band`, else `mu`; refuses a pair of steps that amplifies an eigenvalue of up to the largest one."""
     check_positive("step", step)
     if pass_band is not None:
         mu = mu_of_pass_band(pass_band, step)

@@ -104,9 +104,9 @@ def implicit_fairing(
             [kazhdan2012].
         preserve_volume: after every step, scale each component about the centroid of its surface back to its volume. This needs
             a coherently oriented component without border whose vertices may all move; other components are not scaled.
-        keep_dimensions: after every step, add the loss that neighbours have in common back along the normals, on open surfaces
-            too: balls keep their radius and limbs their thickness; see `dimensions_restored`. If a step leaves the share s of a
-            wave, 1 - (1 - s) (1 - s^2)^2 is left then. Not for point clouds.
+        keep_dimensions: after every step, add back, along the normals, the loss that neighbours have in common, on open surfaces
+            too. Balls keep their radius and limbs their thickness; see `dimensions_restored`. If a step leaves the share s of a
+            wave, then 1 - (1 - s) (1 - s^2)^2 remains. Not for point clouds.
         border: "fixed": border vertices stay. "along": a step of the same t, with the operator that `CURVE_OPERATOR` names,
             smooths the border as a curve; then the interior is solved for between the new borders. Together they are the backward
             Euler step of the flow in which border vertices depend only on their border neighbours. "free": border vertices are
@@ -115,7 +115,7 @@ def implicit_fairing(
         progress: called every few solver steps with the share that is done; may raise to stop.
 
     Returns:
-        (n, 3) float64. Fixed vertices keep every bit: vertices without a face, not `movable` ones, those on a fixed border. The
+        (n, 3) float64. Fixed vertices keep every bit: those without a face, those not `movable`, those on a fixed border. The
         others have an M-weighted root mean square error of about 1e-10 of the bounding-box diagonal, and up to 1e-9 if t is more
         than a million squared edges. Deterministic, for any number of threads.
 
@@ -220,7 +220,7 @@ class BackwardEulerStep:
 
     Divided by 1 + t, the matrix is a mean of M and -C and stays finite for every t. It is positive definite if each component has
     a fixed vertex or mass. A component without fixed vertices floats: C ignores its translation, so for large t the matrix is
-    nearly singular. But its equations sum up to sum_i M_i d_i = 0. This sum is imposed, and the centroid stays to rounding.
+    nearly singular. But its equations sum up to sum_i M_i d_i = 0. This sum is imposed, so the centroid stays, to rounding.
 
     The error e satisfies sum_i M_i |e_i|^2 <= ||e||_A^2, with ||e||_A the energy norm of A = M - t C, because -C is semidefinite.
     The solver reduces ||e||_A to `TOLERANCE` times the norm of a shift by the diagonal, whose square is diagonal^2 sum_i M_i.
@@ -269,7 +269,7 @@ class BackwardEulerStep:
             stiffness = stiffness[self._free][:, self._free]
         entries = stiffness.data * -self._stiffness_share, stiffness.indices, stiffness.indptr
         matrix = sparse.csr_matrix(entries, shape=stiffness.shape)
-        # The diagonal is raised by no more than its rounding, which outweighs the rounding errors of its row.
+        # Raising the diagonal by its rounding error outweighs the rounding errors of the row: A stays positive definite.
         matrix.setdiag(matrix.diagonal() * (1.0 + _ROUNDING) + self._mass)
         return SpdSolver(matrix, solves=self._solves)
 

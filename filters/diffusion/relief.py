@@ -36,8 +36,7 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
         before: (n, 3) coordinates.
         after: (n, 3) coordinates of the same vertices after the filter.
         faces: (m, 3) triangles.
-        noise: the standard deviation of the noise before the filter, along the normals, in mean edges; independent at each
-            vertex.
+        noise: the standard deviation along the normals, in mean edges, of noise in `before` that is independent at each vertex.
 
     Returns:
         The loss; None if no relief stands out from the noise.

@@ -97,7 +97,7 @@ def conjugate_gradients(
             direction = residual * scale[:, None]
             energy = _descend(np.zeros(3), residual, residual, x, residual, scale).sum(axis=0)
         else:
-            direction = precondition(residual).copy()  # copied, because a preconditioner may return the same array again
+            direction = precondition(residual).copy()  # because a preconditioner may return the same array again
             energy = _inner_products(residual, direction).sum(axis=0)
         first = norm = _root(energy)
         iterations = 0
@@ -353,7 +353,7 @@ def _is_strong(entry: float, i: int, j: int, diagonal: Floats, strength: float) 
 
 @compiled
 def _aggregate(matrix: CompressedRows, diagonal: Floats, strength: float) -> tuple[Ints, int]:
-    """Returns the aggregate of every unknown, -1 without strong connections, and their number: algorithm 5.1 of [vanek1996]."""
+    """Returns each unknown's aggregate, -1 without strong connections, and their count: algorithm 5.1 of [vanek1996]."""
     indptr, indices, data = matrix
     n = indptr.shape[0] - 1
     aggregate = np.full(n, -1, dtype=np.int32)
@@ -384,7 +384,7 @@ def _aggregate(matrix: CompressedRows, diagonal: Floats, strength: float) -> tup
                     if share > strongest:
                         strongest = share
                         joined[i] = aggregate[j]
-    # 3. The rest has no strong neighbour in an aggregate: they form aggregates of their own.
+    # 3. The remaining unknowns have no strong neighbour in an aggregate: they form new ones.
     for i in range(n):
         if joined[i] < 0:
             used = False

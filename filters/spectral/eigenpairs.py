@@ -30,8 +30,7 @@ _AT_ONCE = 200
 _SLICED_SHARE = 2
 #: The largest residual that is accepted as rounding, and the largest accepted deviation of modes from orthonormality.
 _LARGEST_FLOOR = 1e-6
-#: Modes per band, and for matrices of at least `_LARGE` rows. Wider bands need more orthogonalisation, narrower more
-#: factorisations.
+#: Modes per band, and from `_LARGE` rows on. Wider bands cost more orthogonalisation, narrower ones more factorisations.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
 #: Modes that are computed beyond the last requested one. The last shift goes into the widest gap between them.
 _GUARD = 6

@@ -171,8 +171,8 @@ def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
 def band_pass(detail_size: float, largest_size: float, *, gain: float = 1.0, order: int = DEFAULT_ORDER) -> Response:
     """Keeps only waves between two lengths, and the centroid of each component: the difference of two low passes.
 
-    At both ends the amplitude is about half of `gain`. As a share of `gain` the error is 1 - 2^-((detail_size / largest_size)^(2
-    n)) at the long end, 4 % for an octave and n = 2; at the short end it is 2^-((largest_size / detail_size)^(2 n)).
+    At both ends the amplitude is about half of `gain`. With q = (largest_size / detail_size)^(2 n) the error, as a share of
+    `gain`, is 2^-q at the short end and 1 - 2^(-1 / q) at the long one: 4 % for an octave and n = 2.
 
     Args:
         detail_size: the shortest wavelength that stays, in mesh units.
