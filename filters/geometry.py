@@ -52,7 +52,7 @@ _LONGEST_WALK = 64
 
 @compiled
 def cross_product(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float]:
-    """Returns (b - a) x (c - a), twice the area long; seen from its tip the triangle (a, b, c) is counter-clockwise."""
+    """Returns (b - a) x (c - a), whose length is twice the area; seen from its tip (a, b, c) is counter-clockwise."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -193,7 +193,7 @@ def closest_weights(
 
 
 def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) -> Floats:
-    """(m, 8) the unit normal, the area and the centre of every face, and one 0.
+    """(m, 8) the unit normal, the area and the centre of every face, and a 0.
 
     A row fills one cache line, so a sweep over neighbouring faces loads one line per face. A face without area has the normal 0.
     The vertices are of ordinary size, such as the points of a `NormalisedMesh`. A given `table` is overwritten.
@@ -228,7 +228,7 @@ def roughness(points: Floats, faces: Ints) -> float:
 
 
 def cross_products(vertices: Floats, faces: Ints) -> Floats:
-    """(m, 3) (b - a) x (c - a) of the faces (a, b, c): normals of twice the area as length."""
+    """(m, 3) (b - a) x (c - a) of the faces (a, b, c): normals whose length is twice the area."""
     crosses = np.empty((len(faces), 3))
     _fill_crosses(np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.int32), crosses)
     return crosses
@@ -279,7 +279,7 @@ def mean_normals_at_vertices(of_faces: Floats, faces: Ints, n_vertices: int) -> 
 
 
 def unit_vectors(vectors: Floats) -> Floats:
-    """(n, 3) the vectors at length 1; 0 stays 0."""
+    """(n, 3) the vectors scaled to length 1; 0 stays 0."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(vectors / np.where(lengths > 0.0, lengths, 1.0))
 

@@ -51,7 +51,7 @@ _RUN = 64
 #: The largest displacement of a vertex by a filter, in diagonals of the mesh. A vertex that moves farther is a spike, the result
 #: of ill-conditioned equations.
 FURTHEST = 2.0
-# Neighbours are near in memory if their numbers differ by at most this: twice as many take a third of a 1 MB second-level cache.
+# Neighbours are near in memory if their numbers differ by at most this: a range of twice that takes a third of a 1 MB cache.
 _NEAR = 8192
 _SAMPLE = 20_000
 # Reordering costs as much time as this many sweeps save, as measured.
@@ -69,7 +69,7 @@ def check_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[Floats, Ints]:
 
     Raises:
         FilterInputError: a wrong shape or type, a coordinate that is not finite, an index that names no vertex; the message
-            gives the first wrong element and the number of them.
+            gives the first wrong element and their number.
     """
     points = check_points(vertices)
     return points, _checked_cells("face", "(m, 3)", 3, faces, len(points), "; triangulate polygons first")
@@ -237,7 +237,7 @@ class NormalisedMesh:
         return replace(self, order=places if self.order is None else self.order[places])
 
     def restored(self, points: Floats) -> Floats:
-        """Returns the (n, 3) vertices, moved by the difference between the (k, 3) new points and their points.
+        """Moves the vertices by the displacements of their points, which end at the (k, 3) new `points`; returns (n, 3).
 
         Coordinates that do not move keep every bit. The others are rounded once, which is the only loss far from the origin.
 
@@ -309,7 +309,7 @@ def _mark_used(cells: Ints, used: Bools) -> None:
 def _restore(
     vertices: Floats, middle: Floats, scale: float, order: Ints, after: Floats, result: Floats, furthest: Longs, squares: Floats
 ) -> None:
-    """Writes the vertices, and for every block the point that moves furthest, or the first not finite, and its squared move."""
+    """Writes the vertices, and per block the point that moves furthest, or the first not finite, and its squared displacement."""
     for block in prange(squares.shape[0]):
         for k in range(block * _BLOCK, min((block + 1) * _BLOCK, after.shape[0])):
             i = order[k] if order.shape[0] else np.int32(k)

@@ -44,7 +44,7 @@ SurfaceOperatorName: TypeAlias = Literal["auto", "cotangent", "robust"]
 #: A mesh needs the robust operator if the doubled area of a triangle is below this share of its summed squared edges: cotangents
 #: then make the spectrum so wide that the rounding of the highest eigenvalues hides the lowest ones.
 _SLIVER = 1e-5
-#: A triangle nearer to degenerate than this share of the mean edge has its edges lengthened intrinsically.
+#: Edges are lengthened intrinsically where a triangle is degenerate to within this share of the mean edge.
 _MOLLIFIED = 1e-5
 #: The number of neighbours in the triangulation around a point of a cloud.
 _NEIGHBOURS = 30

@@ -83,8 +83,7 @@ def bilaplacian_smoothing(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        detail_size: l, in mesh units, the wavelength that comes out with half its amplitude: w = (2 pi / l)^4. Larger is
-            smoother.
+        detail_size: l, in mesh units, the wavelength that keeps half of its amplitude: w = (2 pi / l)^4. Larger is smoother.
         feature_weights: (n,) W, from 0, usually at most 1. Smaller smooths less: where W is 0 the surface may bend at no cost,
             and along a line of such vertices it keeps a ridge. See `feature_weights`. None is 1 everywhere.
         border: "fixed": border vertices stay. "along": the same energy first smooths the border as a curve, then the interior
@@ -118,8 +117,7 @@ def bilaplacian_smoothing(
         return points.copy()
 
     def minimiser(operator: SurfaceOperator, even: Bools) -> Floats:
-        # A border vertex has no closed star for a Laplacian, so its bending is 0; but not in an evened component with a free
-        # border.
+        # A border vertex has no closed star for a Laplacian: no bending there, except on the free border of an evened component.
         bending = np.where(at_border & ~(even & (border == "free")), 0.0, features / operator.mass)
         quadratic = BendingEnergy(operator.dirichlet, operator.mass, bending, w)
         return quadratic.minimiser(start, prescribed, inside, diagonal, rising(progress, 0.1, 1.0))

@@ -1,4 +1,4 @@
-"""Region fairing: places a region between fixed rings so that area, bending or its variation is least [botsch2004]; also colours.
+"""Region fairing: places a region between fixed rings with least area, bending or its variation [botsch2004]; fills in colours.
 
 Energies use `SurfaceOperator`, the Laplace-Beltrami operator with a mass above 0 at every vertex.
 """
@@ -24,9 +24,8 @@ from ..topology import Submesh, edges, proper_faces, submesh_around
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
-# A mass counts as at least `_LEAST_MASS` of the largest one among its neighbours, because slivers would spoil the conditioning. A
-# whole part may be much smaller than others; only below `_NO_MASS` of the mean, where its edges are 1e-10 as long, it is
-# rounding.
+# A mass counts as at least `_LEAST_MASS` of the largest one among its neighbours, because slivers would spoil the conditioning.
+# Whole parts may be much smaller than others; but masses below `_NO_MASS` of the mean, of edges 1e-10 as long, are rounding.
 _LEAST_MASS, _NO_MASS = 1e-6, 1e-20
 
 

@@ -32,10 +32,10 @@ _LONGEST_STEP = 0.5
 _HALVINGS = 4
 # Triangles at sharp edges may deviate from the surface by this share of the deviation of others; more would fray the edges.
 _AT_RIDGES = 0.2
-# The least distance of smoothed normals across a sharp edge, for 25 degrees; across an edge that is only noise they are closer.
+# Smoothed unit normals differ by at least this across a sharp edge, 25 degrees; across an edge of noise they differ less.
 _TURNED = 2.0 * math.sin(math.radians(12.5))
-# The least cosine between the normal of a triangle and its former normal, and that of the surface below it. For a flip: between
-# the normals of a new and an old triangle, and of the two new ones.
+# The least cosine between the normal of a triangle and its former normal, and the normal of the surface below it. For a flip:
+# between the normals of a new and an old triangle, and of the two new ones.
 _LEAST_COSINE = 0.25
 # The most passes of flips. Each raises the mean quality; after this many the gain is negligible.
 _FLIP_PASSES = 50
@@ -144,7 +144,8 @@ class TangentialEnergy:
 class KeptSurface:
     """The input surface, on which vertices stay, and the current triangles, which must not fold.
 
-    The middles of edges and the centroids of triangles stay within `allowed` of the input. Vertex i lies on its face ``at[i]``.
+    The middles of edges and the centroids of triangles stay within `allowed` of the input. Vertex i lies on the input's face
+    ``at[i]``.
     """
 
     def __init__(self, points: Floats, faces: Ints, allowed: float) -> None:
@@ -157,7 +158,7 @@ class KeptSurface:
         self.at = self.walkable.first_faces()
 
     def moved(self, points: Floats, step: Floats, moves: Bools) -> Floats:
-        """Moves the vertices that may move by their steps, halved until no triangle folds or leaves the surface: (n, 3)."""
+        """Returns (n, 3) points after the steps of the moving vertices, halved until no triangle folds or leaves the surface."""
         movers = np.flatnonzero(moves)
         scale = np.ones(len(points))
         before = face_normals(points, self.faces)
@@ -192,7 +193,7 @@ class KeptSurface:
         return np.asarray(harmed)
 
     def _left(self, places: Floats, at: Ints, ridge: Bools) -> tuple[Ints, Bools]:
-        """Walks from the input's faces `at` to those under the places; returns these (k,), and which places are too far off."""
+        """Walks from the input's faces `at` to the faces under the places; returns these, (k,), and which places are too far off."""
         under, left = np.empty_like(at), np.empty(len(at), dtype=np.bool_)
         for part, allowed in ((~ridge, self.allowed), (ridge, _AT_RIDGES * self.allowed)):
             _, under[part], far = self.walkable.closest(places[part], at[part], allowed)
@@ -210,7 +211,8 @@ def _mean_edges(points: Floats, faces: Ints) -> Floats:
 def flip_towards_quality(
     points: Floats, faces: Ints, may: Bools, surface: WalkableSurface, at: Ints, allowed: float
 ) -> tuple[Ints, int]:
-    """Flips edges while this raises the sum of the qualities of their two triangles and does not lower the minimum [lawson1977].
+    """Flips edges while this raises the sum of the qualities of their two triangles and does not lower the smaller one
+    [lawson1977].
 
     The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 for equilateral ones, towards 0
     for slivers. So every flip raises the mean quality of the mesh, and the lowest quality does not fall. A flip is refused if the
@@ -219,7 +221,7 @@ def flip_towards_quality(
     than allowed. Edges without exactly two faces stay, and so do edges whose faces have opposite orientations. Vertices do not
     move.
 
-    The four vertices of a flip must be among those that (n,) `may`. The triangles stay within `allowed` of the `surface`; (n,)
+    The four vertices of a flip must all be True in (n,) `may`. The triangles stay within `allowed` of the `surface`; (n,)
     `at` is its face where a walk from each vertex starts. Returns the triangles, each in its row, and the number of flips.
     """
     flipped, across = faces.copy(), faces_across(faces)
@@ -263,7 +265,7 @@ def _flip_pass(
                 if nearest_by_walk(surface, x, y, z, at[end], near)[4] > near:
                     far = True
                     break
-            # If the fan has not all faces at c, an edge from c to d may exist in another fan.
+            # If this fan lacks a face at c, an edge from c to d may exist in another fan at c.
             if far or fan_size(faces, across, f, (k + 2) % 3, d) != valences[c]:
                 continue
             flip(faces, across, f, k)
