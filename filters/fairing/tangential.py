@@ -193,7 +193,7 @@ class KeptSurface:
         return np.asarray(harmed)
 
     def _left(self, places: Floats, at: Ints, ridge: Bools) -> tuple[Ints, Bools]:
-        """Walks from the input's faces `at` to the faces under the places; returns these, (k,), and which places are too far off."""
+        """Walks from the input's faces `at` to the faces under the places; returns these (k,), and which places are too far off."""
         under, left = np.empty_like(at), np.empty(len(at), dtype=np.bool_)
         for part, allowed in ((~ridge, self.allowed), (ridge, _AT_RIDGES * self.allowed)):
             _, under[part], far = self.walkable.closest(places[part], at[part], allowed)
