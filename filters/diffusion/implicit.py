@@ -130,7 +130,7 @@ def implicit_fairing(
     check_finite("time_step", time_step, least=0.0)
     steps = check_whole_number("iterations", iterations, least=0)
     if keep_dimensions and len(points) and not len(triangles):
-        raise FilterInputError("keep_dimensions needs triangles, whose normals it moves vertices along: a point cloud has none")
+        raise FilterInputError("keep_dimensions needs triangles, because it moves vertices along normals: a point cloud has none")
     mesh = normalised_mesh(points, triangles, movable)
     if operator != "robust" and worth_reordering(mesh.cells, len(mesh)):
         mesh = mesh.by_place()

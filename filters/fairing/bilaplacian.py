@@ -218,8 +218,8 @@ def _smallest_norm(points: Floats, data: Floats, labels: Longs, count: int) -> f
     np.minimum.at(low, labels, points)
     np.maximum.at(high, labels, points)
     sums = np.bincount(labels, data, count)
-    there = sums > 0.0
-    return float((np.linalg.norm(high[there] - low[there], axis=1) * np.sqrt(sums[there])).min())
+    has_mass = sums > 0.0
+    return float((np.linalg.norm(high[has_mass] - low[has_mass], axis=1) * np.sqrt(sums[has_mass])).min())
 
 
 class FloatingComponents(NamedTuple):

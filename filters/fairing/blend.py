@@ -64,8 +64,8 @@ def blend_parts(
         return band
     joined = np.concatenate([points, band.vertices])
     free = np.arange(len(joined)) >= len(points)
-    everything = np.concatenate([triangles, band.faces])
-    fair = fair_region(joined, everything, free, energy=energy, progress=part_of(progress, 0.5, 1.0))
+    all_faces = np.concatenate([triangles, band.faces])
+    fair = fair_region(joined, all_faces, free, energy=energy, progress=part_of(progress, 0.5, 1.0))
     return replace(band, vertices=fair.vertices[len(points) :])
 
 
@@ -195,11 +195,11 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
         loops.append(np.arange(total, total + size, dtype=np.int32))
         total += size
     loops.append(b)
-    everything = np.concatenate([points, *added])
+    all_points = np.concatenate([points, *added])
     strips = []
     for row, (low, high) in enumerate(pairwise(loops)):
         partial = part_of(progress, 0.3 + 0.7 * row / count, 0.3 + 0.7 * (row + 1) / count)
-        strips.append(_strip(everything, low, high, partial))
+        strips.append(_strip(all_points, low, high, partial))
     return Blend(np.concatenate(added), np.concatenate(strips), rims, wrong is None)
 
 
@@ -223,9 +223,9 @@ def _strip(points: Floats, low: Ints, high: Ints, progress: Progress) -> Ints:
     """(a + b, 3) the triangles between two loops of the same direction."""
     i, j = shortest_spans(points[low], points[high], progress)
     along_low = np.roll(i, -1) != i
-    here, there = low[i], high[j]
-    first = np.where(along_low, np.roll(here, -1), here)
-    faces: Ints = np.column_stack([first, np.where(along_low, here, there), np.where(along_low, there, np.roll(there, -1))])
+    lows, highs = low[i], high[j]
+    first = np.where(along_low, np.roll(lows, -1), lows)
+    faces: Ints = np.column_stack([first, np.where(along_low, lows, highs), np.where(along_low, highs, np.roll(highs, -1))])
     return faces
 
 

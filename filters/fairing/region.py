@@ -160,9 +160,9 @@ class _System(NamedTuple):
 
     def residual(self, values: Floats) -> Floats:
         """Returns -(S M^-1)^(k-1) S p at the free vertices, in twice the precision; `values` are their coordinates."""
-        everywhere, places = self.points.copy(), np.flatnonzero(self.free)
-        everywhere[places] = values
-        return -laplacian_power(self.dirichlet, self.inverse_mass, self.order, everywhere).take(places, axis=0)
+        all_points, places = self.points.copy(), np.flatnonzero(self.free)
+        all_points[places] = values
+        return -laplacian_power(self.dirichlet, self.inverse_mass, self.order, all_points).take(places, axis=0)
 
 
 def _system(operator: SurfaceOperator, part: Submesh, order: int, dense: bool) -> _System:

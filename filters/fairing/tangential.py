@@ -132,8 +132,8 @@ class TangentialEnergy:
 
     def step(self, points: Floats, progress: Progress) -> Floats:
         """(f, 3) the displacement of the f vertices that move, within their tangent planes."""
-        wanted = cotangent_laplacian(points, self._faces).apply(points) - self._uniform.apply(points)
-        step = self._solver.solve(self._transposed @ wanted, tolerance=_TOLERANCE, progress=progress).values
+        target = cotangent_laplacian(points, self._faces).apply(points) - self._uniform.apply(points)
+        step = self._solver.solve(self._transposed @ target, tolerance=_TOLERANCE, progress=progress).values
         normals = vertex_normals_by_area(points, self._faces)[self._moves]
         step = step - np.einsum("ij,ij->i", step, normals)[:, None] * normals
         longest = _LONGEST_STEP * _mean_edges(points, self._faces)[self._moves]
@@ -193,7 +193,7 @@ class KeptSurface:
         return np.asarray(harmed)
 
     def _left(self, places: Floats, at: Ints, ridge: Bools) -> tuple[Ints, Bools]:
-        """Walks from the input's faces `at` to the faces under the places; returns these (k,), and which places are too far off."""
+        """Walks from the input's faces `at` to the faces under the places; returns these (k,), and the places too far off."""
         under, left = np.empty_like(at), np.empty(len(at), dtype=np.bool_)
         for part, allowed in ((~ridge, self.allowed), (ridge, _AT_RIDGES * self.allowed)):
             _, under[part], far = self.walkable.closest(places[part], at[part], allowed)

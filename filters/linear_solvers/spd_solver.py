@@ -231,18 +231,18 @@ class SpdSolver:
         matrix = self._system.matrix
         size = preconditioned_norm(matrix, b, precondition)
         target = max(tolerance * (size if reference is None else reference * spread), FINEST_TOLERANCE * size)
-        taken = 0
+        iterations = 0
         while True:
             descent = conjugate_gradients(
-                matrix, b, target=target, max_iterations=steps - taken, start=x, precondition=precondition, progress=progress
+                matrix, b, target=target, max_iterations=steps - iterations, start=x, precondition=precondition, progress=progress
             )
-            x, taken = descent.values, taken + descent.iterations
+            x, iterations = descent.values, iterations + descent.iterations
             norm = preconditioned_norm(matrix, b - matrix @ x, precondition)
             backward = self._system.backward_error(x, b)
             converged = norm <= 2.0 * target or (descent.norm <= target and backward <= _ROUNDING)
             if converged or descent.norm > target or descent.iterations == 0:
                 method: Method = "jacobi" if precondition is None else "multigrid"
-                return Solution(x, norm / spread, backward, taken, method), converged, descent.indefinite
+                return Solution(x, norm / spread, backward, iterations, method), converged, descent.indefinite
 
 
 def _padded(columns: Floats) -> Floats:

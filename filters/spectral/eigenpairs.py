@@ -148,8 +148,8 @@ def component_modes(
     if not modes.good(tolerance, highest):
         raise ConvergenceError(
             f"the {count} lowest modes of a component of {n} vertices are lost in rounding: mode "
-            f"{int(modes.residuals.argmax())} has a residual of {modes.residuals.max():.3g} of its eigenvalue, "
-            f"{tolerance:.3g} is the tolerance, and the highest eigenvalue is {highest / modes.kappa[1]:.3g} times the first: "
+            f"{int(modes.residuals.argmax())} has a residual of {modes.residuals.max():.3g} of its eigenvalue (the tolerance is "
+            f"{tolerance:.3g}), and the highest eigenvalue is {highest / modes.kappa[1]:.3g} times the first: "
             "triangles differ too much in size or shape; take fewer modes, filter without eigenvectors, or remesh"
         )
     order = np.argsort(modes.kappa, kind="stable")
@@ -173,10 +173,10 @@ class _CheckedModes:
         self.vectors[:, 0] = kernel
         self.kappa, rest = np.empty(count), np.empty(count)
         for group in groups(count, progress, 0.99):
-            some = self.vectors[:, group]
-            applied = sparse_product(operator, some)
-            self.kappa[group] = np.einsum("ij,ij->j", some, applied) / np.einsum("ij,ij->j", some, some)
-            rest[group] = np.linalg.norm(applied - some * self.kappa[group], axis=0)
+            columns = self.vectors[:, group]
+            applied = sparse_product(operator, columns)
+            self.kappa[group] = np.einsum("ij,ij->j", columns, applied) / np.einsum("ij,ij->j", columns, columns)
+            rest[group] = np.linalg.norm(applied - columns * self.kappa[group], axis=0)
         self.kappa[0] = 0.0
         self.least = max(float(self.kappa[1]), float(np.finfo(float).tiny))
         self.residuals = rest / np.maximum(self.kappa, self.least)
@@ -214,8 +214,8 @@ def _by_slicing(
         # Products at tiny triangles have rounding of high frequencies, which hardly affects the modes or the energy norm.
         factors = ShiftedFactors(dissected, fronts, -modes.least, progress, 0.99)
         for group in groups(count, progress, 0.99):
-            some = np.asfortranarray(modes.vectors[places, group])
-            rest = sparse_product(dissected, some) - some * modes.kappa[group]
+            columns = np.asfortranarray(modes.vectors[places, group])
+            rest = sparse_product(dissected, columns) - columns * modes.kappa[group]
             energy = np.einsum("ij,ij->j", rest, factors.solve(np.asfortranarray(rest)))
             share = np.sqrt(np.maximum(energy, 0.0) / np.maximum(modes.kappa[group], modes.least))
             modes.residuals[group] = np.minimum(modes.residuals[group], share)
