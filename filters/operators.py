@@ -419,10 +419,10 @@ def build_laplacian(vertices: Floats, faces: Ints, operator: OperatorName) -> La
         if operator != "robust":
             raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
         return robust_cloud_laplacian(vertices)
-    return _named(vertices, faces, operator)
+    return _build_named(vertices, faces, operator)
 
 
-def _named(vertices: Floats, faces_or_edges: Ints, operator: OperatorName) -> Laplacian:
+def _build_named(vertices: Floats, faces_or_edges: Ints, operator: OperatorName) -> Laplacian:
     builders = {
         "inverse_length": inverse_length_laplacian,
         "scale_dependent": scale_dependent_laplacian,
@@ -474,7 +474,7 @@ def _thinnest_triangle(points: Floats, faces: Ints) -> float:
 
 def curve_laplacian(vertices: Floats, edges: Ints, operator: OperatorName) -> Laplacian:
     """Builds the `CURVE_OPERATOR` of an operator on the polylines of (e, 2) edges, for example the borders of a mesh."""
-    return _named(vertices, edges, CURVE_OPERATOR[operator])
+    return _build_named(vertices, edges, CURVE_OPERATOR[operator])
 
 
 def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
@@ -489,11 +489,11 @@ def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
     points = vertices[used]
     if len(points) == 0 or not (points != points[0]).any():
         return Laplacian(sparse.csr_matrix((n, n)), np.zeros(n))
-    scaled, scale = _at_the_origin(points)
+    scaled, scale = _centred_and_scaled(points)
     index = np.cumsum(used) - 1
     positive, masses = robust_laplacian.mesh_laplacian(scaled, index[proper], _MOLLIFIED)
     spread = sparse.csr_array((np.ones(len(points)), np.flatnonzero(used), np.arange(len(points) + 1)), shape=(len(points), n))
-    return _spread(positive, masses, scale, spread)
+    return _transferred(positive, masses, scale, spread)
 
 
 def robust_cloud_laplacian(points: Floats) -> Laplacian:
@@ -513,7 +513,7 @@ def robust_cloud_laplacian(points: Floats) -> Laplacian:
     if len(places) == n:
         places, place_of = points, np.arange(n)
         together = np.ones(n, dtype=np.int64)
-    scaled, scale = _at_the_origin(places)
+    scaled, scale = _centred_and_scaled(places)
     try:
         positive, masses = robust_laplacian.point_cloud_laplacian(scaled, _MOLLIFIED, _NEIGHBOURS)
     except RuntimeError as error:
@@ -523,14 +523,14 @@ def robust_cloud_laplacian(points: Floats) -> Laplacian:
         ) from error
     place_of = place_of.ravel()
     spread = sparse.csr_array((1.0 / together[place_of], (place_of, np.arange(n))), shape=(len(places), n))
-    return _spread(positive, masses, scale, spread)
+    return _transferred(positive, masses, scale, spread)
 
 
-def _at_the_origin(points: Floats) -> tuple[Floats, float]:
+def _centred_and_scaled(points: Floats) -> tuple[Floats, float]:
     return scaled_to_unit(np.ascontiguousarray(points - points.mean(axis=0)))
 
 
-def _spread(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) -> Laplacian:
+def _transferred(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) -> Laplacian:
     """Transfers the library's operator from k points to n vertices, by the shares in the (k, n) matrix `spread`."""
     stiffness = sparse.csr_matrix(-(spread.T @ sparse.csr_array(positive) @ spread))
     stiffness.sort_indices()

@@ -172,27 +172,27 @@ class KeptSurface:
             stopped = pending[scale[pending] == 0.0]
             tentative[stopped], at[stopped] = points[stopped], self.at[stopped]
             checked = np.flatnonzero(mask_of(pending, len(points))[self.faces].any(axis=1))
-            bad = checked[self._harmed(tentative, at, before, checked)]
+            bad = checked[self._folded_or_far(tentative, at, before, checked)]
             pending = np.flatnonzero(mask_of(self.faces[bad], len(points)) & moves & (scale > 0.0))
             scale[pending] *= 0.5
             scale[pending[scale[pending] < 0.5**_HALVINGS]] = 0.0
         self.at = at
         return tentative
 
-    def _harmed(self, points: Floats, at: Ints, before: Floats, checked: Longs) -> Bools:
+    def _folded_or_far(self, points: Floats, at: Ints, before: Floats, checked: Longs) -> Bools:
         """(k,) which of the checked faces turn too far from their normal `before` or that of the surface, or lie too far off."""
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))
         ridge = np.asarray(self._on_ridge[faces].any(axis=1))
-        under, harmed = self._left((a + b + c) / 3.0, at[faces[:, 0]], ridge)
+        under, harmed = self._faces_under((a + b + c) / 3.0, at[faces[:, 0]], ridge)
         harmed |= np.einsum("ij,ij->i", normals, before[checked]) < _LEAST_COSINE
         harmed |= np.einsum("ij,ij->i", normals, self._normals[under]) < _LEAST_COSINE
         for k, (start, end) in enumerate(((a, b), (b, c), (c, a))):
-            harmed |= self._left((start + end) / 2.0, at[faces[:, k]], ridge)[1]
+            harmed |= self._faces_under((start + end) / 2.0, at[faces[:, k]], ridge)[1]
         return np.asarray(harmed)
 
-    def _left(self, places: Floats, at: Ints, ridge: Bools) -> tuple[Ints, Bools]:
+    def _faces_under(self, places: Floats, at: Ints, ridge: Bools) -> tuple[Ints, Bools]:
         """Walks from the input's faces `at` to the faces under the places; returns these (k,), and the places too far off."""
         under, left = np.empty_like(at), np.empty(len(at), dtype=np.bool_)
         for part, allowed in ((~ridge, self.allowed), (ridge, _AT_RIDGES * self.allowed)):

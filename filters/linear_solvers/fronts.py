@@ -67,10 +67,10 @@ class Fronts(NamedTuple):
         entries, ends = _compressed(matrix), self.parts[:, 1] - 1
         counts = self.starts[ends + 1] - self.starts[ends]
         begins = np.append(0, np.cumsum(counts * (counts + 1) // 2))
-        changes = np.empty(int(begins[-1]))
+        updates = np.empty(int(begins[-1]))
         with threads_for(len(self.order)):
-            _factorise_parts(self, entries, begins, changes, values, pivots)
-            _factorise(self, entries, self.last, changes, values, pivots, True)
+            _factorise_parts(self, entries, begins, updates, values, pivots)
+            _factorise(self, entries, self.last, updates, values, pivots, True)
         return values, pivots
 
     def solve(self, values: Floats, b: Floats) -> Floats:
@@ -168,19 +168,19 @@ def _triangle(rows: int) -> int:
 
 @compiled(parallel=True)
 def _factorise_parts(
-    fronts: Fronts, matrix: CompressedRows, begins: Longs, changes: Floats, values: Floats, pivots: Floats
+    fronts: Fronts, matrix: CompressedRows, begins: Longs, updates: Floats, values: Floats, pivots: Floats
 ) -> None:
-    """Factorises the parts; writes their updates of later rows to `changes`, from `begins` on."""
+    """Factorises the parts; writes their updates of later rows to `updates`, from `begins` on."""
     for part in prange(fronts.parts.shape[0]):
         groups = np.arange(fronts.parts[part, 0], fronts.parts[part, 1])
-        _factorise(fronts, matrix, groups, changes[begins[part] : begins[part + 1]], values, pivots, False)
+        _factorise(fronts, matrix, groups, updates[begins[part] : begins[part + 1]], values, pivots, False)
 
 
 @compiled(nogil=True)
 def _factorise(
-    fronts: Fronts, matrix: CompressedRows, groups: Longs, changes: Floats, values: Floats, pivots: Floats, above: bool
+    fronts: Fronts, matrix: CompressedRows, groups: Longs, updates: Floats, values: Floats, pivots: Floats, above: bool
 ) -> None:
-    """Factorises the groups of a part and fills `changes`; or, with `above`, the groups of `Fronts.last` that are in no part."""
+    """Factorises the groups of a part and fills `updates`; or, with `above`, the groups of `Fronts.last` that are in no part."""
     firsts, lows, starts, rows = fronts.firsts, fronts.lows, fronts.starts, fronts.rows
     local = np.empty(fronts.order.shape[0], dtype=np.int32)
     widest, most = _room(fronts, groups)
@@ -189,36 +189,36 @@ def _factorise(
     waiting = np.empty(groups.shape[0], dtype=np.int64)
     top, full, taken = 0, 0, 0
     for g in groups:
-        own, changed = firsts[g + 1] - firsts[g], starts[g + 1] - starts[g]
-        size = own + changed
+        eliminated, updated = firsts[g + 1] - firsts[g], starts[g + 1] - starts[g]
+        size = eliminated + updated
         if above and fronts.above[firsts[g]] < 0:
-            held[full : full + _triangle(changed)] = changes[taken : taken + _triangle(changed)]
-            taken += _triangle(changed)
+            held[full : full + _triangle(updated)] = updates[taken : taken + _triangle(updated)]
+            taken += _triangle(updated)
         else:
             front = work[: size * size].reshape(size, size)
-            _assemble(matrix, fronts.order, fronts.places, firsts[g], own, rows[starts[g] : starts[g + 1]], local, front)
+            _assemble(matrix, fronts.order, fronts.places, firsts[g], eliminated, rows[starts[g] : starts[g + 1]], local, front)
             while top > 0 and firsts[waiting[top - 1]] >= lows[g]:
                 top -= 1
                 begin, end = starts[waiting[top]], starts[waiting[top] + 1]
                 full -= _triangle(end - begin)
                 _add(rows[begin:end], held[full:], local, front)
-            for begin in range(0, own, _PANEL):
-                end = min(begin + _PANEL, own)
+            for begin in range(0, eliminated, _PANEL):
+                end = min(begin + _PANEL, eliminated)
                 _eliminate_panel(front, begin, end)
                 if above and _WORK * size >= SERIAL_BELOW:
                     _subtract_panel_by_threads(front, begin, end)
                 else:
                     for left in range(end, size, _STRIP):
                         _subtract_panel(front, begin, end, left)
-            for k in range(own):
+            for k in range(eliminated):
                 pivots[firsts[g] + k] = front[k, k]
-            _copy_columns(front, 0, own, values[fronts.numbers[g] :])
-            _copy_columns(front, own, size, held[full:])
-        full += _triangle(changed)
+            _copy_columns(front, 0, eliminated, values[fronts.numbers[g] :])
+            _copy_columns(front, eliminated, size, held[full:])
+        full += _triangle(updated)
         waiting[top] = g
         top += 1
     if not above:
-        changes[:] = held[full - changes.shape[0] : full]
+        updates[:] = held[full - updates.shape[0] : full]
 
 
 @compiled
@@ -227,30 +227,30 @@ def _room(fronts: Fronts, groups: Longs) -> tuple[int, int]:
     widest, most, held, top = 0, 0, 0, 0
     waiting = np.empty(groups.shape[0], dtype=np.int64)
     for g in groups:
-        changed = fronts.starts[g + 1] - fronts.starts[g]
-        widest = max(widest, fronts.firsts[g + 1] - fronts.firsts[g] + changed)
+        updated = fronts.starts[g + 1] - fronts.starts[g]
+        widest = max(widest, fronts.firsts[g + 1] - fronts.firsts[g] + updated)
         while top > 0 and fronts.firsts[waiting[top - 1]] >= fronts.lows[g]:
             top -= 1
             held -= _triangle(fronts.starts[waiting[top] + 1] - fronts.starts[waiting[top]])
         waiting[top] = g
         top += 1
-        held += _triangle(changed)
+        held += _triangle(updated)
         most = max(most, held)
     return widest, most
 
 
 @compiled(nogil=True)
 def _assemble(
-    matrix: CompressedRows, order: Ints, places: Ints, first: int, own: int, rows: Ints, local: Ints, front: Floats
+    matrix: CompressedRows, order: Ints, places: Ints, first: int, eliminated: int, rows: Ints, local: Ints, front: Floats
 ) -> None:
     """Copies the matrix entries of a group to its front, on and below the diagonal; `local` gets the place of each row there."""
-    for k in range(own):
+    for k in range(eliminated):
         local[first + k] = k
     for k in range(rows.shape[0]):
-        local[rows[k]] = own + k
+        local[rows[k]] = eliminated + k
     for j in range(front.shape[0]):
         front[j, j:] = 0.0
-    for k in range(own):
+    for k in range(eliminated):
         i = order[first + k]
         for p in range(matrix.indptr[i], matrix.indptr[i + 1]):
             r = places[matrix.indices[p]]
@@ -259,13 +259,13 @@ def _assemble(
 
 
 @compiled(nogil=True)
-def _add(rows: Ints, change: Floats, local: Ints, front: Floats) -> None:
+def _add(rows: Ints, update: Floats, local: Ints, front: Floats) -> None:
     """Adds the update of these rows by an earlier group to a front."""
     begin, count = np.uint64(0), np.uint64(rows.shape[0])
     for j in range(count):
         column = front[np.uint32(local[rows[j]])]
         for i in range(np.uint64(j), count):
-            column[np.uint32(local[rows[i]])] += change[begin + i]
+            column[np.uint32(local[rows[i]])] += update[begin + i]
         begin += count - j - np.uint64(1)
 
 
@@ -372,26 +372,26 @@ def _forward(fronts: Fronts, values: Floats, groups: Longs, end: int, y: Floats,
     firsts, starts, above = fronts.firsts, fronts.starts, fronts.above
     local = np.empty((_room(fronts, groups)[0], _TOGETHER))
     for g in groups:
-        first, own, changed = firsts[g], firsts[g + 1] - firsts[g], fronts.rows[starts[g] : starts[g + 1]]
+        first, eliminated, updated = firsts[g], firsts[g + 1] - firsts[g], fronts.rows[starts[g] : starts[g + 1]]
         for h in range(y.shape[0]):
-            _forward_group(y[h], local, values[fronts.numbers[g] :], first, own, changed.shape[0])
-            for k in range(changed.shape[0]):
-                r = changed[k]
+            _forward_group(y[h], local, values[fronts.numbers[g] :], first, eliminated, updated.shape[0])
+            for k in range(updated.shape[0]):
+                r = updated[k]
                 for c in range(_TOGETHER):
                     if r < end:
-                        y[h, r, c] += local[own + k, c]
+                        y[h, r, c] += local[eliminated + k, c]
                     else:
-                        aside[h, above[r], c] += local[own + k, c]
+                        aside[h, above[r], c] += local[eliminated + k, c]
 
 
 @compiled(nogil=True)
-def _forward_group(x: Floats, local: Floats, values: Floats, first: int, own: int, changed: int) -> None:
-    size = own + changed
+def _forward_group(x: Floats, local: Floats, values: Floats, first: int, eliminated: int, updated: int) -> None:
+    size = eliminated + updated
     for k in range(size):
         for c in range(_TOGETHER):
-            local[k, c] = x[first + k, c] if k < own else 0.0
+            local[k, c] = x[first + k, c] if k < eliminated else 0.0
     at = 0
-    for k in range(own):
+    for k in range(eliminated):
         s, t, u, v = local[k, 0], local[k, 1], local[k, 2], local[k, 3]
         pivot = values[at]
         for i in range(np.uint64(k + 1), np.uint64(size)):
@@ -410,20 +410,20 @@ def _backward(fronts: Fronts, values: Floats, groups: Longs, y: Floats) -> None:
     firsts, starts = fronts.firsts, fronts.starts
     local = np.empty((_room(fronts, groups)[0], _TOGETHER))
     for g in groups[::-1]:
-        first, own, changed = firsts[g], firsts[g + 1] - firsts[g], fronts.rows[starts[g] : starts[g + 1]]
+        first, eliminated, updated = firsts[g], firsts[g + 1] - firsts[g], fronts.rows[starts[g] : starts[g + 1]]
         for h in range(y.shape[0]):
-            _backward_group(y[h], local, values[fronts.numbers[g] : fronts.numbers[g + 1]], first, own, changed)
+            _backward_group(y[h], local, values[fronts.numbers[g] : fronts.numbers[g + 1]], first, eliminated, updated)
 
 
 @compiled(nogil=True)
-def _backward_group(x: Floats, local: Floats, values: Floats, first: int, own: int, rows: Ints) -> None:
-    size = own + rows.shape[0]
+def _backward_group(x: Floats, local: Floats, values: Floats, first: int, eliminated: int, rows: Ints) -> None:
+    size = eliminated + rows.shape[0]
     for k in range(size):
-        r = first + k if k < own else rows[k - own]
+        r = first + k if k < eliminated else rows[k - eliminated]
         for c in range(_TOGETHER):
             local[k, c] = x[r, c]
     at = values.shape[0]
-    for k in range(own - 1, -1, -1):
+    for k in range(eliminated - 1, -1, -1):
         at -= size - k
         s, t, u, v = local[k, 0], local[k, 1], local[k, 2], local[k, 3]
         for i in range(np.uint64(k + 1), np.uint64(size)):

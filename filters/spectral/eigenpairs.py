@@ -82,10 +82,10 @@ def lowest_eigenpairs(
         return np.zeros(0), np.zeros((n, 0), order="F")
     # The number of BLAS threads changes the order of sums, and so their bits.
     with one_blas_thread():
-        return _united(problem, count, 0 if constants else 1, tolerance, progress)
+        return _merge(problem, count, 0 if constants else 1, tolerance, progress)
 
 
-def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float, progress: Progress) -> tuple[Floats, Floats]:
+def _merge(problem: SpectralProblem, count: int, skipped: int, tolerance: float, progress: Progress) -> tuple[Floats, Floats]:
     """Merges the lowest modes of all components, without the first `skipped` of each; areas predict how many each needs."""
     parts = problem.n_components
     sizes = np.bincount(problem.components, minlength=parts)
@@ -299,7 +299,7 @@ def lowest_modes(
                 return kappa[:count], modes[:, :count]
         else:
             band = min(widest, count + _GUARD - so_far)
-            factors = _placed(operator, fronts, kappa, spacing * 0.5 * band, band, progress, done)
+            factors = _factors_at_next_shift(operator, fronts, kappa, spacing * 0.5 * band, band, progress, done)
             below = factors.below - int((kappa < factors.shift).sum())
             above = max(band - below, 0)
         rest = part_of(progress, min(0.99, done), min(0.99, done + (below + above) / (count + _GUARD)))
@@ -312,7 +312,7 @@ def lowest_modes(
         # Modes at the edge of an earlier band contain parts of their neighbours beyond it, of the size residual / gap.
         for group in groups(len(new), rest):
             remove(modes, vectors[:, group])
-        new, vectors = _polished(operator, factors, new, vectors, 0.7 * tolerance, rest)
+        new, vectors = _refined_modes(operator, factors, new, vectors, 0.7 * tolerance, rest)
         spacing = max(float(new[-1] - kappa[-1]), 0.0) / len(new) or spacing
         kappa, modes = np.concatenate([kappa, new]), np.hstack([modes, vectors])
         order = np.argsort(kappa, kind="stable")
@@ -320,7 +320,7 @@ def lowest_modes(
     raise ConvergenceError(f"{count} modes are not complete after {_ROUNDS} bands")
 
 
-def _polished(
+def _refined_modes(
     operator: sparse.csc_matrix, factors: ShiftedFactors, kappa: Floats, vectors: Floats, tolerance: float, progress: Progress
 ) -> tuple[Floats, Floats]:
     """Orthonormalises the modes of a band and reduces their residuals to `tolerance` times kappa; overwrites `vectors`.
@@ -353,7 +353,7 @@ def _polished(
     return kappa, combined(vectors, inverse, progress)
 
 
-def _placed(
+def _factors_at_next_shift(
     operator: sparse.csc_matrix, fronts: Fronts, kappa: Floats, step: float, band: int, progress: Progress, done: float
 ) -> ShiftedFactors:
     """Finds a shift above all eigenvalues so far with an eighth to a whole band of new ones below; returns its factors."""

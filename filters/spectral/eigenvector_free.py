@@ -76,7 +76,7 @@ def filter_without_eigenvectors(
         ConvergenceError: the systems of the rational route cannot be solved.
     """
     mass = problem.mass
-    deviations, means = _about_means(problem, values if values.ndim == 2 else values[:, None])
+    deviations, means = _split_at_means(problem, values if values.ndim == 2 else values[:, None])
     size, area = m_norm(mass, deviations), float(mass.sum())
     if size == 0.0 or area == 0.0:  # all values are the means of their components
         return Filtered(means.reshape(values.shape), 0.0, 0.0, "polynomial", 0)
@@ -85,7 +85,7 @@ def filter_without_eigenvectors(
     symmetric = symmetric_form(problem.dirichlet, mass)
     proven = gershgorin_bound(symmetric, mass)
     bound = min(lanczos_bound(symmetric), proven)
-    series, pole = _planned(response, bound, tolerance, route)
+    series, pole = _chosen_series(response, bound, tolerance, route)
     error = 0.0
     dirichlet = problem.dirichlet
     order = nearby_order(symmetric, unit.shape[1] * (series.degree if pole is None else _PRODUCTS_AN_ORDER_COSTS))
@@ -112,7 +112,7 @@ def filter_without_eigenvectors(
     return Filtered(result, share * size / math.sqrt(area), share, "polynomial" if pole is None else "rational", series.degree)
 
 
-def _planned(
+def _chosen_series(
     response: Response, bound: float, tolerance: float, route: Literal["auto"] | RouteName
 ) -> tuple[ChebyshevSeries, float | None]:
     """Chooses a polynomial, or a rational function and its pole."""
@@ -134,7 +134,7 @@ def _planned(
     return rational, pole
 
 
-def _about_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Floats]:
+def _split_at_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Floats]:
     """Splits values into deviations and the mass-weighted means of their components, both (n, k)."""
     mass, labels = problem.mass, problem.components
     weights = np.bincount(labels, mass)
