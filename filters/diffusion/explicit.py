@@ -58,10 +58,9 @@ def explicit_smoothing(
         update: "euler", the equation above; or "meshlab", the rule of MeshLab's Laplacian Smooth, for "uniform" and
             "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum
             of the cotangents there, and along borders (2 p_i + p_prev + p_next) / 4. This is an Euler step of length
-            sum_j w_ij / (1 + sum_j w_ij), different at every vertex. `step` is not used, and negative cotangents stay as they
-            are.
-        whole: the mesh that this one is a part of; None if it is complete. Then vertices with `iterations` rings of faces around
-            them get the bits of the whole, if the part keeps the order of the whole. For "uniform" and "cotangent".
+            sum_j w_ij / (1 + sum_j w_ij), different at every vertex. `step` is not used, and negative cotangents are kept.
+        whole: the mesh that this one is a part of; None if it is complete. If the part keeps the order of the whole, a vertex
+            with `iterations` rings of faces around it gets the bits of the whole. For "uniform" and "cotangent".
         progress: called after every step.
 
     Returns:
@@ -70,8 +69,7 @@ def explicit_smoothing(
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, too few points in a cloud.
-        UnstableStepError: the step is longer than the largest stable one, at first or after some iterations; the error names
-            that.
+        UnstableStepError: the step is longer than the largest stable one, which the error names, at first or some steps later.
     """
     normalised = operator in NORMALISED_OPERATORS
     if update == "euler":
@@ -171,8 +169,8 @@ def taubin_fairing(
         iterations: number of pairs of steps. More damp more, but only above the pass band; the time is proportional.
         border: what border vertices do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
-        whole: the mesh that this one is a part of; None if it is complete. Then vertices with twice `iterations` rings of faces
-            around them get the bits of the whole, if the part keeps its order. For "uniform" and "cotangent".
+        whole: the mesh that this one is a part of; None if it is complete. If the part keeps the order of the whole, a vertex
+            with twice `iterations` rings of faces around it gets the bits of the whole. For "uniform" and "cotangent".
         progress: called after every pair of steps.
 
     Returns:
