@@ -42,9 +42,9 @@ __all__ = [
     "vertex_normals_by_area",
 ]
 
-#: The columns of the table of `measure_faces`: the unit normal, the area, the centre; the eighth is unused.
+#: The columns in the table of `measure_faces`: the unit normal, the area, the centre; the eighth column is unused.
 NORMAL, AREA, CENTRE = slice(0, 3), 3, slice(4, 7)
-# Squares of lengths between these are ordinary numbers.
+# The squares of lengths between these neither overflow nor underflow.
 _SQUARED = 1e-140, 1e140
 # The most steps of one walk; queries start at most a few faces away.
 _LONGEST_WALK = 64
@@ -52,7 +52,7 @@ _LONGEST_WALK = 64
 
 @compiled
 def cross_product(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float]:
-    """(b - a) x (c - a): normal to the triangle (a, b, c), counter-clockwise seen from its tip, and twice its area long."""
+    """Returns (b - a) x (c - a), whose length is twice the area; seen from its tip (a, b, c) is counter-clockwise."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -77,9 +77,9 @@ def angle_at(points: Floats, a: int, b: int, c: int) -> float:
 
 @compiled
 def quality_and_normal(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float, float]:
-    """The quality l / (sqrt(3) R) and the unit normal of the triangle (a, b, c); zeros if it has no area.
+    """Returns the quality l / (sqrt(3) R) and the unit normal of the triangle (a, b, c); zeros if it has no area.
 
-    Here l is the shortest edge and R the circumradius: 1 for equilateral triangles, towards 0 for slivers.
+    Here l is the shortest edge and R the circumradius. The quality is 1 for equilateral triangles and near 0 for slivers.
     """
     nx, ny, nz = cross_product(points, a, b, c)
     doubled = np.sqrt(nx * nx + ny * ny + nz * nz)
@@ -95,7 +95,7 @@ def quality_and_normal(points: Floats, a: int, b: int, c: int) -> tuple[float, f
 def angles_between(first: Floats, second: Floats) -> Floats:
     """(k,) the angles between two sets of (k, 3) vectors of any length, in radians from 0 to pi; 0 if one vector is 0.
 
-    From the arc tangent, which keeps the digits of small angles that the arc cosine loses.
+    The arc tangent gives them, because the arc cosine loses digits of small angles.
     """
     sines = np.linalg.norm(np.cross(first, second), axis=1)
     return np.asarray(np.arctan2(sines, np.einsum("ij,ij->i", first, second)))
@@ -116,7 +116,7 @@ def _fill_corner_angles(points: Floats, faces: Ints, angles: Floats) -> None:
 
 
 def area_vector(loop: Floats) -> Floats:
-    """(3,) half the sum of p_i x p_(i + 1): for a plane loop its area times the normal from which it is counter-clockwise."""
+    """(3,) half the sum of p_i x p_(i + 1): the area of a plane loop times the normal from which it is counter-clockwise."""
     centred = loop - loop.mean(axis=0)
     return np.asarray(np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0) / 2.0)
 
@@ -166,9 +166,9 @@ def vector_lengths(vectors: Floats) -> Floats:
 def closest_weights(
     ux: float, uy: float, uz: float, vx: float, vy: float, vz: float, px: float, py: float, pz: float
 ) -> tuple[float, float]:
-    """The s and t of the point s u + t v of the triangle (0, u, v) nearest to p.
+    """Returns s and t, where s u + t v is the point of the triangle (0, u, v) nearest to p.
 
-    Inside if all barycentric coordinates are positive, else on an edge: there s = 0, t = 0 or s + t = 1 to the bit.
+    The point is inside if all barycentric coordinates are positive. On an edge s = 0, t = 0 or s + t = 1 to the bit.
     """
     d1, d2 = ux * px + uy * py + uz * pz, vx * px + vy * py + vz * pz
     uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
@@ -176,7 +176,7 @@ def closest_weights(
     s, t = vv * d1 - uv * d2, uu * d2 - uv * d1
     if determinant > 0.0 and s >= 0.0 and t >= 0.0 and s + t <= determinant:
         return s / determinant, t / determinant
-    # The nearest of the nearest points of the three edges.
+    # Each edge has a nearest point; the result is the nearest of the three.
     s1 = min(max(d1 / uu, 0.0), 1.0) if uu > 0.0 else 0.0
     t2 = min(max(d2 / vv, 0.0), 1.0) if vv > 0.0 else 0.0
     ww = uu - 2.0 * uv + vv
@@ -193,10 +193,10 @@ def closest_weights(
 
 
 def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) -> Floats:
-    """(m, 8) the unit normal, the area and the centre of every face, and one 0.
+    """(m, 8) the unit normal, the area and the centre of every face, and a 0.
 
-    A row fills one cache line, so a sweep over neighbouring faces loads one line for each. A face without area has the normal 0.
-    The vertices are of ordinary size, such as the points of a `NormalisedMesh`; a table that is given is overwritten.
+    A row fills one cache line, so a sweep over neighbouring faces loads one line per face. A face without area has the normal 0.
+    The vertices are of ordinary size, such as the points of a `NormalisedMesh`. A given `table` is overwritten.
     """
     table = np.zeros((len(faces), 8)) if table is None else table
     over_range(_measure_faces, len(faces), vertices, faces, table)
@@ -214,21 +214,21 @@ def face_areas(vertices: Floats, faces: Ints) -> Floats:
 
 
 def _measured(vertices: Floats, faces: Ints, columns: slice | int, values: Floats) -> Floats:
-    """Columns of `measure_faces`, block by block: the table of all faces would not fit into the cache."""
+    """Fills `values` with columns of `measure_faces`, block by block: the table of all faces would not fit into the cache."""
     for part in blocks(len(faces)):
         values[part] = measure_faces(vertices, faces[part])[:, columns]
     return values
 
 
 def roughness(points: Floats, faces: Ints) -> float:
-    """The mean difference |n_f - n_g| of the unit normals of adjacent faces, from 0 in a plane to 2 at folds; 0 without any."""
+    """The mean of |n_f - n_g| over the unit normals of adjacent faces: 0 in a plane, 2 at folds; 0 without adjacent faces."""
     pairs, _ = face_adjacency(faces)
     sides = face_normals(points, faces)[pairs]
     return float(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1).mean()) if len(pairs) else 0.0
 
 
 def cross_products(vertices: Floats, faces: Ints) -> Floats:
-    """(m, 3) (b - a) x (c - a) of the faces (a, b, c): normals twice as long as the area."""
+    """(m, 3) (b - a) x (c - a) of the faces (a, b, c): normals whose length is twice the area."""
     crosses = np.empty((len(faces), 3))
     _fill_crosses(np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.int32), crosses)
     return crosses
@@ -248,7 +248,7 @@ def seen_from_one_side(vertices: Floats, faces: Ints) -> float:
 
 
 def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
-    """The number of faces whose normals turn by more than a right angle, from (n, 3) coordinates of ordinary size to new ones."""
+    """Counts the faces whose normals turn by more than a right angle; (n, 3) coordinates of ordinary size before and after."""
     return int(((cross_products(before, faces) * cross_products(after, faces)).sum(axis=1) < 0.0).sum())
 
 
@@ -279,7 +279,7 @@ def mean_normals_at_vertices(of_faces: Floats, faces: Ints, n_vertices: int) -> 
 
 
 def unit_vectors(vectors: Floats) -> Floats:
-    """(n, 3) the vectors at length 1; 0 stays 0."""
+    """(n, 3) the vectors scaled to length 1; 0 stays 0."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(vectors / np.where(lengths > 0.0, lengths, 1.0))
 
@@ -327,9 +327,9 @@ def _add_by_angle(vertices: Floats, faces: Ints, normals: Floats) -> None:
 
 
 def looking_away(normals: Floats, faces: Ints, count: int) -> Bools:
-    """(m,) which faces look away from the mean of the normals of the faces at their vertices, weighted by area.
+    """(m,) which faces look away from the area-weighted mean normal of the faces at their vertices.
 
-    The (m, 3) normals are as long as the areas of the faces times any number; `count` is the number of vertices.
+    The lengths of the (m, 3) normals are proportional to the areas of the faces; `count` is the number of vertices.
     """
     away = np.empty(len(faces), dtype=np.bool_)
     _mark_looking_away(normals, faces, np.zeros((count, 3)), away)
@@ -351,7 +351,7 @@ def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, away: Bools) 
 
 
 class WalkableSurface(NamedTuple):
-    """A triangle mesh with the faces at every vertex, so that a walk can go from a face to its neighbours."""
+    """A triangle mesh with the faces at every vertex, which let a walk go from a face to its neighbours."""
 
     points: Floats  # (n, 3) coordinates
     faces: Ints  # (m, 3) triangles
@@ -365,17 +365,17 @@ class WalkableSurface(NamedTuple):
         return cls(points, faces, around.offsets, np.ascontiguousarray(around.rows[:, 0]))
 
     def first_faces(self) -> Ints:
-        """(n,) int32 the lowest face at every vertex, from which a walk from the vertex may start; 0 if there is none."""
+        """(n,) int32 the lowest face at every vertex, where a walk may start; 0 if there is none."""
         has_faces = np.diff(self.offsets) > 0
         first = np.zeros(len(self.points), dtype=np.int32)
         first[has_faces] = self.around[self.offsets[:-1][has_faces]]
         return first
 
     def closest(self, queries: Floats, start: Ints, enough: float = 0.0) -> tuple[Floats, Ints, Floats]:
-        """The (q, 3) points nearest to the queries, (q,) their faces, and (q,) the distances.
+        """Returns the (q, 3) points nearest to the queries, (q,) their faces, and (q,) the distances.
 
-        Each walk goes from its start to the nearest of the faces that share a vertex with it, until none is nearer, or the
-        distance is at most `enough`. So it stays on one sheet of the surface, and the distance is at least that to the whole one.
+        Each walk starts at a face and goes on to the nearest of the faces that share a vertex with it, until no face is nearer or
+        the distance is at most `enough`. So a walk stays on one sheet, and another sheet of the surface may be nearer.
         """
         nearest, faces = np.empty_like(queries), np.array(start, dtype=np.int32)
         distances = np.empty(len(queries))
@@ -396,7 +396,7 @@ def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: fl
 def nearest_by_walk(
     surface: WalkableSurface, x: float, y: float, z: float, start: int, enough: float
 ) -> tuple[float, float, float, int, float]:
-    """`WalkableSurface.closest` of one point, for kernels: the nearest point, its face, and as `enough` a squared distance."""
+    """`WalkableSurface.closest` for kernels: the nearest point, its face and the squared distance; `enough` is squared too."""
     points, faces, offsets, around = surface
     face = start
     nx, ny, nz = _closest_on_triangle(points, faces[face, 0], faces[face, 1], faces[face, 2], x, y, z)

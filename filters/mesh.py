@@ -1,6 +1,6 @@
-"""A mesh as arrays: types, checks of input, normalised meshes, and orders of vertices in which neighbours are near in memory.
+"""Meshes as arrays: types, checks of input, normalised meshes, and vertex orders that put neighbours near in memory.
 
-Every filter of vertices begins with a normalised mesh: about the origin, of ordinary size, without unused vertices.
+Every filter of vertices begins with a normalised mesh: centred at the origin, of ordinary size, without unused vertices.
 """
 
 import math
@@ -46,37 +46,37 @@ Bools: TypeAlias = NDArray[np.bool_]
 
 #: Points in a block.
 _BLOCK = 4096
-# Triangles are sorted by their lowest point over this, rounded down.
+# Triangles are sorted by the number of their lowest point divided by this, rounded down.
 _RUN = 64
-#: The most diagonals of the mesh by which a filter may move a vertex: further it is a spike, the result of equations that were
-#: too ill-conditioned.
+#: The largest displacement of a vertex by a filter, in diagonals of the mesh. A vertex that moves farther is a spike, the result
+#: of ill-conditioned equations.
 FURTHEST = 2.0
-# A vertex and its neighbours up to this distance on both sides take a third of a second-level cache of 1 MB.
+# Neighbours are near in memory if their numbers differ by at most this: a range of twice that takes a third of a 1 MB cache.
 _NEAR = 8192
 _SAMPLE = 20_000
-# Reordering takes as much time as this many sweeps lose to a bad order, as measured.
+# Reordering costs as much time as this many sweeps save, as measured.
 _SWEEPS_A_REORDERING_COSTS = 8
-# Slabs are so many typical edges thick, and so many at most in a direction.
+# The thickness of a slab in typical edges, and the most slabs in a direction.
 _THICK, _MOST_SLABS = 2.0, 4096
-# The slabs span the points but for this share on either side, so that a few far ones do not make them thick.
+# The slabs ignore this share of the points at either end, so that a few far points do not make slabs thick.
 _STRAY = 0.01
-#: Of fewer vertices a sweep finds most in the processor's caches, in any order.
+#: With fewer vertices the processor's caches hold most operands of a sweep, in any order.
 FITS_IN_CACHE = 200_000
 
 
 def check_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[Floats, Ints]:
-    """The mesh as (n, 3) float64 and (m, 3) int32, both C-contiguous and not copied when they are so already.
+    """Returns the mesh as (n, 3) float64 and (m, 3) int32, both C-contiguous; arrays that are so already are not copied.
 
     Raises:
         FilterInputError: a wrong shape or type, a coordinate that is not finite, an index that names no vertex; the message
-            gives the first of them and their number.
+            gives the first wrong element and their number.
     """
     points = check_points(vertices)
     return points, _checked_cells("face", "(m, 3)", 3, faces, len(points), "; triangulate polygons first")
 
 
 def check_edges(edges: ArrayLike, n_vertices: int) -> Ints:
-    """The edges of polylines as (e, 2) int32, like the faces of `check_mesh`."""
+    """Returns the edges of polylines as (e, 2) int32, checked like the faces of `check_mesh`."""
     return _checked_cells("edge", "(e, 2)", 2, edges, n_vertices)
 
 
@@ -99,7 +99,7 @@ def _checked_cells(cell: str, shape: str, corners: int, values: ArrayLike, n_ver
 
 
 def check_points(vertices: ArrayLike) -> Floats:
-    """The points as (n, 3) float64, like those of `check_mesh`."""
+    """Returns the points as (n, 3) float64, checked like the vertices of `check_mesh`."""
     raw = np.asarray(vertices)
     if raw.size == 0:
         return np.empty((0, 3))
@@ -119,19 +119,19 @@ def check_points(vertices: ArrayLike) -> Floats:
 
 
 def mask_of(indices: NDArray[np.integer] | Bools, count: int) -> Bools:
-    """(count,) whether each number is among the indices, an array of any shape."""
+    """(count,) whether each number from 0 on is among the indices, an array of any shape."""
     mask = np.zeros(count, dtype=np.bool_)
     mask[indices] = True
     return mask
 
 
 def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
-    """(n,) which vertices may move: all of them for None; `FilterInputError` if there is not a truth value for every vertex."""
+    """(n,) which vertices may move: all of them for None; `FilterInputError` unless there is one truth value for each vertex."""
     return np.ones(n_vertices, dtype=np.bool_) if movable is None else check_vertex_mask("movable", movable, n_vertices)
 
 
 def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
-    """(n,) one truth value for each vertex; a `FilterInputError` that names the parameter if it is something else."""
+    """(n,) one truth value for each vertex; else a `FilterInputError` that names the parameter."""
     mask = np.asarray(values)
     if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
         raise FilterInputError(
@@ -142,25 +142,25 @@ def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """Properties of the whole mesh that a part of it needs to give the same bits."""
+    """The properties of a whole mesh that a part of it needs to give the same bits."""
 
     low: Floats  # (3,) the lowest coordinates of the vertices that its cells use
     high: Floats  # (3,) their highest
 
     @property
     def diagonal(self) -> float:
-        """Of the box."""
+        """The diagonal of the box."""
         scale = unit_scale(self.low, self.high)
         return float(np.linalg.norm(self.high * scale - self.low * scale)) / scale
 
 
 @dataclass(frozen=True, eq=False)
 class NormalisedMesh:
-    """The vertices that a face or an edge uses, about the origin, of ordinary size, in any order.
+    """The vertices that a face or an edge uses, centred at the origin, of ordinary size, in any order.
 
-    Point k is ``(vertices[order[k]] - middle) * scale``. Vertices that nothing uses have no point: wherever they lie, they change
-    no bit of the result. Squares and fourth powers of lengths of the points are ordinary numbers, and a mesh far from the origin
-    loses no digits to sums.
+    Point k is ``(vertices[order[k]] - middle) * scale``. Unused vertices have no point: wherever they lie, they change no bit of
+    the result. Squares and fourth powers of the points' distances do not overflow, and sums over a mesh far from the origin lose
+    no digits.
 
     Attributes:
         vertices: (n, 3) the vertices as they came in.
@@ -169,9 +169,9 @@ class NormalisedMesh:
         order: (k,) the vertex of each point; None if the points are all vertices in the given order.
         cells_in_vertices: (m, 3) triangles or (e, 2) edges, in numbers of vertices; none names a vertex without a point.
         movable_vertices: (n,) which vertices may move; None for all.
-        diagonal: of the box of the points, 0 if there are none.
-        has_sorted_cells: whether the cells stand in the order of their lowest points, by and large, or as they came in.
-        is_part: whether it was cut from a larger mesh; then the vertices around its cut are of no use, and not checked.
+        diagonal: the diagonal of the points' bounding box, 0 without points.
+        has_sorted_cells: whether the cells are roughly sorted by their lowest points; else they have the order of the input.
+        is_part: whether it was cut from a larger mesh; then the vertices around the cut are of no use, and not checked.
     """
 
     vertices: Floats
@@ -186,7 +186,7 @@ class NormalisedMesh:
 
     @cached_property
     def points(self) -> Floats:
-        """(k, 3) the points, kept."""
+        """(k, 3) the points, cached."""
         return self.new_points()
 
     def new_points(self) -> Floats:
@@ -197,11 +197,11 @@ class NormalisedMesh:
 
     @cached_property
     def cells(self) -> Ints:
-        """(m, 3) triangles or (e, 2) edges, in numbers of points; kept."""
+        """(m, 3) triangles or (e, 2) edges, in numbers of points; cached."""
         return self.numbered_cells()
 
     def numbered_cells(self) -> Ints:
-        """`cells`, not kept."""
+        """Returns `cells` without caching them."""
         if self.order is None:
             return self.cells_in_vertices
         number = np.empty(len(self.vertices), dtype=np.int32)
@@ -227,20 +227,19 @@ class NormalisedMesh:
         return len(self.vertices) if self.order is None else len(self.order)
 
     def by_place(self) -> "NormalisedMesh":
-        """The same mesh of triangles, neighbouring points and triangles near each other in memory."""
+        """Returns the same mesh of triangles with neighbouring points and triangles near each other in memory."""
         return replace(self.in_order(order_by_place(self.points, self.cells)), has_sorted_cells=True)
 
     def in_order(self, places: Ints | None) -> "NormalisedMesh":
-        """The same mesh, its point k the point ``places[k]`` of this one, for a (k,) permutation; None changes nothing."""
+        """Returns the same mesh with the point ``places[k]`` as point k, for a (k,) permutation; None changes nothing."""
         if places is None:
             return self
         return replace(self, order=places if self.order is None else self.order[places])
 
     def restored(self, points: Floats) -> Floats:
-        """(n, 3) the vertices, moved as far as their points lie from the (k, 3) new ones.
+        """Moves the vertices by the displacements of their points, which end at the (k, 3) new `points`; returns (n, 3).
 
-        Coordinates whose point has not moved keep every bit. The others are rounded once: far from the origin that is all that is
-        lost.
+        Coordinates that do not move keep every bit. The others are rounded once, which is the only loss far from the origin.
 
         Raises:
             FilterInputError: a point has moved by more than `FURTHEST` diagonals, or is not finite.
@@ -264,14 +263,14 @@ class NormalisedMesh:
 def normalised_mesh(
     vertices: Floats, cells: Ints, movable: ArrayLike | None = None, whole: Whole | None = None
 ) -> NormalisedMesh:
-    """A checked mesh, normalised, its points in the order of the vertices.
+    """Normalises a checked mesh; its points have the order of the vertices.
 
     Args:
         vertices: (n, 3) coordinates.
-        cells: (m, 3) triangles or (e, 2) edges. One that names a vertex twice uses none. Without any cell the vertices are a
+        cells: (m, 3) triangles or (e, 2) edges. A cell that names a vertex twice uses no vertex. Without cells the vertices are a
             point cloud, and all have a point.
         movable: (n,) bool, which vertices may move; None for all.
-        whole: the mesh that this is a part of; None if it is all.
+        whole: the mesh that this one is a part of; None if it is complete.
 
     Raises:
         FilterInputError: `movable` is not a truth value for every vertex.
@@ -297,10 +296,10 @@ def normalised_mesh(
 
 @compiled
 def _mark_used(cells: Ints, used: Bools) -> None:
-    """Mark the vertices of triangles or edges that name no vertex twice."""
+    """Marks the vertices of triangles or edges that name no vertex twice."""
     last = cells.shape[1] - 1
     for f in range(cells.shape[0]):
-        # Unsigned: for signed indices the compiler adds the test whether they count from the end.
+        # Unsigned, because the compiler would test signed indices for being negative.
         a, b, c = np.uint64(cells[f, 0]), np.uint64(cells[f, 1]), np.uint64(cells[f, last])
         if a != b and a != c and (b != c or last == 1):
             used[a] = used[b] = used[c] = True
@@ -310,7 +309,7 @@ def _mark_used(cells: Ints, used: Bools) -> None:
 def _restore(
     vertices: Floats, middle: Floats, scale: float, order: Ints, after: Floats, result: Floats, furthest: Longs, squares: Floats
 ) -> None:
-    """Writes the vertices; for every block the point that moves furthest, or the first that is not finite, and its square."""
+    """Writes the vertices, and per block the point that moves furthest, or the first not finite, and its squared displacement."""
     for block in prange(squares.shape[0]):
         for k in range(block * _BLOCK, min((block + 1) * _BLOCK, after.shape[0])):
             i = order[k] if order.shape[0] else np.int32(k)
@@ -325,9 +324,9 @@ def _restore(
 
 
 def scaled_to_unit(vertices: Floats) -> tuple[Floats, float]:
-    """The vertices times a power of two that brings the longest side of their box to between 1/4 and 1, and that power.
+    """Scales the vertices so that the longest side of their box is between 1/4 and 1; returns them and the factor.
 
-    A power of two changes no digit of a coordinate. A mesh without extent keeps its size.
+    The factor is a power of two, which changes no digit of a coordinate. A mesh without extent keeps its size.
     """
     scale = unit_scale(*bounding_box(vertices)) if len(vertices) else 1.0
     return (vertices, 1.0) if scale == 1.0 else (vertices * scale, scale)
@@ -335,7 +334,7 @@ def scaled_to_unit(vertices: Floats) -> tuple[Floats, float]:
 
 def unit_scale(low: Floats, high: Floats) -> float:
     """The power of two of `scaled_to_unit`, for a box between two corners."""
-    # Halved first: the extent of coordinates near the largest number would overflow.
+    # Halved first, because the extent of coordinates near the largest number would overflow.
     half = float((high * 0.5 - low * 0.5).max())
     if half == 0.0:
         return 1.0
@@ -344,18 +343,18 @@ def unit_scale(low: Floats, high: Floats) -> float:
 
 def bounding_box(vertices: Floats) -> tuple[Floats, Floats]:
     """(3,) the lowest and (3,) the highest coordinates of (n, 3) vertices, n at least 1."""
-    # By columns: numpy reduces along rows of three an order of magnitude more slowly.
+    # Column by column, because NumPy reduces rows of three an order of magnitude more slowly.
     return np.array([column.min() for column in vertices.T]), np.array([column.max() for column in vertices.T])
 
 
 def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
-    """Refuse a result in which a vertex lies further than `FURTHEST` diagonals from where it was: a spike.
+    """Refuses a result in which a vertex has moved by more than `FURTHEST` diagonals: a spike.
 
-    The vertices are of ordinary size, and belong to what has a box of this diagonal; 0 is for any distance. Messages name them by
-    the (n,) numbers, or 0, 1, 2 ..., and give the advice.
+    The vertices are of ordinary size. `diagonal` is that of the mesh or region that they belong to; 0 allows any distance. The
+    message names the vertex by the (n,) `numbers`, or by its index, and ends with the `advice`.
 
     Raises:
-        FilterInputError: one moves too far, or is not finite; the message names it.
+        FilterInputError: a vertex has moved too far, or is not finite.
     """
     squares = np.square(after - before).sum(axis=1)
     k = int(squares.argmax()) if len(squares) else 0  # the first NaN, if there is one
@@ -363,7 +362,7 @@ def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints 
 
 
 def refuse_spike(k: int, length: float, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
-    """Raises the error of `check_healthy` if vertex k, which moves furthest, moves too far by `length`."""
+    """Raises the error of `check_healthy` if `length`, the displacement of vertex k, is too large."""
     if diagonal == 0.0 or length <= FURTHEST * diagonal:
         return
     raise FilterInputError(
@@ -380,12 +379,10 @@ def spikes(before: Floats, after: Floats, diagonal: float) -> Bools:
 
 
 def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, size: int = 1) -> bool:
-    """Whether that many sweeps over the one-rings are faster after a reordering.
+    """Whether `sweeps` sweeps over the one-rings save more time after a reordering than the reordering takes.
 
-    Subdivision, decimation and merging leave vertices in an order that has little to do with place. It makes no difference to
-    the result of a sweep.
-
-    The kernel reads of each vertex and its faces `size` times as much as three coordinates.
+    Subdivision, decimation and merging leave vertices in an order that has little to do with place. The order does not change the
+    result of a sweep. `size` is what the kernel reads of each vertex and its faces, in units of three coordinates.
     """
     if n_vertices * size < FITS_IN_CACHE or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS:
         return False
@@ -394,18 +391,18 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, 
 
 
 def order_by_place(points: Floats, faces: Ints) -> Ints:
-    """(n,) a permutation: the points by slabs across the longest direction, within a slab by the next direction, then the last.
+    """(n,) a permutation: sorts the points by slabs along the longest axis of their box, then along the next, then the last.
 
-    A sweep over a surface in this order reads a few rows of neighbours at a time, each from its start to its end. Breadth first
-    would be better by a quarter, but takes longer to find: it visits one vertex after another, far apart in memory.
+    A sweep over a surface in this order reads a few rows of neighbours at a time, each from its start to its end. A breadth-first
+    order would be faster by a quarter, but takes longer to find: the search visits vertices that are far apart in memory.
 
-    The points are of ordinary size; there is a triangle at least.
+    The points are of ordinary size, and there is at least one triangle.
     """
     sample = faces[:: max(1, len(faces) // _SAMPLE)]
     starts = points[sample[:, 0]]
     edge = float(np.median(np.linalg.norm(starts - points[sample[:, 1]], axis=1)))
     low, high = np.quantile(starts, (_STRAY, 1.0 - _STRAY), axis=0)
-    slabs = []  # as numbers of 16 bits, which are sorted by counting
+    slabs = []  # as 16-bit numbers, which NumPy sorts by counting
     for axis in np.argsort(high - low, kind="stable"):
         count = min(_MOST_SLABS, 1 + int((high[axis] - low[axis]) / (_THICK * edge))) if edge > 0.0 else 1
         if count > 1:
@@ -415,10 +412,10 @@ def order_by_place(points: Floats, faces: Ints) -> Ints:
 
 
 def order_of_faces(faces: Ints, n_vertices: int, run: int = 1) -> Ints:
-    """(m,) a permutation: the triangles by the number of their lowest vertex over `run`, rounded down.
+    """(m,) a permutation: sorts the triangles by the number of their lowest vertex divided by `run`, rounded down.
 
-    It suits vertices in an order such as that of `order_by_place`.
+    It suits vertices in an order like that of `order_by_place`.
     """
     lowest = np.minimum(np.minimum(faces[:, 0], faces[:, 1]), faces[:, 2]) // np.int32(run)
-    halves = lowest.astype(np.uint16), (lowest >> 16).astype(np.uint16)  # which are sorted by counting
+    halves = lowest.astype(np.uint16), (lowest >> 16).astype(np.uint16)  # which NumPy sorts by counting
     return np.lexsort(halves if n_vertices > run << 16 else halves[:1]).astype(np.int32)

@@ -1,7 +1,7 @@
-"""Laplace operators by name, of meshes, clouds and polylines: L = M^-1 C with the stiffness C negative semidefinite.
+"""Laplace operators of meshes, point clouds and polylines, by name: L = M^-1 C with a negative semidefinite stiffness C.
 
-The weights of some depend on edges alone; the cotangent operators are linear finite elements on the triangles; the robust one is
-that of the intrinsic Delaunay triangulation.
+The weights of some operators depend on edges alone. The cotangent operators are linear finite elements on the triangles. The
+robust operator uses the intrinsic Delaunay triangulation.
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ __all__ = [
 OperatorName: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "laplace_beltrami", "robust"]
 OPERATOR_NAMES: tuple[OperatorName, ...] = get_args(OperatorName)
 SurfaceOperatorName: TypeAlias = Literal["auto", "cotangent", "robust"]
-#: A mesh needs the robust operator if the doubled area of a triangle is a smaller share than this of its squared edges: its
-#: cotangents spread the spectrum so far that the lowest eigenvalues drown in the rounding of the highest.
+#: A mesh needs the robust operator if the doubled area of a triangle is below this share of its summed squared edges: cotangents
+#: then make the spectrum so wide that the rounding of the highest eigenvalues hides the lowest ones.
 _SLIVER = 1e-5
-#: A triangle nearer to degenerate than this share of the mean edge has its edges lengthened intrinsically.
+#: Edges are lengthened intrinsically where a triangle is degenerate to within this share of the mean edge.
 _MOLLIFIED = 1e-5
-#: The neighbours from which the triangulation around a point of a cloud is made.
+#: The number of neighbours in the triangulation around a point of a cloud.
 _NEIGHBOURS = 30
-#: The operator of curves for each of surfaces. Inverse lengths on a polyline are linear finite elements, as cotangents are on
-#: triangles; the scale-dependent operator is the second derivative by arc length, which has the unit of Laplace-Beltrami.
+#: The curve operator for each surface operator. Inverse lengths on a polyline are linear finite elements, as cotangents are on
+#: triangles. The scale-dependent operator is the second derivative by arc length, which has the unit of Laplace-Beltrami.
 CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_dependent"]] = {
     "uniform": "uniform",
     "inverse_length": "inverse_length",
@@ -58,14 +58,14 @@ CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_d
     "laplace_beltrami": "scale_dependent",
     "robust": "scale_dependent",
 }
-#: An edge shorter than this share of the mean edge has the weight of that length, which keeps weights finite. Coordinates of 32
-#: bits do not resolve shorter edges.
+#: An edge shorter than this share of the mean edge gets the weight of that length, which keeps weights finite. 32-bit coordinates
+#: do not resolve shorter edges.
 SHORTEST_EDGE = 1e-6
-#: A triangle whose doubled area is below this share of the sum of its squared edges is given that area in the cotangents, which
-#: keeps them below 1e10. A triangle of three coincident vertices contributes nothing.
+#: A triangle whose doubled area is below this share of its summed squared edges gets that area in the cotangents, which keeps
+#: them below 1e10. A triangle of three coincident vertices contributes nothing.
 SMALLEST_AREA = 1e-10
 NEVER_ZERO = 1e-300
-# Up to this many ends are compared with each other, which takes quadratic time; more are sorted.
+# Up to this many ends are compared pair by pair, which takes quadratic time; more are sorted.
 _FEW = 48
 # Vertices of a block, which share a table.
 _BLOCK = 1024
@@ -108,13 +108,13 @@ class Laplacian:
         return float((sums * self.inverse_mass).max(initial=0.0))
 
     def components(self) -> Ints:
-        """(n,) a label from 0 for every vertex, the same for vertices that entries of C connect."""
+        """(n,) the connected component of every vertex in the graph of C, numbered from 0."""
         labels: Ints = sparse.csgraph.connected_components(self.stiffness, directed=False)[1]
         return labels
 
 
 def assemble_stiffness(rings: OneRings, weights: Floats) -> sparse.csr_matrix:
-    """C, (n, n), with ``C[i, neighbours[k]] = weights[k]`` for the entries k of i's one-ring and rows that sum to 0."""
+    """Returns C, (n, n), with ``C[i, neighbours[k]] = weights[k]`` for the entries k of i's one-ring; rows sum to 0."""
     n = len(rings.offsets) - 1
     starts = row_starts(rings.offsets + np.arange(n + 1))
     columns, data = np.empty(starts[-1], dtype=starts.dtype), np.empty(starts[-1])
@@ -124,13 +124,13 @@ def assemble_stiffness(rings: OneRings, weights: Floats) -> sparse.csr_matrix:
 
 
 def row_starts(starts: Longs) -> Ints | Longs:
-    """(n + 1,) where the rows of a matrix begin, in 32 bits where these suffice."""
+    """(n + 1,) where the rows of a matrix begin, as 32-bit numbers if these suffice."""
     index_type: Any = np.int32 if starts[-1] < np.iinfo(np.int32).max else np.int64
     return starts.astype(index_type)
 
 
 def csr_of_rows(starts: Ints | Longs, columns: Ints | Longs, data: Floats) -> sparse.csr_matrix:
-    """The (n, n) matrix of rows whose columns ascend, each once."""
+    """Returns the (n, n) matrix; the columns of each row must ascend without repetition."""
     n = len(starts) - 1
     matrix = sparse.csr_matrix((data, columns, starts), shape=(n, n))
     matrix.has_sorted_indices = True
@@ -162,8 +162,8 @@ def _fill_rows(offsets: Longs, neighbours: Ints, weights: Floats, columns: Ints 
 def uniform_laplacian(faces_or_edges: Ints, n_vertices: int) -> Laplacian:
     """L p_i = mean of the one-ring minus p_i: w_ij = 1, mass the number of neighbours [taubin1995].
 
-    The eigenvalues lie in [-2, 0] for any mesh, so a step of up to 1 is stable. It does not depend on coordinates: it also evens
-    out the triangulation, and so moves the vertices of a flat but irregular mesh.
+    The eigenvalues lie in [-2, 0] for any mesh, so a step of up to 1 is stable. L does not depend on coordinates: it also makes
+    the triangulation more regular, and so moves the vertices of a flat but irregular mesh.
     """
     rings = one_rings(faces_or_edges, n_vertices)
     return Laplacian(assemble_stiffness(rings, np.ones(len(rings.neighbours))), np.diff(rings.offsets).astype(np.float64))
@@ -181,7 +181,7 @@ def inverse_length_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplacia
 
 
 def floored_lengths(vertices: Floats, rings: OneRings) -> Floats:
-    """(2 e,) the length to each neighbour, at least `SHORTEST_EDGE` of their mean, and 1 if all vertices coincide."""
+    """(2 e,) the length to each neighbour, at least `SHORTEST_EDGE` of the mean length; 1 if all vertices coincide."""
     starts = np.repeat(np.arange(len(vertices), dtype=np.int32), np.diff(rings.offsets))
     lengths = edge_lengths(vertices, np.column_stack([starts, rings.neighbours]))
     mean = float(lengths.mean()) if len(lengths) else 0.0
@@ -191,9 +191,9 @@ def floored_lengths(vertices: Floats, rings: OneRings) -> Floats:
 def scale_dependent_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplacian:
     """L p_i = (2 / E_i) sum_j (p_j - p_i) / e_ij with e_ij = |p_j - p_i| and E_i = sum_j e_ij [fujiwara1995, desbrun1999].
 
-    In the form M^-1 C: w_ij = 1 / e_ij, mass E_i / 2. Along a polyline it is the second derivative by arc length. Its unit is one
-    over a squared length, so a step counts in squared mesh units and is stable up to half the square of the shortest edge or
-    somewhat more. Edges shorter than 1e-6 of the mean edge count as that long.
+    In the form M^-1 C: w_ij = 1 / e_ij, mass E_i / 2. Along a polyline L is the second derivative by arc length. Its unit is one
+    over a squared length, so a step counts in squared mesh units. Steps are stable up to half the square of the shortest edge or
+    somewhat more. Edges shorter than 1e-6 of the mean edge get that length.
     """
     rings = one_rings(faces_or_edges, len(vertices))
     lengths = floored_lengths(vertices, rings)
@@ -202,11 +202,11 @@ def scale_dependent_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplaci
 
 
 def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
-    """C, (n, n): C_ij = (cot a_ij + cot b_ij) / 2 over the angles opposite the edge, C_ii = -sum_j C_ij [pinkall1993].
+    """Returns C, (n, n): C_ij = (cot a_ij + cot b_ij) / 2 with the angles opposite the edge, C_ii = -sum_j C_ij [pinkall1993].
 
-    The sign is that of ``igl.cotmatrix``. Symmetric to the bit, rows that sum to 0, negative semidefinite also where obtuse
-    angles make a weight negative. An edge adds up the cotangents of all its faces, however many. The result does not depend
-    on the size or place of the mesh.
+    The sign is that of ``igl.cotmatrix``. C is symmetric to the bit, its rows sum to 0, and it is negative semidefinite even if
+    obtuse angles make a weight negative. The weight of an edge adds up the cotangents of all its faces, however many. C does not
+    depend on the size or place of the mesh.
     """
     return _assembled(vertices, faces, np.empty(0))
 
@@ -214,10 +214,10 @@ def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
 def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
     """The normalised operator: L p_i = sum_j w_ij (p_j - p_i) / sum_j |w_ij| with w the weights of `cotangent_stiffness`.
 
-    Where no weight is negative this is the weighted mean of the one-ring minus p_i. Obtuse angles can make weights negative;
-    dividing by the sum of the w_ij themselves, which stays positive but may get small, would then amplify some modes at any
-    step. Divided by the sum of their sizes the eigenvalues lie in [-2, 0], a step of up to 1 is stable, no such step increases
-    the area of a closed surface, and a flat mesh still keeps its interior vertices.
+    If no weight is negative, L p_i is the weighted mean of the one-ring minus p_i. Obtuse angles can make weights negative. The
+    sum of the w_ij then stays positive but may be small: dividing by it would amplify some modes at any step. Divided by the sum
+    of |w_ij|, L has eigenvalues in [-2, 0]. So a step of up to 1 is stable and does not increase the area of a closed surface. A
+    flat mesh still keeps its interior vertices.
     """
     stiffness = cotangent_stiffness(vertices, faces)
     sizes = abs(stiffness)
@@ -228,10 +228,10 @@ def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
 def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
     """L p_i = 1 / (2 A_i) sum_j (cot a_ij + cot b_ij) (p_j - p_i), A_i the mixed Voronoi area [meyer2003].
 
-    L p is the mean curvature vector 2 H n, pointing inwards on a sphere, where it tends to -2 p / r^2: on subdivided icosahedra
-    with an error of the order of the edge length at the worst vertices, of its 1.4th power in the mean square, and none at the
-    vertices of valence 5, whose neighbours are symmetric. Barycentric areas would be 15 % off there on every level. Its unit is
-    one over a squared length, so a step counts in squared mesh units.
+    L p is the mean curvature vector 2 H n. On a sphere it points inwards and tends to -2 p / r^2. On subdivided icosahedra of
+    edge length h the error is of the order h at the worst vertices, h^1.4 in the mean square, and 0 at the vertices of valence 5,
+    whose neighbours are symmetric; barycentric areas would be 15 % wrong there on every level. The unit of L is one over a
+    squared length, so a step counts in squared mesh units.
     """
     areas = np.empty(len(vertices))
     stiffness = _assembled(vertices, faces, areas)
@@ -240,7 +240,7 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
 
 
 def _assembled(vertices: Floats, faces: Ints, areas: Floats) -> sparse.csr_matrix:
-    """The stiffness; the areas are written on the way, for the mesh of ordinary size, if there is room for them."""
+    """Assembles the stiffness; also fills the areas of the mesh scaled to ordinary size, unless `areas` is empty."""
     n = len(vertices)
     points, _ = scaled_to_unit(vertices)
     end_offsets, ends = ring_ends(faces, n)
@@ -284,7 +284,7 @@ def count_entries(end_offsets: Longs, ends: Ints, sizes: Longs) -> None:
 
 @compiled(parallel=True)
 def fill_rows(points: Floats, end_offsets: Longs, ends: Ints, starts: Any, columns: Any, data: Floats, areas: Floats) -> None:
-    """Writes the columns, ascending, and values of every row, from ``starts[i]`` on, and the areas if there is room for them."""
+    """Writes the ascending columns and the values of every row, from ``starts[i]`` on; and the areas, unless `areas` is empty."""
     for i in prange(end_offsets.shape[0] - 1):
         first, last = starts[i], starts[i + 1]
         _write_columns(i, ends, end_offsets[i], end_offsets[i + 1], columns, first)
@@ -297,7 +297,7 @@ def fill_rows(points: Floats, end_offsets: Longs, ends: Ints, starts: Any, colum
             vx, vy, vz = points[b, 0] - points[i, 0], points[b, 1] - points[i, 1], points[b, 2] - points[i, 2]
             dx, dy, dz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
             doubled = _doubled_area(points, i, a, b)
-            # Each product the same to the bit as where the other end of the edge computes it.
+            # Each product has the same bits as the product that the other end of the edge computes.
             data[position(columns, first, last, b)] += 0.5 * -(ux * dx + uy * dy + uz * dz) / doubled
             data[position(columns, first, last, a)] += 0.5 * (vx * dx + vy * dy + vz * dz) / doubled
             if areas.shape[0]:
@@ -341,10 +341,10 @@ def _write_columns(i: int, ends: Ints, start: int, stop: int, columns: Any, firs
 
 @compiled
 def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
-    """Twice the area of a triangle, at least `SMALLEST_AREA` of its squares, the same to the bit for its corners in any order.
+    """Twice the area of a triangle, at least `SMALLEST_AREA` of its summed squared edges; the order of corners changes no bit.
 
-    On a thin cap the rounding of three cross products taken at its three corners differs by more than its smallest height allows:
-    only one area for all three cotangents keeps the stiffness semidefinite.
+    On a thin cap the cross products at the three corners differ by rounding, and by more than its smallest height allows. Only
+    one area for all three cotangents keeps the stiffness semidefinite.
     """
     i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba makes a float of an unsigned and a signed integer
     low, middle = (i, j) if i < j else (j, i)
@@ -362,8 +362,8 @@ def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
 def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
     """(n,) the mixed Voronoi area of each vertex; they add up to the area of the mesh [meyer2003].
 
-    In a triangle without an obtuse angle each corner owns the points nearest to it; otherwise the obtuse corner owns half of the
-    triangle and the others a quarter each. A triangle without area contributes nothing.
+    In a triangle without an obtuse angle each corner gets the area of the points nearest to it. Otherwise the obtuse corner gets
+    half of the triangle and each other corner a quarter. A triangle without area contributes nothing.
     """
     points, scale = scaled_to_unit(vertices)
     areas = np.empty(len(vertices))
@@ -403,7 +403,7 @@ def mixed_share(ux: float, uy: float, uz: float, uu: float, vx: float, vy: float
 
 
 def build_laplacian(vertices: Floats, faces: Ints, operator: OperatorName) -> Laplacian:
-    """The operator of that name on a mesh, or for "robust" and no faces on a point cloud.
+    """Builds the operator of the given name on a mesh, or "robust" on a point cloud if there are no faces.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -412,17 +412,17 @@ def build_laplacian(vertices: Floats, faces: Ints, operator: OperatorName) -> La
             "scale_dependent", "laplace_beltrami" and "robust" have the unit of one over a squared length.
 
     Raises:
-        FilterInputError: an unknown name, or a point cloud with another operator than "robust".
+        FilterInputError: an unknown name, or a point cloud with an operator other than "robust".
     """
     check_choice("operator", operator, OPERATOR_NAMES)
     if len(faces) == 0 and len(vertices) > 0:
         if operator != "robust":
             raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
         return robust_cloud_laplacian(vertices)
-    return _named(vertices, faces, operator)
+    return _build_named(vertices, faces, operator)
 
 
-def _named(vertices: Floats, faces_or_edges: Ints, operator: OperatorName) -> Laplacian:
+def _build_named(vertices: Floats, faces_or_edges: Ints, operator: OperatorName) -> Laplacian:
     builders = {
         "inverse_length": inverse_length_laplacian,
         "scale_dependent": scale_dependent_laplacian,
@@ -436,11 +436,11 @@ def _named(vertices: Floats, faces_or_edges: Ints, operator: OperatorName) -> La
 
 
 def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName = "auto") -> Laplacian:
-    """The Laplace-Beltrami operator of a surface, in one over squared mesh units.
+    """Builds the Laplace-Beltrami operator of a surface, in one over squared mesh units.
 
-    "cotangent" is linear finite elements with mixed Voronoi areas as lumped mass [meyer2003], "robust" the same on the intrinsic
-    Delaunay triangulation of the tufted cover [sharp2020], which "auto" takes for meshes that are not manifold or have triangles
-    with next to no area.
+    "cotangent" is linear finite elements with mixed Voronoi areas as lumped mass [meyer2003]. "robust" is the same on the
+    intrinsic Delaunay triangulation of the tufted cover [sharp2020]. "auto" takes "robust" if the mesh is not manifold or has a
+    triangle with nearly no area, else "cotangent".
 
     Raises:
         FilterInputError: an unknown operator.
@@ -473,14 +473,14 @@ def _thinnest_triangle(points: Floats, faces: Ints) -> float:
 
 
 def curve_laplacian(vertices: Floats, edges: Ints, operator: OperatorName) -> Laplacian:
-    """The operator of `CURVE_OPERATOR` on the polylines that (e, 2) edges form, for example the borders of a mesh."""
-    return _named(vertices, edges, CURVE_OPERATOR[operator])
+    """Builds the `CURVE_OPERATOR` of an operator on the polylines of (e, 2) edges, for example the borders of a mesh."""
+    return _build_named(vertices, edges, CURVE_OPERATOR[operator])
 
 
 def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
-    """The Laplace-Beltrami operator with weights that are neither negative nor infinite [sharp2020].
+    """Builds the Laplace-Beltrami operator with weights that are neither negative nor infinite [sharp2020].
 
-    For slivers, obtuse triangles and non-manifold meshes. The mass is a third of the area around a vertex in the intrinsic
+    It suits slivers, obtuse triangles and non-manifold meshes. The mass is a third of the area around a vertex in the intrinsic
     triangulation. A mesh whose vertices all coincide has the operator 0.
     """
     n = len(vertices)
@@ -489,17 +489,17 @@ def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
     points = vertices[used]
     if len(points) == 0 or not (points != points[0]).any():
         return Laplacian(sparse.csr_matrix((n, n)), np.zeros(n))
-    scaled, scale = _at_the_origin(points)
+    scaled, scale = _centred_and_scaled(points)
     index = np.cumsum(used) - 1
     positive, masses = robust_laplacian.mesh_laplacian(scaled, index[proper], _MOLLIFIED)
     spread = sparse.csr_array((np.ones(len(points)), np.flatnonzero(used), np.arange(len(points) + 1)), shape=(len(points), n))
-    return _spread(positive, masses, scale, spread)
+    return _transferred(positive, masses, scale, spread)
 
 
 def robust_cloud_laplacian(points: Floats) -> Laplacian:
-    """The operator of `robust_mesh_laplacian` on a point cloud, from a Delaunay triangulation around every point [sharp2020].
+    """Builds the robust operator of a point cloud from a Delaunay triangulation around every point [sharp2020].
 
-    Points in the same place count as one and share its mass, and so move together.
+    Points in the same place count as one point, share its mass, and so move together.
     """
     n = len(points)
     if n == 0:
@@ -513,7 +513,7 @@ def robust_cloud_laplacian(points: Floats) -> Laplacian:
     if len(places) == n:
         places, place_of = points, np.arange(n)
         together = np.ones(n, dtype=np.int64)
-    scaled, scale = _at_the_origin(places)
+    scaled, scale = _centred_and_scaled(places)
     try:
         positive, masses = robust_laplacian.point_cloud_laplacian(scaled, _MOLLIFIED, _NEIGHBOURS)
     except RuntimeError as error:
@@ -523,15 +523,15 @@ def robust_cloud_laplacian(points: Floats) -> Laplacian:
         ) from error
     place_of = place_of.ravel()
     spread = sparse.csr_array((1.0 / together[place_of], (place_of, np.arange(n))), shape=(len(places), n))
-    return _spread(positive, masses, scale, spread)
+    return _transferred(positive, masses, scale, spread)
 
 
-def _at_the_origin(points: Floats) -> tuple[Floats, float]:
+def _centred_and_scaled(points: Floats) -> tuple[Floats, float]:
     return scaled_to_unit(np.ascontiguousarray(points - points.mean(axis=0)))
 
 
-def _spread(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) -> Laplacian:
-    """The library's operator on k points as one on n vertices, by the shares of the (k, n) matrix `spread`."""
+def _transferred(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) -> Laplacian:
+    """Transfers the library's operator from k points to n vertices, by the shares in the (k, n) matrix `spread`."""
     stiffness = sparse.csr_matrix(-(spread.T @ sparse.csr_array(positive) @ spread))
     stiffness.sort_indices()
     if not np.isfinite(stiffness.data).all():

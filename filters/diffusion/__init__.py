@@ -1,4 +1,4 @@
-"""Smoothing as diffusion: explicit steps, Taubin's two-sided steps, implicit steps."""
+"""Smoothing by diffusion: explicit steps, Taubin's pairs of steps, implicit steps, anisotropic diffusion of values."""
 
 from .anisotropic import EDGE_STOPS, EdgeStop, longest_step, perona_malik
 from .explicit import (

@@ -1,4 +1,4 @@
-"""Anisotropic diffusion of scalars and colours of the vertices: smoothed, with their edges kept [perona1990]."""
+"""Anisotropic diffusion of vertex scalars and colours: smooths values and keeps their edges [perona1990]."""
 
 import math
 from typing import Literal, TypeAlias, get_args
@@ -13,12 +13,12 @@ from ..mesh import Bools, Floats, Ints, check_movable
 from ..robust import KERNEL_CODES, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight, robust_deviation
 from ..topology import OneRings, one_rings
 
-#: The M-estimators whose weight at 0 is finite: divided by it, they are edge-stopping functions g with g(0) = 1 [black1998].
+#: The M-estimators with a finite weight at 0. Divided by it, their weights are edge-stopping functions, g(0) = 1 [black1998].
 EdgeStop: TypeAlias = Literal["lorentzian", "gaussian", "tukey", "huber", "hampel", "truncated_l2", "l2"]
 EDGE_STOPS: tuple[EdgeStop, ...] = get_args(EdgeStop)
 
-#: The automatic contrast in deviations of the differences: with it x g(x) is greatest at one deviation, for every g [black1998]
-#: but "truncated_l2", which would take a third of the noise for edges.
+#: The automatic contrast in deviations of the differences. With it x g(x) is largest at one deviation, for every g [black1998]
+#: but "truncated_l2", which would treat a third of the noise as edges.
 _CONTRAST_IN_DEVIATIONS: dict[EdgeStop, float] = {
     "gaussian": math.sqrt(2.0),
     "tukey": math.sqrt(5.0),
@@ -37,35 +37,35 @@ def perona_malik(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """I_s <- I_s + step sum_p g(|I_p - I_s|) (I_p - I_s) over the neighbours p of s, for all vertices at once, repeatedly.
+    """Repeats I_s <- I_s + step sum_p g(|I_p - I_s|) (I_p - I_s) over the neighbours p of s, for all vertices at once.
 
-    With g(x) = 1 / (1 + x^2 / c^2) ("lorentzian") or exp(-x^2 / c^2) ("gaussian") as in [perona1990], c the contrast; other
-    M-estimators stop at edges entirely ("tukey", "truncated_l2", "hampel"), do not quite ("huber") or not at all ("l2"). Of
+    g(x) is 1 / (1 + x^2 / c^2) ("lorentzian") or exp(-x^2 / c^2) ("gaussian") as in [perona1990], c the contrast. Other
+    M-estimators stop diffusion at edges entirely ("tukey", "truncated_l2", "hampel"), partly ("huber") or not at all ("l2"). For
     vectors such as colours |I_p - I_s| is the norm, so that all channels stop at the same edges. Vertices do not move, and
-    their distances play no part.
+    distances between them do not matter.
 
-    What flows from p to s leaves p: the sum of the values over all vertices stays, if all may change. No value leaves the range
-    of the input, since a step that keeps each new value a mean of old ones is the longest that is allowed.
+    What flows to s leaves p: the sum of the values over all vertices stays, if all may change. No value leaves the range of the
+    input, because the longest allowed step makes each new value a mean of old ones.
 
     Args:
-        values: (n,) or (n, k) finite values, one or k a vertex.
+        values: (n,) or (n, k) finite values, one or k per vertex.
         faces: (m, 3) triangles.
-        edge_stop: g.
-        contrast: c, in the unit of the values: larger differences are edges. Larger blurs more edges. None: 1.4826 times the
+        edge_stop: the edge-stopping function g.
+        contrast: c, in the unit of the values: differences above c are edges. Larger blurs more edges. None: 1.4826 times the
             median |I_p - I_s| over the edges of the input, times 1.41 for "gaussian", 2.24 for "tukey", 2.80 for
             "truncated_l2".
         step: above 0 and at most 1 / d, d the largest number of neighbours of a vertex. Larger is smoother. None: 1 / d.
         iterations: number of steps. More are smoother; the time is proportional.
-        movable: (n,) bool, which vertices' values may change, None for all. The others are seen by those that do.
+        movable: (n,) bool, the vertices whose values may change, None for all. Fixed values still flow to their neighbours.
         progress: called after every step.
 
     Returns:
-        float64 of the shape of `values`. Values that do not change keep every bit, such as those of vertices that no face uses.
-        Deterministic, for any number of threads.
+        float64 of the shape of `values`. Fixed values keep every bit, and so do those of vertices without a face. Deterministic,
+        for any number of threads.
 
     Raises:
         FilterInputError: shapes that do not fit, values that are not finite, a parameter out of range.
-        UnstableStepError: the step is longer than 1 / d; the error names that.
+        UnstableStepError: the step is longer than 1 / d; the error names 1 / d.
     """
     unchanged = np.asarray(values, dtype=np.float64)
     start, triangles = _checked(unchanged, np.asarray(faces))
@@ -93,20 +93,20 @@ def perona_malik(
             _diffuse(now, following, moves, rings, KERNEL_CODES[kernel], sigma, contrast, step)
             now, following = following, now
             progress((iteration + 1) / steps)
-    # A sum that is rounded may end one bit outside the range.
+    # Rounding may put a sum one bit outside the range.
     result = np.clip(now, start.min(axis=0), start.max(axis=0)) if len(start) else now
     # Adding 0 would turn -0.0 into 0.0.
     return np.asarray(np.where(result == start, start, result).reshape(unchanged.shape))
 
 
 def longest_step(faces: ArrayLike) -> float:
-    """One over the largest number of neighbours of a vertex of (m, 3) triangles: the longest step of `perona_malik`."""
+    """The longest step of `perona_malik` on (m, 3) triangles: one over the largest number of neighbours of a vertex."""
     triangles = np.asarray(faces)
     return _longest_step(one_rings(triangles, int(triangles.max()) + 1)) if triangles.size else 1.0
 
 
 def automatic_contrast(values: Floats, rings: OneRings, edge_stop: EdgeStop) -> float:
-    """The contrast that `perona_malik` takes for (n, k) values by itself; 0 if no neighbours differ."""
+    """The default contrast of `perona_malik` for (n, k) values; 0 if all neighbours have equal values."""
     owners = np.repeat(np.arange(len(values)), np.diff(rings.offsets))
     once = owners < rings.neighbours
     differences = np.abs(values[rings.neighbours[once]] - values[owners[once]])

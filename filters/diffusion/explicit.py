@@ -1,4 +1,4 @@
-"""Explicit smoothing: Euler steps of the diffusion equation, and Taubin's pairs of steps; and the removal of spikes."""
+"""Explicit smoothing: Euler steps of the diffusion equation, Taubin's pairs of steps, and the removal of spikes."""
 
 import math
 from collections.abc import Callable
@@ -15,13 +15,13 @@ from ..operators import OperatorName
 from ..topology import BorderPolicy, border_edges, border_vertices, edge_face_counts, edges, stars
 from .stencil import Advance, UpdateRule, explicit_stencil
 
-#: The operators without a unit, whose spectrum lies in [-2, 0] on every mesh: lambda, mu and the pass band are defined for these.
+#: The operators without a unit. Their spectrum lies in [-2, 0] on every mesh, which gives lambda, mu and the pass band a meaning.
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
 NORMALISED_OPERATORS: tuple[TaubinOperator, ...] = get_args(TaubinOperator)
-# The most passes over spikes. A spike hides those next to it, which the next pass removes.
+# The most passes that remove spikes. A spike hides its neighbours, which the next pass removes.
 _SPIKE_PASSES = 10
-#: One iteration: takes its number from 0 on, the points, and an array to write to in which vertices that do not move have their
-#: places; returns the points after it and the array that is free now.
+#: One iteration: takes its number from 0 on, the points, and a free array that has the fixed vertices already; returns the new
+#: points and the array that is free then.
 Iteration: TypeAlias = Callable[[int, Floats, Floats], tuple[Floats, Floats]]
 
 
@@ -38,39 +38,38 @@ def explicit_smoothing(
     whole: Whole | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """p_i <- p_i + step (L p)_i for all vertices at once, again and again [taubin1995, desbrun1999].
+    """Repeats p_i <- p_i + step (L p)_i for all vertices at once [taubin1995, desbrun1999].
 
-    Each step damps the mode of eigenvalue -k of L by the factor 1 - step k. Closed surfaces shrink; see `taubin_fairing` for one
-    that does not, and `implicit_fairing` for strong smoothing in one step of any length.
+    Each step multiplies the mode of eigenvalue -k of L by 1 - step k. Closed surfaces shrink; `taubin_fairing` does not shrink
+    them. `implicit_fairing` smooths strongly in one step of any length.
 
     Args:
         vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles. With none of them and the operator "robust" the vertices are a point cloud.
+        faces: (m, 3) triangles. Without faces and with the operator "robust" the vertices are a point cloud.
         operator: the Laplace operator L; see `build_laplacian`. Weights that depend on lengths or angles are computed anew for
-            every step; those of "robust" once, for the input.
+            every step; the weights of "robust" once, for the input.
         step: larger is smoother. For "uniform", "inverse_length" and "cotangent" a share, above 0 and at most 1. For the others
-            a time in squared mesh units, stable up to 2 / rho with rho the largest eigenvalue of -L. Of rho an upper bound is
-            used, so that a step that passes is stable: for "scale_dependent" and "robust" Gershgorin's, for "laplace_beltrami"
-            the better of that and the largest eigenvalue of a single triangle [irons1971], exact on equilateral triangles.
+            a time in squared mesh units, stable up to 2 / rho with rho the largest eigenvalue of -L. The check uses an upper
+            bound of rho: Gershgorin's bound for "scale_dependent" and "robust"; for "laplace_beltrami" the smaller of that bound
+            and the largest eigenvalue of a single triangle [irons1971], which is exact on equilateral triangles.
         iterations: number of steps. More are smoother; the time is proportional.
-        border: what the vertices on borders do; see `BorderPolicy`.
-        movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
+        border: what border vertices do; see `BorderPolicy`.
+        movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         update: "euler", the equation above; or "meshlab", the rule of MeshLab's Laplacian Smooth, for "uniform" and
             "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum
-            of the cotangents there, and along borders (2 p_i + p_prev + p_next) / 4. That is an Euler step of
-            sum_j w_ij / (1 + sum_j w_ij), different at every vertex; `step` is not used, and negative cotangents are not tamed.
-        whole: the mesh that this is a part of, None if it is all. Vertices with `iterations` rings of faces around them in the
-            part, in the order of the whole, get the bits of the whole. For "uniform" and "cotangent".
+            of the cotangents there, and along borders (2 p_i + p_prev + p_next) / 4. This is an Euler step of length
+            sum_j w_ij / (1 + sum_j w_ij), different at every vertex. `step` is not used, and negative cotangents are kept.
+        whole: the mesh that this one is a part of; None if it is complete. If the part keeps the order of the whole, a vertex
+            with `iterations` rings of faces around it gets the bits of the whole. For "uniform" and "cotangent".
         progress: called after every step.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: those that no face uses, that are not `movable`, or on a fixed
-        border. Deterministic, for any number of threads.
+        (n, 3) float64. Fixed vertices keep every bit: those without a face, those not `movable`, those on a fixed border.
+        Deterministic, for any number of threads.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, too few points in a cloud.
-        UnstableStepError: the step is longer than the largest stable one, which the error names; that of the input, or
-            of what the steps so far have made of it.
+        UnstableStepError: the step is longer than the largest stable one, which the error names, at first or some steps later.
     """
     normalised = operator in NORMALISED_OPERATORS
     if update == "euler":
@@ -96,20 +95,20 @@ def explicit_smoothing(
 
 
 class ExplicitSurface(NamedTuple):
-    """A mesh on which explicit iterations are made."""
+    """A mesh prepared for explicit iterations."""
 
     mesh: NormalisedMesh  # normalised, its points in the order of the stencil
     advance: Advance  # writes p + step (L p) for the vertices that move
 
     def iterated(self, iteration: Iteration, iterations: int, progress: Progress) -> Floats:
-        """(n, 3) the vertices after as many iterations."""
+        """Runs the iterations; returns the (n, 3) vertices."""
         now = self.mesh.new_points()
         free = now.copy()
         with threads_for(len(now)):
             for done in range(iterations):
                 now, free = iteration(done, now, free)
                 progress((done + 1) / iterations)
-        del free  # the memory of a result
+        del free  # makes room for the result
         return self.mesh.restored(now)
 
 
@@ -125,11 +124,11 @@ def explicit_surface(
     steps: int,
     update: UpdateRule = "euler",
 ) -> ExplicitSurface:
-    """Prepares a mesh, as of `explicit_smoothing`, for iterations of so many steps: reordered where that is faster."""
+    """Prepares a mesh for iterations of `steps` steps each, reordered if that is faster; see `explicit_smoothing`."""
     points, triangles = check_mesh(vertices, faces)
     count = check_whole_number("iterations", iterations, least=0)
     mesh = normalised_mesh(points, triangles, movable, whole)
-    # "robust" is assembled by a library, in the order of the faces; cotangents lose twice as much to a bad order as means do.
+    # "robust" is not reordered: a library assembles it in the order of the faces. A bad order costs cotangents twice the time.
     sweeps = steps * count * (2 if operator in ("cotangent", "laplace_beltrami") else 1)
     if operator != "robust" and worth_reordering(mesh.cells, len(mesh), sweeps):
         mesh = mesh.by_place()
@@ -153,30 +152,30 @@ def taubin_fairing(
     whole: Whole | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """Take p to (1 + mu L)(1 + step L) p, `iterations` times: a low-pass filter that does not shrink [taubin1995].
+    """Replaces p by (1 + mu L)(1 + step L) p, `iterations` times: a low-pass filter that does not shrink [taubin1995].
 
-    A mode of eigenvalue -k of L is multiplied by `transfer_function` (k): by about 1 below the pass band
-    k_PB = 1/step + 1/mu, and by less and less above. With the operator "uniform" it is MeshLab's Taubin Smooth, except on
-    borders, where MeshLab averages a vertex in with its two border neighbours and so goes two thirds of the way of "along",
-    and at non-manifold edges, whose ends MeshLab counts once a face.
+    `transfer_function` gives the factor on a mode of eigenvalue -k of L: about 1 below the pass band k_PB = 1/step + 1/mu, and
+    falling above it. With the operator "uniform" this is MeshLab's Taubin Smooth, with two exceptions. On borders MeshLab
+    averages a vertex with itself and its two border neighbours, and so moves it two thirds as far as "along". At non-manifold
+    edges MeshLab counts the ends once per face.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         operator: the Laplace operator L; weights that depend on lengths or angles are computed anew for every step.
         step: lambda, above 0. Larger is smoother.
-        mu: the step back, below -step. Nearer to -step narrows the pass band, and so is smoother.
+        mu: the step back, below -step. A mu nearer to -step narrows the pass band, and so is smoother.
         pass_band: k_PB, above 0 and below 1/step; if given, mu = 1 / (k_PB - 1/step). Smaller is smoother; 0.01 to 0.1 is usual.
-        iterations: number of pairs of steps. More damp more, above the pass band alone; the time is proportional.
-        border: what the vertices on borders do; see `BorderPolicy`.
-        movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
-        whole: the mesh that this is a part of, None if it is all. Vertices with twice `iterations` rings of faces around them
-            in the part, in the order of the whole, get the bits of the whole. For "uniform" and "cotangent".
+        iterations: number of pairs of steps. More damp more, but only above the pass band; the time is proportional.
+        border: what border vertices do; see `BorderPolicy`.
+        movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
+        whole: the mesh that this one is a part of; None if it is complete. If the part keeps the order of the whole, a vertex
+            with twice `iterations` rings of faces around it gets the bits of the whole. For "uniform" and "cotangent".
         progress: called after every pair of steps.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: those that no face uses, that are not `movable`, or on a fixed
-        border. Deterministic, for any number of threads.
+        (n, 3) float64. Fixed vertices keep every bit: those without a face, those not `movable`, those on a fixed border.
+        Deterministic, for any number of threads.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -189,7 +188,7 @@ def taubin_fairing(
     except UnstableStepError:
         if operator != "uniform" or whole is not None or not (edge_face_counts(check_mesh(vertices, faces)[1])[1] == 2).all():
             raise
-        # Where every edge has two triangles the operator is a mean over triangles, whose eigenvalues are up to 3/2.
+        # If every edge has two triangles, -L is a mean over triangles, each with eigenvalues of at most 3/2.
         mu = checked_mu(step, mu, pass_band, largest_eigenvalue=1.5)
     surface = explicit_surface(vertices, faces, operator, border, movable, iterations, whole, steps=2)
 
@@ -210,12 +209,12 @@ def meshlab_taubin_smooth(
     iterations: int = 10,
     whole: Whole | None = None,
 ) -> Floats:
-    """MeshLab's Taubin Smooth but for rounding, where no edge has more than two faces [taubin1995].
+    """Reproduces MeshLab's Taubin Smooth up to rounding, on meshes without edges of more than two faces [taubin1995].
 
-    Its factors are of single precision. A vertex with b border edges is averaged with itself and its b neighbours along these,
-    and so goes b / (b + 1) of the way to their mean.
+    Like MeshLab it rounds the factors to single precision. A vertex with b border edges is averaged with itself and its b border
+    neighbours, and so moves b / (b + 1) of the way to their mean.
 
-    Arguments, results and errors as of `taubin_fairing`.
+    Arguments, results and errors are those of `taubin_fairing`.
     """
     surface = explicit_surface(vertices, faces, "uniform", "along", None, iterations, whole, steps=2)
     border, count = np.unique(border_edges(surface.mesh.numbered_cells()), return_counts=True)
@@ -232,7 +231,7 @@ def meshlab_taubin_smooth(
 
 
 def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigenvalue: float = 2.0) -> float:
-    """The mu of a stable pair of steps: that of the pass band, or `mu` without one. No eigenvalue of -L is above the largest."""
+    """Returns the mu of `pass_band`, else `mu`; refuses a pair of steps that amplifies an eigenvalue of up to the largest one."""
     check_positive("step", step)
     if pass_band is not None:
         mu = mu_of_pass_band(pass_band, step)
@@ -251,7 +250,7 @@ def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigen
 
 
 def transfer_function(k: ArrayLike, *, step: float, mu: float, iterations: int) -> NDArray[np.float64]:
-    """((1 - step k)(1 - mu k))^iterations: the factor of a mode of eigenvalue -k [taubin1995].
+    """Returns ((1 - step k)(1 - mu k))^iterations, the factor of a mode of eigenvalue -k [taubin1995].
 
     Args:
         k: any shape; from 0 to 2 for a normalised operator.
@@ -264,16 +263,16 @@ def transfer_function(k: ArrayLike, *, step: float, mu: float, iterations: int) 
 
 
 def mu_of_pass_band(pass_band: float, step: float) -> float:
-    """The mu = 1 / (k_PB - 1/step) for which `transfer_function` is 1 at k = k_PB, above 0 and below 1/step."""
+    """Returns mu = 1 / (k_PB - 1/step), for which `transfer_function` is 1 at k_PB; k_PB is above 0 and below 1/step."""
     if not 0.0 < pass_band < 1.0 / step:
         raise FilterInputError(f"pass_band {pass_band} is not above 0 and below 1/step = {1.0 / step:g}; 0.01 to 0.1 is usual")
     return 1.0 / (pass_band - 1.0 / step)
 
 
 def largest_stable_step(ratio: float, largest_eigenvalue: float) -> float:
-    """The step above which (1 - step k)(1 - mu k) is below -1 at the largest eigenvalue k of -L, for mu = ratio * step.
+    """The largest step for which (1 - step k)(1 - mu k) >= -1 at the largest eigenvalue k of -L, with mu = ratio * step.
 
-    With r = -ratio and x = step k it is the positive root of r x^2 + (1 - r) x - 2 = 0, over k.
+    With r = -ratio, x = step k is the positive root of r x^2 + (1 - r) x - 2 = 0.
     """
     r = -ratio
     return (r - 1.0 + math.sqrt((r - 1.0) ** 2 + 8.0 * r)) / (2.0 * r * largest_eigenvalue)
@@ -287,22 +286,22 @@ def remove_spikes(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> tuple[Floats, Bools]:
-    """Put vertices that are farther from the mean m of their neighbours than these spread around it to m.
+    """Moves the tips of spikes to the mean m of their neighbours.
 
     With the neighbours j of vertex i, m = mean p_j and s^2 = mean |p_j - m|^2, vertex i is the tip of a spike if
-    |p_i - m| > k s, k the `steepness`, and |p_i - m| is the largest of its one-ring. All tips move at once; then again, until
-    none is left. A pyramid on a regular polygon has the steepness of its height over the radius: k = 1.5 is a tip of 67 degrees
-    from side to side.
+    |p_i - m| > k s, k the `steepness`, and |p_i - m| is the largest in its one-ring. All tips move at once; this repeats until
+    none is left, at most ten times. A pyramid over a regular polygon has the steepness height / radius: k = 1.5 is a tip with an
+    angle of 67 degrees between opposite sides.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        steepness: k, above 0. Larger removes thinner spikes alone; below 1, corners of cubes go.
+        steepness: k, from 0. Larger removes only thinner spikes; below 1, the corners of cubes are removed too.
         movable: (n,) bool, which vertices may move, None for all.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        vertices: (n, 3) float64; all but the tips, and those on borders, keep every bit.
+        vertices: (n, 3) float64; all vertices but the tips keep every bit. Border vertices are never tips.
         spikes: (n,) bool, the tips.
 
     Raises:
@@ -321,7 +320,7 @@ def remove_spikes(
     for done in range(_SPIKE_PASSES):
         progress(done / _SPIKE_PASSES)
         means = (neighbours @ points) / degrees
-        # sum |p_j - m|^2 = sum |p_j|^2 - k |m|^2 would lose the digits of small stars.
+        # The shorter formula sum |p_j|^2 - d |m|^2 would lose the digits of small one-rings.
         spread = np.bincount(rows, ((points[columns] - means[rows]) ** 2).sum(axis=1), minlength=n) / degrees[:, 0]
         heights = np.linalg.norm(points - means, axis=1)
         highest = heights.copy()

@@ -1,6 +1,6 @@
 """Implicit fairing [desbrun1999]: backward Euler steps of the diffusion equation, stable at any length.
 
-`implicit_fairing` builds M and C, `BackwardEulerStep` assembles A = M - t C and solves A p' = M p; on curves too.
+`implicit_fairing` builds M and C. `BackwardEulerStep` assembles A = M - t C and solves A p' = M p, also on curves.
 """
 
 from __future__ import annotations
@@ -25,34 +25,34 @@ from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, prop
 ImplicitOperator: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "robust"]
 _WITHOUT_UNIT = ("uniform", "inverse_length")
 #: "linear": C and M of the input for all steps. "mean_curvature": both are built anew for every step. "conformalized": C of the
-#: input, M anew.
+#: input, M built anew.
 Flow: TypeAlias = Literal["linear", "mean_curvature", "conformalized"]
 #: The root mean square error of the coordinates that the solver leaves, as a share of the bounding-box diagonal.
 TOLERANCE = 1e-10
-# Times the squared lengths of a mesh of ordinary size this does not overflow, and longer steps give the same result to rounding.
+# Longer steps are cut to this one: the result is the same to rounding, and products with squared lengths do not overflow.
 LONGEST_STEP = 1e100
 _ROUNDING = 2.0**-47
-# A volume below this share of the sum of the sizes of its parts is rounding: a flat sheet with two sides encloses nothing.
+# A volume below this share of the summed sizes of its tetrahedra is rounding: a flat sheet with two sides encloses nothing.
 _LEAST_VOLUME = 1e-9
-# Coordinates exact to 1e-10 of the diagonal are no longer so after growing back by more than this.
+# Scaling back by more than this would magnify the solver's error of 1e-10 of the diagonal too much.
 _LARGEST_GROWTH = 1e3
-# How often a step gives back. Each time brings long waves nearer to their former amplitude.
+# How often the loss of a step is added back. Each time brings long waves nearer to their former amplitude.
 _TIMES = 2
-# How often the loss is smoothed each time, to remove noise from it.
+# How often the loss is smoothed before it is added back, to remove noise from it.
 _PASSES = 2
 #: How often the loss is smoothed in all.
 _SOLVES = _TIMES * _PASSES
 
 
 def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_dimensions: bool = False) -> float:
-    """The time step t with which `iterations` implicit steps halve a wave of that length.
+    """Returns the time step t with which `iterations` implicit steps halve waves of length `detail_size`.
 
     A wave of length l has omega = 2 pi / l, and each step multiplies its amplitude by s = 1 / (1 + t omega^2), so
-    t = (2^(1 / iterations) - 1) (l / 2 pi)^2. Where dimensions are kept it is 1 - (1 - s) (1 - s^2)^2 instead, and t longer. For
-    the operators "cotangent", "robust" and "scale_dependent" on a surface that is smooth at that scale.
+    t = (2^(1 / iterations) - 1) (l / 2 pi)^2. With `keep_dimensions` the factor is 1 - (1 - s) (1 - s^2)^2, and t is longer.
+    Valid for the operators "cotangent", "robust" and "scale_dependent" on a surface that is smooth at this scale.
 
     Args:
-        detail_size: l, in mesh units. Larger is smoother: shorter waves come out with less than half, longer ones with more.
+        detail_size: l, in mesh units. Larger is smoother: shorter waves keep less than half of their amplitude, longer ones more.
         iterations: number of steps. More cut off more sharply.
         keep_dimensions: as for `implicit_fairing`.
 
@@ -85,42 +85,42 @@ def implicit_fairing(
 ) -> Floats:
     """Solves (M - t C) p' = M p: the surface after a diffusion time t in one stable step [desbrun1999].
 
-    A mode of eigenvalue -k of L = M^-1 C is multiplied by 1 / (1 + t k). As t grows, a closed component tends to its centroid,
-    which it keeps (weighted by M), and one with fixed vertices to a discrete minimal surface. No t is unstable.
+    A mode of eigenvalue -k of L = M^-1 C is multiplied by 1 / (1 + t k). As t grows, a closed component shrinks to its M-weighted
+    centroid, which stays, and a component with fixed vertices tends to a discrete minimal surface. Every t is stable.
 
     Args:
         vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles. With none of them and the operator "robust" the vertices are a point cloud.
+        faces: (m, 3) triangles. Without faces and with the operator "robust" the vertices are a point cloud.
         operator: "cotangent": the Laplace-Beltrami operator with mixed Voronoi areas. It moves vertices along the normal and does
-            not depend on how the surface is triangulated; obtuse triangles are fine, components of triangles without area stay
-            as they are. "robust": the same for slivers, non-manifold meshes and point clouds. "scale_dependent",
-            "inverse_length" and "uniform" see the triangulation; see `build_laplacian`.
+            not depend on the triangulation; obtuse triangles are fine, and components of triangles without area stay as they
+            are. "robust": the same for slivers, non-manifold meshes and point clouds. "scale_dependent", "inverse_length" and
+            "uniform" depend on the triangulation; see `build_laplacian`.
         time_step: t, from 0. Larger is smoother. In squared mesh units, or without a unit for "uniform" and "inverse_length"; see
             `time_step_of_detail_size`.
-        iterations: number of steps. n of length t cut off more sharply than one of length n t.
-        flow: "linear" smooths the coordinates by the operator of the input, quickest since the system stays the same.
-            "mean_curvature" follows the surface: a sphere of radius r0 shrinks by r^2 = r0^2 - 4 t, and thin parts pinch off.
-            "conformalized" keeps the angles of the input as weights: no necks pinch, and closed surfaces without handles tend to
-            a sphere [kazhdan2012].
-        preserve_volume: scale every component about the centroid of its surface, after every step, so that it keeps its volume.
-            Only components without border, coherently oriented, all of whose vertices may move; others are left as they come out.
-        keep_dimensions: after every step give back along the normals what the surroundings have lost in common, on open surfaces
-            too: balls keep their radius and limbs their thickness; see `dimensions_restored`. Of a wave of which a step leaves
-            the share s it then leaves 1 - (1 - s) (1 - s^2)^2. Not for point clouds.
-        border: "fixed": border vertices stay. "along": the border is smoothed as a curve by a step of its own, of the same t,
-            with the operator that `CURVE_OPERATOR` names; then the interior is solved for between the new borders. That is
-            the backward Euler step of the flow in which border vertices see only their neighbours on the border. "free":
-            border vertices are like any other and the border draws in.
-        movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
+        iterations: number of steps. n steps of length t cut off more sharply than one of length n t.
+        flow: "linear" keeps the operator of the input: the quickest flow, because the system stays the same. "mean_curvature"
+            follows the surface: a sphere of radius r0 shrinks by r^2 = r0^2 - 4 t, and thin parts pinch off. "conformalized"
+            keeps the angles of the input as weights: no necks pinch off, and closed surfaces without handles tend to a sphere
+            [kazhdan2012].
+        preserve_volume: after every step, scale each component about the centroid of its surface back to its volume. This needs
+            a coherently oriented component without border whose vertices may all move; other components are not scaled.
+        keep_dimensions: after every step, add back, along the normals, the loss that neighbours have in common, on open surfaces
+            too. Balls keep their radius and limbs their thickness; see `dimensions_restored`. If a step leaves the share s of a
+            wave, then 1 - (1 - s) (1 - s^2)^2 remains. Not for point clouds.
+        border: "fixed": border vertices stay. "along": a step of the same t, with the operator that `CURVE_OPERATOR` names,
+            smooths the border as a curve; then the interior is solved for between the new borders. Together they are the backward
+            Euler step of the flow in which border vertices depend only on their border neighbours. "free": border vertices are
+            like any other, and the border shrinks.
+        movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         progress: called every few solver steps with the share that is done; may raise to stop.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: those that no face uses, that are not `movable`, or on a fixed
-        border. The others are solved for to an error of about 1e-10 of the bounding-box diagonal, root mean square weighted by
-        M, and of up to 1e-9 where t is more than a million squared edges. Deterministic, for any number of threads.
+        (n, 3) float64. Fixed vertices keep every bit: those without a face, those not `movable`, those on a fixed border. The
+        others have an M-weighted root mean square error of about 1e-10 of the bounding-box diagonal, and up to 1e-9 if t is more
+        than a million squared edges. Deterministic, for any number of threads.
 
     Raises:
-        FilterInputError: not a mesh, a parameter out of range, or too little left of a volume that is to be preserved.
+        FilterInputError: not a mesh, a parameter out of range, or a volume that nearly vanishes and cannot be preserved.
         ConvergenceError: the equations cannot be solved.
     """
     points, triangles = check_mesh(vertices, faces)
@@ -130,7 +130,7 @@ def implicit_fairing(
     check_finite("time_step", time_step, least=0.0)
     steps = check_whole_number("iterations", iterations, least=0)
     if keep_dimensions and len(points) and not len(triangles):
-        raise FilterInputError("keep_dimensions needs triangles, whose normals it moves vertices along: a point cloud has none")
+        raise FilterInputError("keep_dimensions needs triangles, because it moves vertices along normals: a point cloud has none")
     mesh = normalised_mesh(points, triangles, movable)
     if operator != "robust" and worth_reordering(mesh.cells, len(mesh)):
         mesh = mesh.by_place()
@@ -156,8 +156,8 @@ def implicit_fairing(
 class _Flow:
     """Steps of one length on one mesh: builds C and M as the `Flow` requires, and solves.
 
-    Under the border policy "along" a step is two: one of the border curves alone, whose vertices have no other neighbours, and
-    one of the rest with the new borders prescribed. Together they are the backward Euler step of that coupled system.
+    With the border policy "along" a step has two parts: first the border curves, whose vertices have no neighbours inside, then
+    the rest with the new borders prescribed. Together they are the backward Euler step of this coupled system.
     """
 
     def __init__(
@@ -185,7 +185,7 @@ class _Flow:
         return self.smoothed(points, progress)
 
     def smoothed(self, points: Floats, progress: Progress) -> Floats:
-        """(n, d) coordinates or values at the vertices after a step by the operators of the last step of the mesh."""
+        """Applies one step to (n, d) coordinates or values at the vertices, with the operators of the mesh's last step."""
         moved: Floats | None = None
         count = len(self._systems)
         for k, system in enumerate(self._systems):
@@ -201,7 +201,7 @@ class _Flow:
             components = self._curve.components()
             systems.append(BackwardEulerStep(self._curve, t, fixed=self._fixed_on_curve, components=components, solves=solves))
         if self._flow == "conformalized" and self._surface is not None and self._operator == "laplace_beltrami":
-            # The same as `_updated`, without building a stiffness that is not used.
+            # Does the same as `_updated`, without building a stiffness that is not used.
             self._surface = Laplacian(self._surface.stiffness, mixed_voronoi_areas(points, self._faces))
         else:
             self._surface = self._updated(self._surface, build_laplacian(points, self._faces, self._operator))
@@ -218,19 +218,19 @@ class _Flow:
 class BackwardEulerStep:
     """(M - t C) p' = M p, solved for the displacement d = p' - p: (M - t C) d = t C p.
 
-    Divided by 1 + t, the matrix is a mean of M and -C and stays finite for every t. It is positive definite where a vertex is
-    fixed or has mass. A component without fixed vertex floats: C is blind to its translation, and for large t the matrix nearly
-    so. But its equations sum up to sum_i M_i d_i = 0: that is imposed, and the component keeps its centroid to rounding.
+    Divided by 1 + t, the matrix is a mean of M and -C and stays finite for every t. It is positive definite if each component has
+    a fixed vertex or mass. A component without fixed vertices floats: C ignores its translation, so for large t the matrix is
+    nearly singular. But its equations sum up to sum_i M_i d_i = 0. This sum is imposed, so the centroid stays, to rounding.
 
-    The error: with ||x||_A the energy norm of A = M - t C, sum_i M_i |e_i|^2 <= ||e||_A^2, since -C is semidefinite. The solver
-    brings ||e||_A to `TOLERANCE` times the norm of a shift of everything by the diagonal, whose square is diagonal^2 sum_i M_i.
+    The error e satisfies sum_i M_i |e_i|^2 <= ||e||_A^2, with ||e||_A the energy norm of A = M - t C, because -C is semidefinite.
+    The solver reduces ||e||_A to `TOLERANCE` times the norm of a shift by the diagonal, whose square is diagonal^2 sum_i M_i.
     """
 
     def __init__(self, laplacian: Laplacian, time_step: float, *, fixed: Bools, components: Ints, solves: int = 1) -> None:
-        """Of L on n vertices and t in the unit of 1 / L, for so many solves; `components` are labels from 0, -1 for none.
+        """Takes L on n vertices, t in the unit of 1 / L, and the number of solves; `components` are labels from 0, -1 for none.
 
-        The displacement of the (n,) `fixed` vertices is prescribed. Those without an edge of any weight stay too, and so do
-        components without mass, of which the equation determines nothing.
+        The displacement of the (n,) `fixed` vertices is prescribed. Vertices whose edges all have weight 0 stay too, and so do
+        components without mass, which the equation does not determine.
         """
         t = min(time_step, LONGEST_STEP)
         self._stiffness, self._stiffness_share = laplacian.stiffness, t / (1.0 + t)
@@ -244,17 +244,17 @@ class BackwardEulerStep:
         self._solver = self._assemble() if len(self._mass) else None
 
     def displacement(self, points: Floats, prescribed: Floats | None, *, diagonal: float, progress: Progress) -> Floats:
-        """(n, d) the displacement of (n, d) points, where they are fixed the prescribed one, None for 0; see the class."""
+        """Returns the (n, d) displacement of (n, d) points; fixed ones get the `prescribed` displacement, None for 0."""
         start = points if prescribed is None else points + prescribed
         extent = float(np.ptp(start, axis=0).max()) if self._solver else 0.0
         if self._solver is None or extent <= TOLERANCE * diagonal:
-            # Nothing may move, or the surface is a point already, to rounding.
+            # No vertex may move, or the surface is already a point, to rounding.
             return np.zeros_like(points) if prescribed is None else prescribed
         try:
             return self._solve(self._solver, start, prescribed, extent, diagonal, progress)
         except ConvergenceError:
-            # Rounding makes weights of slivers, large and of both signs, indefinite. Without the negative ones no entry outweighs
-            # the diagonal of its row, so that the matrix is semidefinite.
+            # Slivers have large weights of both signs, whose rounding makes the matrix indefinite. Without the negative weights
+            # the matrix is diagonally dominant, and so semidefinite.
             positive = without_negative_weights(self._stiffness)
             if positive is self._stiffness:
                 raise
@@ -263,32 +263,32 @@ class BackwardEulerStep:
             return self._solve(self._solver, start, prescribed, extent, diagonal, progress)
 
     def _assemble(self) -> SpdSolver:
-        """A = M - t C, divided by 1 + t."""
+        """Assembles A = M - t C, divided by 1 + t."""
         stiffness = self._stiffness
         if not isinstance(self._free, slice):
             stiffness = stiffness[self._free][:, self._free]
         entries = stiffness.data * -self._stiffness_share, stiffness.indices, stiffness.indptr
         matrix = sparse.csr_matrix(entries, shape=stiffness.shape)
-        # A little more on the diagonal, no more than rounding, outweighs the rounding errors of its row.
+        # Raising the diagonal by its rounding error outweighs the rounding errors of the row: A stays positive definite.
         matrix.setdiag(matrix.diagonal() * (1.0 + _ROUNDING) + self._mass)
         return SpdSolver(matrix, solves=self._solves)
 
     def _solve(
         self, solver: SpdSolver, start: Floats, prescribed: Floats | None, extent: float, diagonal: float, progress: Progress
     ) -> Floats:
-        """A d = t C p."""
+        """Solves A d = t C p."""
         force = (self._stiffness_share * (self._stiffness @ start))[self._free]
         reference = diagonal * float(np.sqrt(self._mass.sum()))
         moved = solver.solve(force, tolerance=TOLERANCE, reference=reference, progress=progress).values
         moved -= self._floating.means(moved, self._mass)
-        # Diffusion moves nothing out of the box, except a little where weights are negative.
+        # Diffusion moves no point out of the bounding box, except a little where weights are negative.
         if not np.abs(moved).max() <= 2.0 * extent:
             raise ConvergenceError("the solution leaves the box: the matrix is not positive definite to rounding")
         if isinstance(self._free, slice):
             return moved
-        everywhere = np.zeros_like(start) if prescribed is None else prescribed.copy()
-        everywhere[self._free] = moved
-        return everywhere
+        displacement = np.zeros_like(start) if prescribed is None else prescribed.copy()
+        displacement[self._free] = moved
+        return displacement
 
 
 def without_negative_weights(stiffness: sparse.csr_matrix) -> sparse.csr_matrix:
@@ -305,9 +305,9 @@ def without_negative_weights(stiffness: sparse.csr_matrix) -> sparse.csr_matrix:
 
 
 class _Floating(NamedTuple):
-    """The components without fixed vertex."""
+    """The components without fixed vertices."""
 
-    component: Longs  # (f,) a label from 0 for every free vertex
+    component: Longs  # (f,) the component of every free vertex, from 0
     weight: Floats  # one over the mass of each component, 0 for those with a fixed vertex
 
     @classmethod
@@ -318,7 +318,7 @@ class _Floating(NamedTuple):
         return cls(component, np.divide(1.0, total, out=np.zeros(len(labels)), where=floats))
 
     def means(self, values: Floats, mass: Floats) -> Floats:
-        """(f, d) at every free vertex the mean of the values over its component, weighted by mass; 0 if it has a fixed vertex."""
+        """(f, d) the mass-weighted mean of the values over each free vertex's component; 0 if that has a fixed vertex."""
         weighted = mass[:, None] * values
         if len(self.weight) == 1:
             return np.broadcast_to(weighted.sum(axis=0) * self.weight[0], values.shape)
@@ -330,15 +330,15 @@ class Volumes(NamedTuple):
     """The components that enclose a volume."""
 
     faces: Ints  # (f, 3) their triangles
-    component: Longs  # (f,) a label from 0 for each of these
-    vertex_component: Longs  # (n,) the same for the vertices, -1 for those of other components
-    volumes: Floats  # the signed volume of each, in cubed mesh units
+    component: Longs  # (f,) the component of each triangle, from 0
+    vertex_component: Longs  # (n,) the component of each vertex, -1 if it encloses no volume
+    volumes: Floats  # the signed volume of each component, in cubed mesh units
 
 
 def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Bools | None) -> Volumes:
-    """The volumes of the components without boundary all of whose vertices may move.
+    """Measures the volumes of the components that have no boundary and only movable vertices.
 
-    One has no boundary if its faces run through every edge as often one way as the other; edges may be non-manifold.
+    A component has no boundary if its faces run through every edge equally often both ways; edges may be non-manifold.
     """
     proper = faces[proper_faces(faces)]
     n, count = len(points), int(components.max(initial=-1)) + 1
@@ -357,7 +357,7 @@ def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Boo
 
 
 def restore_volumes(points: Floats, original: Volumes) -> Floats:
-    """The points, every enclosing component scaled about the centroid of its surface to its original volume, unless that is 0."""
+    """Scales every enclosing component about the centroid of its surface to its original volume, unless that is 0."""
     volumes, centroids = _measure(points, original)
     former = original.volumes
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -366,8 +366,8 @@ def restore_volumes(points: Floats, original: Volumes) -> Floats:
     if len(lost):
         left = volumes[lost[0]] / former[lost[0]]
         raise FilterInputError(
-            f"preserve_volume: of the volume of a closed component {left:.3g} is left after a step, too little a share to scale "
-            f"it back ({len(lost)} such components): take a shorter time step, or more of them with flow='conformalized'"
+            f"preserve_volume: a step leaves only {left:.3g} of the volume of a closed component, too little to scale it back "
+            f"({len(lost)} such components): take a shorter time step, or more of them with flow='conformalized'"
         )
     inside = original.vertex_component >= 0
     component = original.vertex_component[inside]
@@ -377,7 +377,7 @@ def restore_volumes(points: Floats, original: Volumes) -> Floats:
 
 
 def _measure(points: Floats, volumes: Volumes) -> tuple[Floats, Floats]:
-    """The volumes, 0 where they are only rounding, and the centroids of the surfaces."""
+    """Returns the volumes, 0 if they are only rounding, and the centroids of the surfaces."""
     count = len(volumes.volumes)
 
     def per_component(values: Floats) -> Floats:
@@ -388,9 +388,9 @@ def _measure(points: Floats, volumes: Volumes) -> tuple[Floats, Floats]:
     total = np.maximum(per_component(areas), np.finfo(float).tiny)
     middles = (a + b + c) / 3.0
     centroids = np.column_stack([per_component(areas * middles[:, k]) / total for k in range(3)])
-    # About the centroid: far from the origin the parts would be large and cancel.
-    here = centroids[volumes.component]
-    parts = np.einsum("ij,ij->i", a - here, np.cross(b - here, c - here)) / 6.0
+    # Relative to the centroid, because far from the origin the parts would be large and cancel.
+    centre = centroids[volumes.component]
+    parts = np.einsum("ij,ij->i", a - centre, np.cross(b - centre, c - centre)) / 6.0
     sums = per_component(parts)
     return np.where(np.abs(sums) > _LEAST_VOLUME * per_component(np.abs(parts)), sums, 0.0), centroids
 
@@ -398,14 +398,14 @@ def _measure(points: Floats, volumes: Volumes) -> tuple[Floats, Floats]:
 def dimensions_restored(
     before: Floats, after: Floats, faces: Ints, smoothed: Callable[[Floats, Progress], Floats], progress: Progress
 ) -> Floats:
-    """The points after a step of smoothing, moved along their normals by what their surroundings have lost in common.
+    """Adds back, along the normals, the part of a smoothing step's loss that neighbouring vertices have in common.
 
-    A step draws convex parts in and hollow ones out. There the loss h = (p - p') . n along the normals n of p' varies slowly,
-    while on noise it changes sign from vertex to vertex. So the same smoothing S separates the two: p'' = p' + S(S(h)) n, and
-    once more. It is twicing [tukey1977] of the shape along its normals. A sphere, whose h is constant, gets its radius back;
-    a wave of a plane of which S leaves the share s comes out with 1 - (1 - s) (1 - s^2)^2.
+    A step moves convex parts inwards and concave parts outwards. There the loss h = (p - p') . n along the normals n of p' varies
+    slowly, while noise changes its sign from vertex to vertex. So the same smoothing S separates the two: p'' = p' + S(S(h)) n,
+    and once more. This is twicing [tukey1977] of the shape along its normals. A sphere, whose h is constant, gets its radius
+    back. A wave on a plane of which S leaves the share s keeps 1 - (1 - s) (1 - s^2)^2.
 
-    `smoothed` is S for (n, 1) values, with its progress. Vertices that the step has not moved and S leaves at 0 stay.
+    `smoothed` is S for (n, 1) values. A vertex stays if the step has not moved it and S leaves its loss at 0.
     """
     for time in range(_TIMES):
         normals = vertex_normals_by_area(after, faces)
@@ -417,5 +417,5 @@ def dimensions_restored(
 
 
 def share_with_dimensions(amplitude: float) -> float:
-    """The share s of a wave that a step alone leaves, if with kept dimensions it leaves 1 - (1 - s) (1 - s^2)^2 = amplitude."""
+    """Solves 1 - (1 - s) (1 - s^2)^2 = amplitude for s, the share of a wave that is left without keeping dimensions."""
     return float(optimize.brentq(lambda s: 1.0 - (1.0 - s) * (1.0 - s**_PASSES) ** _TIMES - amplitude, 0.0, 1.0, xtol=1e-15))

@@ -1,4 +1,4 @@
-"""Relief lost by a filter: the share of the heights over a smoother surface, noise excluded."""
+"""Relief lost by a filter: the lost share of the heights over a smoother surface, without noise."""
 
 from typing import NamedTuple
 
@@ -10,36 +10,36 @@ from ..geometry import mean_edge_length, vertex_normals_by_angle
 from ..mesh import Floats, Ints, check_mesh
 from .implicit import implicit_fairing, time_step_of_detail_size
 
-#: The bands of relief in mean edges: waves of the second length are in it with half their height, shorter ones with nearly all of
-#: it, down to the first length. Noise is short, so that the second band has less of it.
+#: The bands of relief as shortest and longest wavelengths in mean edges. Waves of the longest wavelength count with half their
+#: height, shorter ones with nearly all of it. Noise has short waves, so the second band contains less noise.
 BANDS = ((0.0, 8.0), (6.0, 16.0))
-# Relief that is less than this share of all heights is not measurable beside noise.
+# Relief is measurable if its share of the energy of all heights, noise included, is above this.
 _MEASURABLE = 0.7
 
 
 class ReliefLoss(NamedTuple):
     """A loss of relief."""
 
-    share: float  # from 0, nothing, to 1, all, and beyond where relief was turned over
-    shortest: float  # the shortest waves that count, in mean edges; 0 for all, else shorter relief is hidden by the noise
+    share: float  # from 0, nothing is lost, to 1, all; above 1 if relief is inverted
+    shortest: float  # the shortest wavelength that counts, in mean edges; 0 for all, above 0 if noise hides shorter relief
 
 
 def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise: float = 0.0) -> ReliefLoss | None:
-    """1 - <h', h> / (|h|^2 - |h_n|^2), h and h' the heights before and after, h_n those of noise alone.
+    """Returns 1 - <h', h> / (|h|^2 - |h_n|^2), with h and h' the heights before and after and h_n the heights of noise alone.
 
-    The heights are n . (q - 2 S q + S S q), n the normals of S q, S the implicit step that halves waves of 8 mean edges, and
-    q = p: of a ball or a cylinder they are 0. Noise in h is no loss: its energy is that of noise of the stated level on the same
-    surface, and is subtracted. Where what is left is less than 0.7 of all, S halves waves of 16 mean edges, and q is p without
-    what is shorter than 6, which is most of the noise.
+    The heights are n . (q - 2 S q + S S q) with q = p, n the normals of S q, and S the implicit step that halves waves of 8 mean
+    edges. They are 0 on a ball or a cylinder. Noise in h is not relief: the energy of noise of the stated level on the same
+    surface is subtracted. If less than 0.7 of the energy is left, S halves waves of 16 mean edges, and q is p smoothed by the
+    step that halves waves of 6, which removes most of the noise.
 
     Args:
         before: (n, 3) coordinates.
-        after: (n, 3) those of the same vertices after the filter.
+        after: (n, 3) coordinates of the same vertices after the filter.
         faces: (m, 3) triangles.
-        noise: its standard deviation along the normals before, in mean edges, the same at every vertex and independent.
+        noise: the standard deviation along the normals, in mean edges, of noise in `before` that is independent at each vertex.
 
     Returns:
-        What is lost; None where no relief stands out from the noise.
+        The loss; None if no relief stands out from the noise.
 
     Raises:
         FilterInputError: not a mesh, or a level below 0.
@@ -58,7 +58,7 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
 
 
 def _lost_in(band: tuple[float, float], before: Floats, after: Floats, faces: Ints, edge: float, level: float) -> float | None:
-    """The loss of relief in a band; None where relief does not exceed the noise."""
+    """The lost share of the relief in a band; None if relief does not stand out from the noise."""
     shortest, longest = (edge * length for length in band)
     band_limited = _smoothed(before, faces, shortest)
     smooth = _smoothed(band_limited, faces, longest)

@@ -1,7 +1,7 @@
-"""Explicit steps of an operator on a mesh: the vertices that move, the kernels, and a bound of the spectrum.
+"""Explicit steps of an operator on a mesh: the choice of vertices that move, the kernels, and a bound of the spectrum.
 
-Each kernel takes the points of one moment and writes those of the next for the vertices that move, all at once as the paper's
-equation says: out_i = p_i + step (L p)_i. The others, 0 in `moves`, keep what `out` holds.
+Each kernel reads the points before the step and writes the points after it, for all vertices that move, as in the paper's
+equation: out_i = p_i + step (L p)_i. Vertices with 0 in `moves` keep the content of `out`.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ from ..operators import (
 )
 from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, NO_STAR, OPEN, BorderPolicy, Kinds, Stars, one_rings
 
-#: "euler": p + step (L p). "meshlab": MeshLab's own rule, which averages the vertex in.
+#: "euler": p + step (L p). "meshlab": MeshLab's rule, which includes the vertex in the mean.
 UpdateRule: TypeAlias = Literal["euler", "meshlab"]
 UPDATE_RULES: tuple[UpdateRule, ...] = ("euler", "meshlab")
-#: Takes the points of one moment, an array that receives those of the next, and the step; vertices that do not move keep what the
-#: array holds. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode, and what a longer one
-#: has written is of no use.
+#: Takes the points before the step, an array for the points after it, and the step; vertices that do not move keep the content of
+#: the array. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode, and the points of a
+#: longer step are of no use.
 Advance: TypeAlias = Callable[[Floats, Floats, float], float]
-#: The neighbours that count for each vertex i: ``neighbours[offsets[i]:offsets[i + 1]]`` of the offsets (n + 1,) int64 and the
-#: neighbours int32. Parallel kernels take the two arrays: with the tuple these short loops take 6 % longer.
+#: The offsets (n + 1,) int64 and the neighbours int32: vertex i has the neighbours ``neighbours[offsets[i]:offsets[i + 1]]``.
+#: Parallel kernels take the two arrays one by one: with the tuple these short loops take 6 % longer.
 Rings: TypeAlias = tuple[Longs, Ints]
-# Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
+# Indices in kernels are unsigned: the compiler would test signed ones for being negative.
 _U: Any = np.uint64
-#: the sum of the weights' sizes; the mixed Voronoi area; MeshLab's sum of the doubled weights, plus one
+#: The divisor of the operator: the sum of absolute weights; the mixed Voronoi area; MeshLab's sum of doubled weights, plus one.
 NORMALISED, BY_AREA, MESHLAB = 0, 1, 2
-#: Vertices whose stars are worked on together; their edges stay in the first cache.
+#: Vertices of a block; the edges of their stars stay in the first-level cache.
 _BLOCK = 64
 
 
 def explicit_stencil(
     mesh: NormalisedMesh, star: Stars, operator: OperatorName, *, border: BorderPolicy, update: UpdateRule
 ) -> Advance:
-    """The step of `operator` on a mesh or cloud, its weights taken from the current points ("robust": from those of the mesh)."""
+    """Returns the step of `operator` on a mesh or cloud, with weights of the current points ("robust": of the input's points)."""
     check_choice("operator", operator, OPERATOR_NAMES)
     check_choice("update", update, UPDATE_RULES)
     if update == "meshlab" and operator not in ("uniform", "cotangent"):
@@ -70,7 +70,7 @@ def explicit_stencil(
     elif operator == "cotangent":
         surface = _cotangent(star, inside, MESHLAB)
     else:
-        counts = star.face_counts().astype(np.float64)  # an interior edge counts twice, for it has two faces
+        counts = star.face_counts().astype(np.float64)  # an interior edge counts twice, because it has two faces
         surface = _of_meshlab(inside, (star.offsets, star.neighbours), counts, 1.0)
     if border == "fixed" or not on_curve.any():
         return surface
@@ -95,7 +95,7 @@ def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, kinds: K
 
         def advance(now: Floats, out: Floats, step: float) -> float:
             bound = stencil(now, out, step)
-            # The sharper bound costs a pass over the triangles: only where it can make a difference.
+            # The sharper bound costs a pass over the triangles, so it is computed only if it can make a difference.
             return bound if step * bound <= 2.0 else min(bound, float(_element_bound(now, mesh.cells)))
 
         return advance
@@ -103,7 +103,7 @@ def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, kinds: K
 
 
 def curve_stencil(points: Floats, operator: OperatorName, moves: Kinds, rings: Rings) -> Advance:
-    """The step on polylines, whose neighbours are `rings`, of the operator that `CURVE_OPERATOR` names for `operator`."""
+    """Returns the step of the `CURVE_OPERATOR` of `operator` on polylines with the neighbours `rings`."""
     if CURVE_OPERATOR[operator] == "uniform":
         return _uniform(moves, rings)
     if operator == "robust":
@@ -160,10 +160,10 @@ def _assembled(laplacian: Laplacian, moves: Kinds) -> Advance:
     return advance
 
 
-def _of_meshlab(moves: Kinds, rings: Rings, counts: Floats, own: float) -> Advance:
-    """(own p + sum c_j p_j) / (own + sum c_j), the vertex itself counted once on surfaces and twice on borders."""
+def _of_meshlab(moves: Kinds, rings: Rings, counts: Floats, weight: float) -> Advance:
+    """Returns the step to (weight p + sum c_j p_j) / (weight + sum c_j); `weight` is 1 on surfaces and 2 on borders."""
     totals = np.concatenate([[0.0], np.cumsum(counts)])
-    shares = 1.0 / (totals[rings[0][1:]] - totals[rings[0][:-1]] + own)
+    shares = 1.0 / (totals[rings[0][1:]] - totals[rings[0][:-1]] + weight)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
         _weighted_step(now, out, moves, *rings, counts, shares)
@@ -174,13 +174,13 @@ def _of_meshlab(moves: Kinds, rings: Rings, counts: Floats, own: float) -> Advan
 
 @compiled(parallel=True)
 def _uniform_step(points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, step: float) -> None:
-    """Towards the mean of the one-ring."""
+    """Moves vertices towards the mean of their one-ring."""
     for i in prange(moves.shape[0]):
         if moves[i]:
             start, stop = _U(offsets[i]), _U(offsets[i + 1])
             x = y = z = 0.0
             k = start
-            while k + _U(1) < stop:  # two at a time: half of the branches, which are what takes time
+            while k + _U(1) < stop:  # two at a time, which halves the branches; these take most of the time
                 j = _U(neighbours[k])
                 x += points[j, 0]
                 y += points[j, 1]
@@ -205,7 +205,7 @@ def _uniform_step(points: Floats, out: Floats, moves: Kinds, offsets: Longs, nei
 def _weighted_step(
     points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, weights: Floats, shares: Floats
 ) -> None:
-    """By the sum of weights times edges, times the vertex's share, which holds the step and one over the mass."""
+    """Moves vertices by the weighted sum of their edges times their share, the step over the mass."""
     for i in prange(moves.shape[0]):
         if moves[i]:
             px, py, pz = points[i, 0], points[i, 1], points[i, 2]
@@ -224,7 +224,7 @@ def _weighted_step(
 def _length_step(
     points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, step: float, shortest: float, by_arc_length: bool
 ) -> float:
-    """By the sum of edges over their lengths: over the sum of inverse lengths, or (`by_arc_length`) over half that of lengths."""
+    """Moves by the sum of unit edges over the sum of inverse lengths, or over half the sum of lengths (`by_arc_length`)."""
     bound = 0.0
     for i in prange(moves.shape[0]):
         if moves[i]:
@@ -248,7 +248,7 @@ def _length_step(
 
 @compiled(parallel=True)
 def _sum_ring_lengths(points: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
-    """For every vertex the sum of the lengths of its edges, into `sums`."""
+    """Writes the sum of the lengths of each vertex's edges to `sums`."""
     for i in prange(sums.shape[0]):
         total = 0.0
         for k in range(_U(offsets[i]), _U(offsets[i + 1])):
@@ -270,7 +270,7 @@ def _share(rule: int, step: float, total: float, size: float, area: float) -> fl
 
 @compiled(parallel=True)
 def _star_step(points: Floats, out: Floats, kinds: Kinds, offsets: Longs, neighbours: Ints, rule: int, step: float) -> float:
-    """A step of the vertices with closed and open stars, whose neighbours are in order; Gershgorin's bound of -L, by area."""
+    """Moves the vertices with closed and open stars, whose neighbours are in order; returns Gershgorin's bound of -L, by area."""
     bound, n = 0.0, kinds.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         first, last = block * _BLOCK, min((block + 1) * _BLOCK, n)
@@ -282,8 +282,8 @@ def _star_step(points: Floats, out: Floats, kinds: Kinds, offsets: Longs, neighb
 def _move_block(
     points: Floats, out: Floats, kinds: Kinds, first: int, last: int, offsets: Longs, neighbours: Ints, rule: int, step: float
 ) -> float:
-    """A step of the vertices from `first` to `last`."""
-    # The edges of one star after the other, the first of each once more at its end.
+    """Moves the vertices from `first` to before `last`; returns the bound of `_star_step`."""
+    # The edges of one star after the other. The first edge of each star is repeated at its end.
     edges = np.empty((6, offsets[last] - offsets[first] + last - first))
     x, y, z, squares, at_u, at_v = edges[0], edges[1], edges[2], edges[3], edges[4], edges[5]
     at = _U(0)
@@ -298,7 +298,7 @@ def _move_block(
                 at += _U(1)
             x[at], y[at], z[at], squares[at] = x[start], y[start], z[start], squares[start]
             at += _U(1)
-    # Of each edge u and the next, v. Square roots and divisions of several at a time: most of the work.
+    # u is an edge and v the next one. Several square roots and divisions run at a time; they are most of the work.
     for u in range(max(at, _U(1)) - _U(1)):
         v = u + _U(1)
         at_u[u], at_v[u] = halved_cotangents(x[u], y[u], z[u], squares[u], x[v], y[v], z[v], squares[v])
@@ -307,7 +307,7 @@ def _move_block(
         if kinds[i] == CLOSED or kinds[i] == OPEN:
             closed, end = kinds[i] == CLOSED, start + _U(offsets[i + _U(1)] - offsets[i]) - _U(1)
             sx = sy = sz = total = size = area = 0.0
-            # An edge has a weight from each of its two triangles: `weight` is that from the triangle before it.
+            # An edge has a weight from each of its two triangles; `weight` is that of the triangle before it.
             weight = at_u[end] if closed else 0.0
             for u in range(start, end + _U(1)):
                 if u < end:
@@ -337,7 +337,7 @@ def _move_block(
 
 @compiled
 def _irregular_step(points: Floats, out: Floats, star: Stars, moves: Bools, rule: int, step: float) -> float:
-    """As `_star_step`, for those of the irregular vertices that move."""
+    """Does what `_star_step` does, for the irregular vertices that move."""
     _, offsets, neighbours, irregular, end_offsets, ends = star
     bound = 0.0
     for m in range(irregular.shape[0]):
@@ -372,10 +372,10 @@ def _irregular_step(points: Floats, out: Floats, star: Stars, moves: Bools, rule
 
 @compiled(parallel=True)
 def _element_bound(points: Floats, faces: Ints) -> float:
-    """A bound of the spectrum of -L by area: the largest eigenvalue of a single triangle's own M^-1 C.
+    """Bounds the spectrum of -L by area: the largest eigenvalue of M^-1 C over all single triangles.
 
-    The operator's stiffness and areas are sums over the triangles, so that no eigenvalue of the whole lies above those of the
-    parts [irons1971]. It is exact on a lattice of equilateral triangles, where Gershgorin's bound is 4/3 of the truth.
+    Stiffness and areas are sums over the triangles, so no eigenvalue of the mesh is above those of its triangles [irons1971]. The
+    bound is exact on a lattice of equilateral triangles, where Gershgorin's bound is 4/3 of the truth.
     """
     bound = 0.0
     for f in prange(faces.shape[0]):
@@ -386,7 +386,7 @@ def _element_bound(points: Floats, faces: Ints) -> float:
 
 @compiled
 def _largest_eigenvalue(points: Floats, a: int, b: int, c: int) -> float:
-    """That of a triangle, by the halved cotangents w at its corners and the mixed area m of each."""
+    """The largest eigenvalue of one triangle, from the halved cotangents w and the mixed areas m of its corners."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     dx, dy, dz = vx - ux, vy - uy, vz - uz

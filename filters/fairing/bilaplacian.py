@@ -1,6 +1,6 @@
-"""Bi-Laplacian smoothing: the minimiser of squared curvature plus weighted squared distance from the input [nealen2006].
+"""Bi-Laplacian smoothing: minimises squared curvature plus the weighted squared distance from the input [nealen2006].
 
-Its feature weights are small at ridges, which are then not smoothed.
+Feature weights are small at ridges, so that ridges are not smoothed.
 """
 
 from __future__ import annotations
@@ -30,33 +30,33 @@ from ..operators import curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges, face_adjacency
 from .region import SurfaceOperator, evened_operator, surface_operator
 
-# Between these fourth roots of weights, on a mesh of size 1, lies all that differs from a weight of infinity or of 0.
+# The range of the fourth roots of weights on a mesh of size 1: a weight beyond it has the effect of 0 or of infinity.
 _SMALLEST_ROOT, _LARGEST_ROOT = 1e-6, 1e25
-# Feature weights that vary by more than this share are uneven, and up to so many unknowns all is factorised then.
+# Feature weights are uneven if the least is below `_EVEN` of the largest; up to `_FACTORISED` unknowns are then factorised.
 _EVEN, _FACTORISED = 0.05, 400_000
-# In no component does a root mean square error of this share of its diagonal count.
+# A root mean square error below this share of the diagonal of a component does not count.
 _ENOUGH = 1e-12
-# How far conjugate gradients go down between refinements, and in how many steps at most.
+# Conjugate gradients reduce the residual to this share between refinements, in at most this many steps.
 _INNER, _MOST_ITERATIONS = 1e-7, 200
-# Up to so many rows factors are quicker; they take over from cycles that stall up to the second number, where memory ends.
+# Factors are quicker than multigrid up to `_QUICK_FACTORS` rows; up to `_MOST_ROWS` they take over if multigrid stalls.
 _QUICK_FACTORS, _MOST_ROWS = 150_000, 3_000_000
-# This range kernel of `feature_weights` keeps ridges of 45 degrees sharp and removes noise of a tenth of an edge. Twice as wide,
-# it would remove noise of a fifth, and blur such ridges.
+# The range kernel of `feature_weights` keeps ridges of 45 degrees sharp and removes noise of a tenth of an edge. A kernel twice
+# as wide would remove noise of a fifth of an edge and blur such ridges.
 _RANGE, _ITERATIONS = 0.25, 10
-# Of a feature weight, so that sharp ridges do not keep all their noise.
+# The least feature weight: above 0, so that sharp ridges do not keep all their noise.
 _LEAST = 1e-4
-# Cycles of multigrid that stand for the inverse of a half: with one, details much larger than edges take twice the iterations.
+# Multigrid cycles that approximate the inverse of H. With one cycle, details much larger than edges take twice the iterations.
 _CYCLES = 2
 
 
 def weight_of_detail_size(detail_size: float) -> float:
-    """The weight w = (2 pi / l)^4 with which `bilaplacian_smoothing` halves a wave of length l.
+    """Returns the weight w = (2 pi / l)^4 with which `bilaplacian_smoothing` halves a wave of length l.
 
     Args:
         detail_size: l, in mesh units. Larger is smoother.
 
     Returns:
-        w, in one over the fourth power of mesh units; 0 or infinity where no number is so small or large.
+        w, in one over the fourth power of mesh units; 0 or infinity if w is out of the range of numbers.
     """
     check_positive("detail_size", detail_size)
     with np.errstate(over="ignore", under="ignore"):
@@ -74,29 +74,28 @@ def bilaplacian_smoothing(
     on_irregular: Callable[[int], object] = lambda count: None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """The minimiser p' of sum_i A_i (W_i |L p'_i|^2 + w |p'_i - p_i|^2): (S M^-1 W S + w M) p' = w M p [nealen2006].
+    """Minimises sum_i A_i (W_i |L p'_i|^2 + w |p'_i - p_i|^2) over p': (S M^-1 W S + w M) p' = w M p [nealen2006].
 
-    A wave of frequency omega = 2 pi / l keeps w / (w + omega^4) of its amplitude: against an implicit step, longer waves keep
-    more and shorter ones less. One linear system and no time to march; the area shrinks much less than by diffusion. L is the
-    Laplace-Beltrami operator of the input, taken at the vertices inside the surface; S = -C with C its stiffness, M its mass.
+    A wave of frequency omega = 2 pi / l keeps w / (w + omega^4) of its amplitude. Compared with an implicit step of diffusion,
+    longer waves keep more, shorter ones less, and the area shrinks much less. One linear system is solved, without time steps. L
+    is the Laplace-Beltrami operator of the input at the vertices inside the surface; S = -C with C its stiffness, M its mass.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        detail_size: l, in mesh units, the wavelength that comes out with half its amplitude: w = (2 pi / l)^4. Larger is
-            smoother.
+        detail_size: l, in mesh units, the wavelength that keeps half of its amplitude: w = (2 pi / l)^4. Larger is smoother.
         feature_weights: (n,) W, from 0, usually at most 1. Smaller smooths less: where W is 0 the surface may bend at no cost,
             and along a line of such vertices it keeps a ridge. See `feature_weights`. None is 1 everywhere.
-        border: "fixed": border vertices stay. "along": the border is smoothed as a curve by the same energy first, then the
-            interior between it. "free": border vertices follow the interior and their own old places.
-        movable: (n,) bool, which vertices may move, None for all. The others stay and are seen by those that do.
-        on_irregular: called with the number of vertices in components whose triangles are so uneven that the energy throws
-            vertices out, if there are any: they are smoothed by their connectivity alone, see `evened_operator`.
-        progress: called every few solver steps with the share that is done, which does not fall; may raise to stop. Up to 3 s
-            pass between two calls at 100,000 vertices, while factors are made; less on larger meshes, which do without.
+        border: "fixed": border vertices stay. "along": the same energy first smooths the border as a curve, then the interior
+            within it. "free": border vertices follow the interior and their own old places.
+        movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
+        on_irregular: called if triangles are so uneven that the energy makes spikes, with the number of vertices in such
+            components. These are smoothed by their connectivity alone, see `evened_operator`.
+        progress: called every few solver steps with the share that is done, which does not fall; may raise to stop. At 100,000
+            vertices factorising takes up to 3 s between two calls; larger meshes are not factorised and take less.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit. The others are solved for to about 1e-10 of the diagonal.
+        (n, 3) float64. Fixed vertices keep every bit. The others have an error of about 1e-10 of the diagonal.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, or a vertex that would be moved by more than twice the diagonal.
@@ -118,7 +117,7 @@ def bilaplacian_smoothing(
         return points.copy()
 
     def minimiser(operator: SurfaceOperator, even: Bools) -> Floats:
-        # A border vertex has no whole star to take a Laplacian on; without one, where nothing else holds a border, it is free.
+        # A border vertex has no closed star for a Laplacian: no bending there, except on the free border of an evened component.
         bending = np.where(at_border & ~(even & (border == "free")), 0.0, features / operator.mass)
         quadratic = BendingEnergy(operator.dirichlet, operator.mass, bending, w)
         return quadratic.minimiser(start, prescribed, inside, diagonal, rising(progress, 0.1, 1.0))
@@ -132,19 +131,19 @@ def bilaplacian_smoothing(
             inverse = curve.inverse_mass
             mass = np.where(curve.mass > 0.0, curve.mass, 1.0)
             quadratic = BendingEnergy(sparse.csr_matrix(-curve.stiffness), mass, inverse * features, w)
-            # A curve is done before much has happened on the surface.
+            # The curve takes little of the time, so it gets little of the progress.
             displacement = quadratic.minimiser(start, displacement, moves & at_border, diagonal, rising(progress, 0.0, 0.1))
         inside = moves if border == "free" else moves & ~at_border
         operator = surface_operator(start, triangles)
         even, prescribed = np.zeros(len(start), dtype=np.bool_), displacement
-        thrown = ~even
+        spiky = ~even
         try:
             displacement = minimiser(operator, even)
-            thrown = spikes(start, start + displacement, diagonal)
+            spiky = spikes(start, start + displacement, diagonal)
         except ConvergenceError:
-            pass  # the failing element is unknown
-        if thrown.any():
-            operator, even = evened_operator(operator, triangles, thrown)
+            pass  # the failing element is unknown: all count as spikes
+        if spiky.any():
+            operator, even = evened_operator(operator, triangles, spiky)
             displacement = minimiser(operator, even)
             on_irregular(int(even.sum()))
     progress(1.0)
@@ -161,7 +160,7 @@ def _checked_features(feature_weights: ArrayLike | None, n: int) -> Floats:
 
 
 class BendingEnergy(NamedTuple):
-    """p'^T S B S p' + w (p' - p)^T M (p' - p), B = M^-1 W."""
+    """The energy p'^T S B S p' + w (p' - p)^T M (p' - p), B = M^-1 W."""
 
     dirichlet: sparse.csr_matrix
     mass: Floats
@@ -169,7 +168,7 @@ class BendingEnergy(NamedTuple):
     weight: float
 
     def minimiser(self, points: Floats, prescribed: Floats, free: Bools, diagonal: float, progress: Progress) -> Floats:
-        """(n, 3) the displacement of all vertices: solved for where they are free, prescribed elsewhere."""
+        """Returns the (n, 3) displacement of all vertices: the minimiser at free ones, the prescribed one elsewhere."""
         if not free.any():
             return prescribed
         # Divided by a mean of both terms the system stays finite for every w.
@@ -188,7 +187,7 @@ class BendingEnergy(NamedTuple):
             force = laplacian_power(self.dirichlet, bending, 2, start, moved - prescribed)[free]
             return np.asarray(-force - data[:, None] * displacement)
 
-        # The energy of a component without fixed vertex is blind to its translation; but its equations sum up to 0.
+        # The bending of a component without fixed vertices does not depend on its translation, but its equations sum up to 0.
         count, labels = sparse.csgraph.connected_components(self.dirichlet, directed=False)
         anchored = np.bincount(labels[~free], minlength=count) > 0
         loose = np.where(anchored[labels[free]], -1, labels[free])
@@ -196,7 +195,7 @@ class BendingEnergy(NamedTuple):
         enough = _ENOUGH * _smallest_norm(start[free], data, labels[free], count)
         inner = columns if free.all() else columns[free]
         quick = InnerSolver(matrix, inner, self.mass[free], self.weight, unit, floating, enough, progress)
-        # Where the weights vary much, the halves are a poor guide and the factors of the whole are faster.
+        # If the weights vary much, the preconditioner is poor, and factors of the whole matrix are faster.
         uneven = float((self.bending * self.mass)[free].min()) < _EVEN * float((self.bending * self.mass)[free].max())
         methods: list[InnerSolver | None] = [quick, None]
         if uneven and len(data) <= _FACTORISED:
@@ -214,36 +213,36 @@ class BendingEnergy(NamedTuple):
 
 
 def _smallest_norm(points: Floats, data: Floats, labels: Longs, count: int) -> float:
-    """The least energy norm that a shift of a component by its own diagonal has: sqrt(sum of data) times the diagonal."""
+    """The least energy norm of a shift of a component by its own diagonal: sqrt(sum of data) times the diagonal."""
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, labels, points)
     np.maximum.at(high, labels, points)
     sums = np.bincount(labels, data, count)
-    there = sums > 0.0
-    return float((np.linalg.norm(high[there] - low[there], axis=1) * np.sqrt(sums[there])).min())
+    has_mass = sums > 0.0
+    return float((np.linalg.norm(high[has_mass] - low[has_mass], axis=1) * np.sqrt(sums[has_mass])).min())
 
 
 class FloatingComponents(NamedTuple):
     """Components without a fixed vertex: their displacements have the mean 0."""
 
-    labels: Longs  # (f,) of each free vertex, -1 where its component has a fixed vertex
+    labels: Longs  # (f,) the component of each free vertex, -1 if that has a fixed vertex
     mass: Floats  # (f,)
-    masses: Floats  # (components + 1,) of each component's free vertices, that of the fixed ones first
+    masses: Floats  # (components + 1,) the mass of the free vertices: first of all components with a fixed vertex, then of each
 
     @classmethod
     def of(cls, labels: Longs, mass: Floats, count: int) -> FloatingComponents:
-        """Of `count` components."""
+        """Sums up the masses of `count` components."""
         masses = np.bincount(labels + 1, mass, count + 1)
         return cls(labels, mass, np.where(masses > 0.0, masses, 1.0))
 
     def centred(self, values: Floats) -> Floats:
-        """The values less their means, weighted by the mass."""
+        """Subtracts from the values their mass-weighted component means."""
         if not self._any:
             return values
         return values - self._spread(self._sums(self.mass[:, None] * values))
 
     def balanced(self, forces: Floats) -> Floats:
-        """The transpose: forces less their sums, shared out by the mass."""
+        """The transpose of `centred`: subtracts the sum of the forces of each component, distributed by mass."""
         if not self._any:
             return forces
         return forces - self.mass[:, None] * self._spread(self._sums(forces))
@@ -268,12 +267,12 @@ class FloatingComponents(NamedTuple):
 
 
 class InnerSolver:
-    """Solves to a few digits, for refinement, by conjugate gradients; prepares nothing before it is asked.
+    """Solves to a few digits by conjugate gradients, for refinement; the first call prepares the preconditioner.
 
-    The preconditioner is about the inverse of H M^-1 H = S M^-1 S + 2 sqrt(w) S + w M, H = S + sqrt(w) M, all times a unit. It
-    lies between one and two times the energy's matrix where W is 1, for any w: a dozen steps do. The factors of H, a matrix of
-    second order, take a third of the time and memory that those of fourth order take. Of large meshes two cycles of multigrid
-    stand for the inverse of H: three times the steps, and half the memory.
+    The preconditioner approximates the inverse of H M^-1 H = S M^-1 S + 2 sqrt(w) S + w M, H = S + sqrt(w) M, all times a unit.
+    If W is 1, H M^-1 H lies between one and two times the energy's matrix for any w, so a dozen steps are enough. Factors of H, a
+    matrix of second order, take a third of the time and memory of those of fourth order. On large meshes two multigrid cycles
+    approximate the inverse of H: three times the steps, and half the memory.
     """
 
     def __init__(
@@ -287,10 +286,10 @@ class InnerSolver:
         enough: float,
         progress: Progress,
     ) -> None:
-        """Of the energy's matrix; an error below the energy norm `enough` does not count."""
+        """Takes the energy's matrix; an error below the energy norm `enough` does not count."""
         self._matrix, self._dirichlet, self._masses, self._unit = matrix, dirichlet, mass, unit
         self._root, self._floating, self._enough, self._progress = math.sqrt(weight), floating, enough, progress
-        #: H, where multigrid stands for its inverse: factors need it no more
+        #: H, kept while multigrid approximates its inverse; its factors do not need it
         self._half: sparse.csr_matrix | None = None
         self._inverse: Cholesky | SmoothedAggregation | None = None
 
@@ -337,12 +336,12 @@ class InnerSolver:
 def feature_weights(
     vertices: ArrayLike, faces: ArrayLike, *, feature_angle: float = 20.0, progress: Progress = ignore_progress
 ) -> Floats:
-    """W_i = max(1e-4, 1 / (1 + (a_i / a)^8)), a_i the largest angle between filtered normals across the edges at vertex i.
+    """Returns W_i = max(1e-4, 1 / (1 + (a_i / a)^8)), a_i the largest angle of filtered normals across the edges at vertex i.
 
-    The weights for `bilaplacian_smoothing`: small where the surface bends sharply across an edge. The curvature of a noisy
-    surface is mostly noise, so the angles are those between bilaterally filtered face normals [zheng2011]. The filter removes
-    noise of up to a tenth of an edge and keeps ridges; part of stronger noise remains and counts as ridges. With the eighth power
-    the weight is nearly 1 where the surface bends by half the angle, and nearly 0 where it bends by twice the angle.
+    These weights for `bilaplacian_smoothing` are small where the surface bends sharply across an edge. The curvature of a noisy
+    surface is mostly noise, so the angles are measured between bilaterally filtered face normals [zheng2011]. The filter removes
+    noise of up to a tenth of an edge and keeps ridges; part of stronger noise remains and counts as ridges. The eighth power
+    makes the weight nearly 1 where the surface bends by half the angle a, and nearly 0 where it bends by twice the angle.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -371,7 +370,7 @@ def feature_weights(
 
 
 def scalar_feature_weights(values: ArrayLike, *, half: float) -> Floats:
-    """W_i = max(1e-4, 1 / (1 + (v_i / half)^2)) for values such as curvatures or scalars that a user has painted.
+    """Returns W_i = max(1e-4, 1 / (1 + (v_i / half)^2)) for values such as curvatures or scalars that a user has painted.
 
     Args:
         values: (n,) finite values; their signs do not matter.

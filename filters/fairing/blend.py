@@ -1,4 +1,4 @@
-"""Blends: a band of triangles between the rims of two parts, whose interior is then faired."""
+"""Blends: joins the rims of two parts by a band of triangles, then fairs the interior of the band."""
 
 import math
 from dataclasses import dataclass, replace
@@ -16,15 +16,15 @@ from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
 from ..topology import boundary_loops, connected_components
 from .region import Energy, fair_region
 
-# One orientation is clear if the neck bends less than this share of what it would bend with the other.
+# An orientation is clear if its neck bends less than this share of the other orientation's neck.
 _CLEARLY = 0.5
 # If the centres are nearer than this many mean radii, the line between them does not give the direction of the neck.
 _NEAR = 1.0
-# Then the planes of the rims decide, if the cosine of the angle between their normals is beyond this.
+# Then the planes of the rims decide, if the cosine of the angle between their normals is larger in size than this.
 _PARALLEL = 0.7
-#: vertices of the largest band
+#: The most vertices of a band.
 MOST_ADDED = 10_000_000
-#: The most spans between two rims among which a band is searched; each takes a byte, so these are 400 MB, and 3 s.
+#: The most spans between two rims in the search for a band. Each takes a byte: 400 MB in all, and 3 s.
 MOST_SPANS = 400_000_000
 
 # The number of spans between two calls of `progress`.
@@ -39,22 +39,22 @@ def blend_parts(
     among: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> "Blend":
-    """A smooth neck between the two rims that face each other.
+    """Joins the two rims that face each other by a smooth neck.
 
-    The band of `bridge_rims` with its new vertices placed by `fair_region`; the vertices of the mesh stay.
+    `bridge_rims` makes the band, and `fair_region` places its new vertices; the vertices of the mesh stay.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles of both parts.
         energy: "membrane" meets the parts with a crease, as a soap film would; "thin_plate" continues their tangent planes,
             "minimum_variation" their curvatures too.
-        among: (n,) bool: only rims all of whose vertices are true, which may be of one component. None: all rims, but the two are
-            of different components.
+        among: (n,) bool: only rims whose vertices are all True; both may belong to one component. None: all rims, and the two
+            belong to different components.
         progress: called with the share that is done; may raise to stop.
 
     Raises:
         FilterInputError: there are no two rims, they meet, the product of their numbers of edges is above 400 million, they are
-            too far apart for their edges, or they belong to two components of which one is clearly inside out.
+            too far apart for the length of their edges, or they belong to two components and one of these is clearly inside out.
     """
     points, triangles = check_mesh(vertices, faces)
     first, second = facing_rims(points, triangles, among=among, progress=part_of(progress, 0.0, 0.1))
@@ -64,8 +64,8 @@ def blend_parts(
         return band
     joined = np.concatenate([points, band.vertices])
     free = np.arange(len(joined)) >= len(points)
-    everything = np.concatenate([triangles, band.faces])
-    fair = fair_region(joined, everything, free, energy=energy, progress=part_of(progress, 0.5, 1.0))
+    all_faces = np.concatenate([triangles, band.faces])
+    fair = fair_region(joined, all_faces, free, energy=energy, progress=part_of(progress, 0.5, 1.0))
     return replace(band, vertices=fair.vertices[len(points) :])
 
 
@@ -99,7 +99,7 @@ def facing_rims(
     trees: dict[int, spatial.cKDTree] = {}
     nearest, pair = np.inf, 0
     for step, k in enumerate(np.argsort(gaps, kind="stable")):
-        if gaps[k] >= nearest:  # rims are at least as far apart as their boxes, and so are all pairs to come
+        if gaps[k] >= nearest:  # rims are at least as far apart as their boxes, whose gaps rise from here on
             break
         progress(step / len(gaps))
         a, b = int(first[k]), int(second[k])
@@ -113,14 +113,13 @@ def facing_rims(
 
 
 def one_is_inside_out(first: Floats, second: Floats) -> bool | None:
-    """Whether the neck between two parts bends over twice as much, or under half, as with one turned over; None: neither.
+    """True if turning one part over would at least halve the bending of the neck, False if it would double it; else None.
 
-    The area vector of a rim, in the direction of the faces that would close it, points out of a part that is the right way out,
-    and into one that is inside out. A neck leaves one part along this vector and enters the other against it. Its axis is taken
-    as the cubic between the centres of the rims with these unit tangents s and t, scaled so that the chord d has length 1. The
-    bending is |s - d|^2 + (s - d) . (t - d) + |t - d|^2, a fourth of the integral of its squared second derivative.
-
-    The rims, (a, 3) and (b, 3), are in the direction of the faces that would close them; None where one has no area.
+    The rims, (a, 3) and (b, 3), have the direction of the faces that would close them. Then the area vector of a rim points out
+    of a correct part, and into a part that is inside out. A neck leaves one part along this vector and enters the other against
+    it. Its axis is modelled as the cubic between the centres of the rims with these unit tangents s and t, scaled so that the
+    chord d has length 1. The bending is |s - d|^2 + (s - d) . (t - d) + |t - d|^2, a fourth of the integral of its squared second
+    derivative. None also if a rim has no area.
     """
     centre = first.mean(axis=0)
     extent = float(max(np.abs(first - centre).max(), np.abs(second - centre).max()))
@@ -150,21 +149,21 @@ def _bending(start: Floats, end: Floats, chord: Floats) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """A band that joins two rims, doubtful if turning a part over would bend the neck neither clearly more nor clearly less."""
+    """A band that joins two rims."""
 
     vertices: Floats  # (k, 3) the new vertices
     faces: Ints  # (b, 3) the new triangles, oriented as those on the rims; n + i names the new vertex i of a mesh of n
     rims: tuple[Ints, Ints]  # the vertices of the two rims, in the direction of these triangles
-    doubtful: bool  # whether one of the parts may be inside out
+    doubtful: bool  # whether a part may be inside out: `one_is_inside_out` gave None
 
 
 def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: Progress = ignore_progress) -> "Blend":
-    """A band of triangles between two rims, as dense as the rims.
+    """Builds a band of triangles between two rims, as dense as the rims.
 
-    The spans are the edges from one rim to the other in the triangulation without new vertices that contains the shortest span
-    and has the least sum of squared spans; the search is that of [fuchs1977]. Rows of new vertices divide the spans evenly, and
-    neighbouring rows are joined in the same way. There are as many rows of triangles as make these equilateral on average, at
-    least one: the mean span over sqrt(3) / 2 of the mean edge of the rims, rounded.
+    Spans are edges from one rim to the other. The search of [fuchs1977] finds the triangulation without new vertices that
+    contains the shortest span and has the least sum of squared spans. Rows of new vertices divide its spans evenly, and
+    neighbouring rows are joined in the same way. The number of rows makes triangles equilateral on average: the mean span over
+    sqrt(3) / 2 of the mean edge of the rims, rounded, at least one.
     """
     if len(np.intersect1d(a, b)):
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
@@ -196,16 +195,16 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
         loops.append(np.arange(total, total + size, dtype=np.int32))
         total += size
     loops.append(b)
-    everything = np.concatenate([points, *added])
+    all_points = np.concatenate([points, *added])
     strips = []
     for row, (low, high) in enumerate(pairwise(loops)):
         partial = part_of(progress, 0.3 + 0.7 * row / count, 0.3 + 0.7 * (row + 1) / count)
-        strips.append(_strip(everything, low, high, partial))
+        strips.append(_strip(all_points, low, high, partial))
     return Blend(np.concatenate(added), np.concatenate(strips), rims, wrong is None)
 
 
 def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) -> int:
-    """How many rows of triangles as long as the edges of the rims fill the spans between them."""
+    """Returns how many rows of triangles fill the spans between two rims, if triangles are as long as the edges of the rims."""
     with np.errstate(over="ignore"):
         span = float(np.linalg.norm(points[lower] - points[upper], axis=1).mean())
         edge = float(np.concatenate([side_lengths(points[a]), side_lengths(points[b])]).mean())
@@ -224,14 +223,14 @@ def _strip(points: Floats, low: Ints, high: Ints, progress: Progress) -> Ints:
     """(a + b, 3) the triangles between two loops of the same direction."""
     i, j = shortest_spans(points[low], points[high], progress)
     along_low = np.roll(i, -1) != i
-    here, there = low[i], high[j]
-    first = np.where(along_low, np.roll(here, -1), here)
-    faces: Ints = np.column_stack([first, np.where(along_low, here, there), np.where(along_low, there, np.roll(there, -1))])
+    lows, highs = low[i], high[j]
+    first = np.where(along_low, np.roll(lows, -1), lows)
+    faces: Ints = np.column_stack([first, np.where(along_low, lows, highs), np.where(along_low, highs, np.roll(highs, -1))])
     return faces
 
 
 def _resampled(loop: Floats, count: int, shift: float) -> Floats:
-    """(count, 3) points at equal distances along a closed polyline, the first one `shift` of such a distance after its start."""
+    """(count, 3) points at equal distances along a closed polyline; the first lies `shift` distances after the start."""
     lengths = np.concatenate([[0.0], np.cumsum(side_lengths(loop))])
     places = (np.arange(count) + shift) / count * lengths[-1]
     closed = np.concatenate([loop, loop[:1]])
@@ -239,7 +238,7 @@ def _resampled(loop: Floats, count: int, shift: float) -> Floats:
 
 
 def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[Ints, Ints]:
-    """The spans between two loops whose squared lengths have the least sum, the shortest of all spans among them.
+    """Finds the spans between two loops that have the least sum of squared lengths and include the shortest span of all.
 
     The loops have the same direction. Returns the (a + b,) indices of both ends of each span, in order along the band.
     """
@@ -248,7 +247,7 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
     first, second = (first - low) / extent, (second - low) / extent  # so that squares stay in range
     nearest, index = spatial.cKDTree(second).query(first)
     i, j = int(nearest.argmin()), int(index[nearest.argmin()])
-    # The path of least cost through the grid of spans, from (i, j) all round both loops to (i, j) again.
+    # The path of least cost through the grid of spans, from (i, j) once round both loops to (i, j) again.
     closed, other = (np.take(loop, range(k, k + len(loop) + 1), axis=0, mode="wrap") for loop, k in ((first, i), (second, j)))
     from_first = np.empty((len(closed), len(other)), dtype=np.bool_)
     costs = np.empty(len(other))
@@ -262,7 +261,7 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
 
 @compiled
 def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats, from_first: Bools) -> None:
-    """Rows start to end of the grid; `costs` holds those of the row before, and afterwards those of row end - 1."""
+    """Fills the grid's rows from `start` to before `end`; `costs` has the row before `start`, then row end - 1."""
     for i in range(start, end):
         for j in range(second.shape[0]):
             length = 0.0
@@ -274,14 +273,14 @@ def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats
             else:
                 from_first[i, j] = False
                 costs[j] = length + costs[j - 1] if j > 0 else length
-            # A path along all of one loop first would return to its first span, and that edge would have four triangles.
+            # A path first along all of one loop would use its first span twice, and this edge would have four triangles.
             if (i == 0 and j == second.shape[0] - 1) or (i == first.shape[0] - 1 and j == 0):
                 costs[j] = np.inf
 
 
 @compiled
 def _way_back(from_first: Bools) -> Ints:
-    """The path that led to the end of the grid."""
+    """Traces the path of least cost back from the end of the grid; returns it from its start."""
     i, j = from_first.shape[0] - 1, from_first.shape[1] - 1
     path = np.empty((i + j, 2), dtype=np.int32)
     for k in range(i + j - 1, -1, -1):

@@ -1,6 +1,6 @@
-"""Region fairing: a region between fixed rings that minimises area, bending or its variation [botsch2004]; and its colours.
+"""Region fairing: places a region between fixed rings with least area, bending or its variation [botsch2004]; fills in colours.
 
-Energies take the Laplace-Beltrami operator with a mass above 0 at every vertex, `SurfaceOperator`.
+Energies use `SurfaceOperator`, the Laplace-Beltrami operator with a mass above 0 at every vertex.
 """
 
 from __future__ import annotations
@@ -24,27 +24,26 @@ from ..topology import Submesh, edges, proper_faces, submesh_around
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
-# Masses below this share of the largest among their neighbours count as that: the slivers of a bad triangulation would spoil the
-# conditioning of all. Parts may be as much smaller than others as they like, down to the second share, of the mean: triangles of
-# a length of 1e-10 of the others' are rounding.
+# A mass counts as at least `_LEAST_MASS` of the largest one among its neighbours, because slivers would spoil the conditioning.
+# Whole parts may be much smaller than others; but masses below `_NO_MASS` of the mean, of edges 1e-10 as long, are rounding.
 _LEAST_MASS, _NO_MASS = 1e-6, 1e-20
 
 
 @dataclass(frozen=True, eq=False)
 class FairedRegion:
-    """A mesh with a fair region, and how well the equations are solved.
+    """A mesh with a fair region, and the accuracy of the solution.
 
     Attributes:
         vertices: (n, 3) all vertices; those that are not free keep every bit.
         free: (n,) the vertices that were solved for: those of the region that have a triangle and lie on no border.
         backward_error: |r| / (|A| |x| + |b|), the residual r computed in twice the precision; 0 if nothing was free.
-        last_correction: how far the last step of refinement moved a vertex, as a share of the diagonal of the region: an upper
-            bound of the error that solving has left.
-        refinements: how many steps of refinement that took.
-        area_share: the area of the triangles with a free vertex over what it was; 1 if there was none. Near 0 the fixed vertices
-            lie too close together to span the region.
-        irregular: how many vertices were placed by the connectivity of their component alone, as the equations of the surface
-            threw vertices out: see `evened_operator`.
+        last_correction: the largest displacement of a vertex in the last refinement step, as a share of the region's diagonal: an
+            upper bound of the error of the solution.
+        refinements: the number of refinement steps.
+        area_share: the area of the triangles with a free vertex, after over before; 1 if it was 0. Near 0 the fixed vertices lie
+            too close together to span the region.
+        irregular: the number of vertices placed by connectivity alone, because the surface's equations made spikes in their
+            component; see `evened_operator`.
     """
 
     vertices: Floats
@@ -65,31 +64,31 @@ def fair_region(
     dense: bool = False,
     progress: Progress = ignore_progress,
 ) -> FairedRegion:
-    """Solves L^k p = 0 on the free vertices, k = 1, 2, 3, with k rings of fixed vertices around as boundary [botsch2004].
+    """Solves L^k p = 0 on the free vertices, k = 1, 2, 3, with the k rings of fixed vertices around as boundary [botsch2004].
 
-    In symmetric form (S M^-1)^(k-1) S p = 0 with S = -C, C the cotangent stiffness, and M the mixed Voronoi areas of the
-    surface as it comes in: the minimiser of the integral of |grad p|^2, |L p|^2 or |grad L p|^2. What the region
-    looked like before matters through S and M alone. The result depends on the parametrisation that the input is; fairing once
-    more, with the operator of the faired surface, comes closer to the surface of least area or bending.
+    The symmetric form is (S M^-1)^(k-1) S p = 0 with S = -C, C the cotangent stiffness and M the mixed Voronoi areas of the input
+    surface. Its solution minimises the integral of |grad p|^2, |L p|^2 or |grad L p|^2. The former shape of the region matters
+    only through S and M: the input serves as parametrisation. Fairing once more, with the operator of the faired surface, comes
+    closer to the surface of least area or bending.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        free: (n,) bool, the vertices to place. Those on the border of the mesh stay, like vertices without a triangle: a border
-            that nothing holds would tend to shrink the region. At such a fixed border a thin plate has no slope given and L p = 0
-            there ("simply supported").
+        free: (n,) bool, the vertices to place. Border vertices of the mesh and vertices without a triangle stay, because a free
+            border would shrink the region. At a fixed border the slope of a thin plate is not given, and L p = 0 there ("simply
+            supported").
         energy: "membrane": k = 1, the region meets its rim at any angle. "thin_plate": k = 2, tangents continue across the rim.
-            "minimum_variation": k = 3, curvatures do too, and the region bulges as its surroundings suggest.
-        dense: whether the region is sampled more densely than its surroundings, as the filling of a hole is. A thin plate then
-            takes the fixed vertices next to free ones for no larger than those: with all their area, a crease along the rim would
-            cost too little, and a filling would meet it at an angle. Where the density is the same it makes little difference.
-        progress: called now and then with the share that is done; may raise to stop.
+            "minimum_variation": k = 3, curvatures continue too, and the region bulges like its surroundings.
+        dense: whether the region is sampled more densely than its surroundings, like the filling of a hole. A thin plate then
+            limits the area of fixed vertices next to free ones to that of the free ones. With all their area, a crease along the
+            rim would cost too little, and the filling would meet the rim at an angle. At equal density this changes little.
+        progress: called from time to time with the share that is done; may raise to stop.
 
     Raises:
-        FilterInputError: not a mesh, an unknown energy, or a connected part of the free vertices that no fixed vertex touches, as
-            when all of a closed component is selected: any surface shrunk to a point would do. Also one of which fewer than
-            three fixed vertices lie within k rings: it would shrink to them or to the line between them. Also a vertex that would
-            be moved by more than twice the diagonal of the region with its rings, even by connectivity alone.
+        FilterInputError: not a mesh, or an unknown energy. Also a connected part of the free vertices without a fixed neighbour,
+            such as a whole closed component: its place is undetermined. Also a part with fewer than three fixed vertices within k
+            rings, or with all of them in one line: it would shrink to them. Also a vertex that would be moved by more than twice
+            the diagonal of the region with its rings, even by connectivity alone.
         ConvergenceError: the equations are too ill-conditioned to be solved.
     """
     points, triangles = check_mesh(vertices, faces)
@@ -106,17 +105,17 @@ def fair_region(
     system = _system(operator, part, order, dense)
     _check_held(system, part)
     extent = mesh.diagonal
-    thrown, irregular = np.ones(len(mesh.points), dtype=np.bool_), 0
+    spiky, irregular = np.ones(len(mesh.points), dtype=np.bool_), 0
     places = np.flatnonzero(part.free)
     before = system.points.take(places, axis=0)
     try:
         solution = system.solution(extent, progress)
-        thrown[:] = False
-        thrown[places] = spikes(before, solution.values, extent)
+        spiky[:] = False
+        spiky[places] = spikes(before, solution.values, extent)
     except ConvergenceError:
-        pass  # the failing element is unknown
-    if thrown.any():
-        operator, even = evened_operator(operator, part.faces, thrown)
+        pass  # the failing element is unknown: all count as spikes
+    if spiky.any():
+        operator, even = evened_operator(operator, part.faces, spiky)
         system = _system(operator, part, order, dense)
         solution, irregular = system.solution(extent, progress), int((even & part.free).sum())
         check_healthy(before, solution.values, extent, part.vertices[part.free], "improve them first, or take a lower energy")
@@ -136,15 +135,15 @@ class _System(NamedTuple):
     """(S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
 
     dirichlet: sparse.csr_matrix  # S, (n, n)
-    columns: sparse.csr_matrix  # (n, f) those of the free vertices
-    inner: sparse.csr_matrix  # (f, f) their rows of these
+    columns: sparse.csr_matrix  # (n, f) the columns of the free vertices
+    inner: sparse.csr_matrix  # (f, f) the rows of the free vertices in these columns
     inverse_mass: Floats
     order: int
     points: Floats
     free: Bools
 
     def matrix(self) -> sparse.csr_matrix:
-        """The columns and rows of the free vertices, (f, f)."""
+        """Returns the rows and columns of the free vertices in (S M^-1)^(k-1) S, (f, f)."""
         if self.order == 1:
             return self.inner
         scaled = sparse.csr_matrix(sparse.diags_array(self.inverse_mass) @ self.columns)
@@ -153,22 +152,22 @@ class _System(NamedTuple):
 
     def solution(self, extent: float, progress: Progress) -> RefinedSolution:
         """The solution at the free vertices."""
-        # A membrane's condition leaves most digits to the first step, which the next one only completes.
+        # A membrane is so well-conditioned that the first step needs no residual in twice the precision.
         first = -(self.dirichlet @ self.points).compress(self.free, axis=0) if self.order == 1 else None
         return refined_solution(
             self.matrix(), self.residual, self.points.compress(self.free, axis=0), extent=extent, first=first, progress=progress
         )
 
     def residual(self, values: Floats) -> Floats:
-        """-(S M^-1)^(k-1) S p at the free vertices, in twice the precision, for their places."""
-        everywhere, places = self.points.copy(), np.flatnonzero(self.free)
-        everywhere[places] = values
-        return -laplacian_power(self.dirichlet, self.inverse_mass, self.order, everywhere).take(places, axis=0)
+        """Returns -(S M^-1)^(k-1) S p at the free vertices, in twice the precision; `values` are their coordinates."""
+        all_points, places = self.points.copy(), np.flatnonzero(self.free)
+        all_points[places] = values
+        return -laplacian_power(self.dirichlet, self.inverse_mass, self.order, all_points).take(places, axis=0)
 
 
 def _system(operator: SurfaceOperator, part: Submesh, order: int, dense: bool) -> _System:
-    # In units of the mean, so that powers of it stay ordinary numbers; a common factor changes no solution. A border vertex has
-    # no whole star to take a Laplacian on.
+    # Masses are divided by their mean so that powers stay ordinary numbers; a common factor does not change the solution. Border
+    # vertices get 0, because a Laplacian needs a closed star.
     mass = _rim_as_dense(operator, part.free) if dense and order == 2 else operator.mass
     inverse = np.where(part.border, 0.0, float(mass.mean()) / mass)
     columns = sparse.csr_matrix(operator.dirichlet[:, part.free])
@@ -177,7 +176,7 @@ def _system(operator: SurfaceOperator, part: Submesh, order: int, dense: bool) -
 
 
 def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
-    """The masses, those of fixed vertices next to free ones at most the mean of their free neighbours'."""
+    """Limits the mass of each fixed vertex next to free ones to the mean mass of its free neighbours; returns all masses."""
     beside = sparse.csr_matrix(operator.dirichlet != 0.0)[:, free].astype(np.float64)
     count = np.asarray(beside.sum(axis=1)).ravel()
     rim = ~free & (count > 0.0)
@@ -187,9 +186,9 @@ def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
 
 
 def _check_held(system: _System, part: Submesh) -> None:
-    """Refuses parts of the free vertices around which no three fixed vertices span a triangle.
+    """Refuses a connected part of the free vertices if the fixed vertices around it do not span a triangle.
 
-    A part that lies in one line with those around it loses nothing, as in a slit.
+    A part that lies in one line with these fixed vertices, as in a slit, is accepted: it cannot shrink any more.
     """
     dirichlet, points, places = system.dirichlet, part.points, np.flatnonzero(part.free)
     count, labels = sparse.csgraph.connected_components(system.inner, directed=False)
@@ -207,23 +206,23 @@ def _check_held(system: _System, part: Submesh) -> None:
         holding = around.indices[start:end]
         if len(holding) >= 3 and not _in_line(points[holding]):
             continue
-        own = places[labels == label]
-        if len(holding) >= 3 and _in_line(points[np.concatenate([holding, own])]):
+        held = places[labels == label]
+        if len(holding) >= 3 and _in_line(points[np.concatenate([holding, held])]):
             continue
-        who = f"the {len(own)} free vertices connected with vertex {part.vertices[own[0]]}"
+        group = f"the {len(held)} free vertices connected with vertex {part.vertices[held[0]]}"
         if len(holding) == 0:
             raise FilterInputError(
-                f"{who} touch no fixed vertex, so that their place is undetermined: select less than a whole component"
+                f"{group} touch no fixed vertex, so that their place is undetermined: select less than a whole component"
             )
-        how = ("fixed vertex alone", "fixed vertices alone", "fixed vertices in one line")[min(len(holding), 3) - 1]
+        kind = ("fixed vertex alone", "fixed vertices alone", "fixed vertices in one line")[min(len(holding), 3) - 1]
         raise FilterInputError(
-            f"{who} are held by {len(holding)} {how}, such as {part.vertices[holding[0]]}, and would shrink to that: at least "
+            f"{group} are held by {len(holding)} {kind}, such as {part.vertices[holding[0]]}, and would shrink to that: at least "
             "three around each part, not in a line, must stay; select less"
         )
 
 
 def _in_line(points: Floats) -> bool:
-    """Whether no point is further from the line between the first and the one furthest from it than rounding."""
+    """Whether all points lie, to rounding, on the line through the first point and the one farthest from it."""
     ways = points - points[0]
     lengths = np.linalg.norm(ways, axis=1)
     far = int(lengths.argmax())
@@ -233,13 +232,13 @@ def _in_line(points: Floats) -> bool:
 
 
 def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike) -> Floats:
-    """Gives every vertex that is not fixed the mean of its neighbours: sum_j (x_j - x_i) = 0 [pinkall1993].
+    """Solves sum_j (x_j - x_i) = 0: every vertex that is not fixed gets the mean of its neighbours [pinkall1993].
 
-    By the maximum principle no value lies beyond the fixed ones of its component, so colours stay colours.
+    By the maximum principle all values stay in the range of the fixed values of their component, so colours stay valid.
 
     Args:
         faces: (m, 3) triangles; vertices are neighbours if an edge joins them.
-        values: (n, k) the values; those that are not fixed count only in components without a fixed vertex.
+        values: (n, k) the values. Components without a fixed vertex keep them; elsewhere only fixed values are used.
         fixed: (n,) bool, the vertices that keep their values.
 
     Returns:
@@ -282,14 +281,14 @@ def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
 
 
 def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) -> tuple[SurfaceOperator, Bools]:
-    """The operator with uniform weights and masses in the connected components of irregular vertices.
+    """Makes the weights and masses of an operator uniform in the connected components of irregular vertices.
 
-    Where edges and angles differ by orders of magnitude, the masses and weights do, too: a vertex of next to no mass costs
-    nothing wherever it lies, and an energy throws it out to save a little elsewhere. There every edge gets the weight
-    2 (cot 60) / 2 and every vertex the same mass, as if all triangles were equilateral.
+    If edges and angles differ by orders of magnitude, so do masses and weights. A vertex with almost no mass costs nothing
+    wherever it lies, so an energy makes a spike of it to save a little elsewhere. In its component every edge then gets the
+    weight 2 (cot 60) / 2 and every vertex the same mass, as if all triangles were equilateral.
 
-    `irregular` are the (n,) vertices that an energy with this operator has thrown out. Returns the operator, and (n,) which
-    vertices lie in such components.
+    `irregular` is (n,) which vertices became spikes with this operator. Returns the new operator, and (n,) which vertices lie in
+    such components.
     """
     n = len(operator.mass)
     a, b, c = faces[proper_faces(faces)].T
@@ -308,12 +307,12 @@ def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) ->
 
 
 def _floored(mass: Floats, faces: Ints) -> Floats:
-    """The masses, above 0, each at least `_LEAST_MASS` of the largest among its neighbours."""
+    """Returns the masses, each above 0 and at least `_LEAST_MASS` of the largest among its neighbours."""
     mean = float(mass.mean()) if len(mass) else 0.0
     if not mean > 0.0:
         return np.ones(len(mass))
     around = mass.copy()
     np.maximum.at(around, faces, mass[faces].max(axis=1, keepdims=True))
-    # Where there is no mass at all around, as at triangles without area, any will do.
+    # A one-ring without mass, as at triangles without area, may have any.
     around[around <= _NO_MASS * mean] = mean
     return np.asarray(np.maximum(mass, _LEAST_MASS * around))

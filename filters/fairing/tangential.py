@@ -24,22 +24,22 @@ from ..mesh import Bools, Floats, Ints, Longs, check_mesh, mask_of, normalised_m
 from ..operators import cotangent_laplacian, mixed_voronoi_areas, uniform_laplacian
 from ..topology import border_vertices, diamond, faces_across, fan_size, flip, proper_faces
 
-# The step is cut to the tangent plane and a largest length anyway, so it need not be exact.
+# The step is projected to the tangent plane and limited in length, so it need not be exact.
 _TOLERANCE = 1e-6
 # The longest step, as a share of the mean edge at the vertex.
 _LONGEST_STEP = 0.5
-# Steps that would fold a triangle or leave the surface are halved up to this many times, then not made.
+# A step that would fold a triangle or leave the surface is halved up to this many times, then dropped.
 _HALVINGS = 4
-# How far triangles at sharp edges may get from the surface, as a share of what others may: farther ones fray the edges.
+# Triangles at sharp edges may deviate from the surface by this share of the deviation of others; more would fray the edges.
 _AT_RIDGES = 0.2
-# How far smoothed normals across a sharp edge are apart, 25 degrees; beside edges of noise they are nearer.
+# Smoothed unit normals differ by at least this across a sharp edge, 25 degrees; across an edge of noise they differ less.
 _TURNED = 2.0 * math.sin(math.radians(12.5))
-# The least cosine of the angle between the normal of a triangle and its normal before, and that of the surface under it; after a
-# flip between the normals of a new triangle and an old one, and of the two new ones.
+# The least cosine between the normal of a triangle and its former normal, and the normal of the surface below it. For a flip:
+# between the normals of a new and an old triangle, and of the two new ones.
 _LEAST_COSINE = 0.25
-# Every pass of flips raises the mean quality; after this many passes it rises by next to nothing.
+# The most passes of flips. Each raises the mean quality; after this many the gain is negligible.
 _FLIP_PASSES = 50
-# A flip gains at least this much, far above rounding, so that no two flips undo each other for ever.
+# The least gain of a flip, far above rounding, so that flips do not undo each other forever.
 _LEAST_GAIN = 1e-6
 
 
@@ -57,30 +57,28 @@ def tangential_smoothing(
     """Moves vertices along the surface towards min sum_i A_i (|L_uniform p'_i - L_cotan p_i|^2 + w |p'_i - p_i|^2) [nealen2006].
 
     L_cotan p has no tangential part, so L_uniform p' has none at the minimum either: projected along the normal, every vertex is
-    the centroid of its neighbours, where triangles are good. The energy alone also moves vertices off the surface. Here each
-    iteration minimises it, takes the part of the step within the tangent plane, and moves the vertex to the nearest point of the
-    input surface, found by a walk from where it was. A step that would fold a triangle over, or bring the middle of an edge or
-    the centroid of a triangle further from the input than allowed, is halved up to four times, and then not made.
+    the centroid of its neighbours, which makes good triangles. The energy alone would also move vertices off the surface. So each
+    iteration minimises it, projects the step to the tangent plane, and moves the vertex to the nearest point of the input
+    surface, found by a walk from its former place. A step is halved up to four times, and then dropped, if it would fold a
+    triangle or bring the middle of an edge or the centroid of a triangle farther from the input than allowed.
 
-    Where the triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help
-    and flipping edges before each step does [lawson1977, botsch2004remeshing]; see `flip_towards_quality`. Smoothing then moves
-    the vertices to the centroids of their new neighbours. The surface, its border, and the orientation and topology of its
-    triangles stay.
+    If triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help.
+    Flipping edges before each step does [lawson1977, botsch2004remeshing]; see `flip_towards_quality`. The surface, its border,
+    its orientation and its topology stay.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         weight: w, above 0, without unit. Larger moves less in each iteration.
         iterations: number of steps. More are better triangles, up to a point.
-        max_deviation: how far the middles of triangles and edges may get from the input, in mesh units: larger allows better
-            triangles on curved parts and across edges. None: 5 % of the mean edge. Vertices themselves stay on the input.
-        flip_edges: whether edges are flipped, too; only between four vertices that may move.
+        max_deviation: the largest distance of the middles of triangles and edges from the input, in mesh units. Larger allows
+            better triangles on curved parts and across edges. None: 5 % of the mean edge. Vertices stay on the input.
+        flip_edges: whether edges are flipped too; all four vertices of their two triangles must be movable.
         movable: (n,) bool, which vertices may move, None for all; border vertices stay.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        (n, 3) float64, in which vertices that do not move keep every bit; and the (m, 3) triangles, of which one that no flip has
-        changed keeps its row.
+        (n, 3) float64, where fixed vertices keep every bit; and the (m, 3) triangles, where those without a flip keep their row.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -124,7 +122,7 @@ class TangentialEnergy:
         self._uniform = uniform_laplacian(faces, len(points))
         area = mixed_voronoi_areas(points, faces)
         area = np.maximum(area / area.mean(), 1e-3) if area.mean() > 0.0 else np.ones(len(points))
-        # At a border vertex L_cotan p has a tangential part.
+        # Border vertices get no row, because L_cotan p has a tangential part there.
         rows = sparse.diags_array(np.where(border_vertices(faces, len(points)), 0.0, area))
         columns = sparse.csr_matrix(self._uniform.matrix()[:, moves])
         self._transposed = sparse.csr_matrix(columns.T @ rows)
@@ -134,8 +132,8 @@ class TangentialEnergy:
 
     def step(self, points: Floats, progress: Progress) -> Floats:
         """(f, 3) the displacement of the f vertices that move, within their tangent planes."""
-        wanted = cotangent_laplacian(points, self._faces).apply(points) - self._uniform.apply(points)
-        step = self._solver.solve(self._transposed @ wanted, tolerance=_TOLERANCE, progress=progress).values
+        target = cotangent_laplacian(points, self._faces).apply(points) - self._uniform.apply(points)
+        step = self._solver.solve(self._transposed @ target, tolerance=_TOLERANCE, progress=progress).values
         normals = vertex_normals_by_area(points, self._faces)[self._moves]
         step = step - np.einsum("ij,ij->i", step, normals)[:, None] * normals
         longest = _LONGEST_STEP * _mean_edges(points, self._faces)[self._moves]
@@ -146,7 +144,8 @@ class TangentialEnergy:
 class KeptSurface:
     """The input surface, on which vertices stay, and the current triangles, which must not fold.
 
-    The middles of edges and the centroids of triangles stay within `allowed` of it; (n,) `at` are its faces with the vertices.
+    The middles of edges and the centroids of triangles stay within `allowed` of the input. Vertex i lies on the input's face
+    ``at[i]``.
     """
 
     def __init__(self, points: Floats, faces: Ints, allowed: float) -> None:
@@ -159,7 +158,7 @@ class KeptSurface:
         self.at = self.walkable.first_faces()
 
     def moved(self, points: Floats, step: Floats, moves: Bools) -> Floats:
-        """(n, 3) the points after the step of each vertex that moves, halved until no triangle folds or leaves the surface."""
+        """Returns (n, 3) points after the steps of the moving vertices, halved until no triangle folds or leaves the surface."""
         movers = np.flatnonzero(moves)
         scale = np.ones(len(points))
         before = face_normals(points, self.faces)
@@ -173,28 +172,28 @@ class KeptSurface:
             stopped = pending[scale[pending] == 0.0]
             tentative[stopped], at[stopped] = points[stopped], self.at[stopped]
             checked = np.flatnonzero(mask_of(pending, len(points))[self.faces].any(axis=1))
-            bad = checked[self._harmed(tentative, at, before, checked)]
+            bad = checked[self._folded_or_far(tentative, at, before, checked)]
             pending = np.flatnonzero(mask_of(self.faces[bad], len(points)) & moves & (scale > 0.0))
             scale[pending] *= 0.5
             scale[pending[scale[pending] < 0.5**_HALVINGS]] = 0.0
         self.at = at
         return tentative
 
-    def _harmed(self, points: Floats, at: Ints, before: Floats, checked: Longs) -> Bools:
-        """(k,) which of the checked faces are turned too far from `before` or the surface, or lie too far from it."""
+    def _folded_or_far(self, points: Floats, at: Ints, before: Floats, checked: Longs) -> Bools:
+        """(k,) which of the checked faces turn too far from their normal `before` or that of the surface, or lie too far off."""
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))
         ridge = np.asarray(self._on_ridge[faces].any(axis=1))
-        under, harmed = self._left((a + b + c) / 3.0, at[faces[:, 0]], ridge)
+        under, harmed = self._faces_under((a + b + c) / 3.0, at[faces[:, 0]], ridge)
         harmed |= np.einsum("ij,ij->i", normals, before[checked]) < _LEAST_COSINE
         harmed |= np.einsum("ij,ij->i", normals, self._normals[under]) < _LEAST_COSINE
         for k, (start, end) in enumerate(((a, b), (b, c), (c, a))):
-            harmed |= self._left((start + end) / 2.0, at[faces[:, k]], ridge)[1]
+            harmed |= self._faces_under((start + end) / 2.0, at[faces[:, k]], ridge)[1]
         return np.asarray(harmed)
 
-    def _left(self, places: Floats, at: Ints, ridge: Bools) -> tuple[Ints, Bools]:
-        """(k,) the faces of the input under places that were on others, and which places are too far from it."""
+    def _faces_under(self, places: Floats, at: Ints, ridge: Bools) -> tuple[Ints, Bools]:
+        """Walks from the input's faces `at` to the faces under the places; returns these (k,), and the places too far off."""
         under, left = np.empty_like(at), np.empty(len(at), dtype=np.bool_)
         for part, allowed in ((~ridge, self.allowed), (ridge, _AT_RIDGES * self.allowed)):
             _, under[part], far = self.walkable.closest(places[part], at[part], allowed)
@@ -212,21 +211,22 @@ def _mean_edges(points: Floats, faces: Ints) -> Floats:
 def flip_towards_quality(
     points: Floats, faces: Ints, may: Bools, surface: WalkableSurface, at: Ints, allowed: float
 ) -> tuple[Ints, int]:
-    """Flips edges while that makes the two triangles at them better, and neither worse than the worse one was [lawson1977].
+    """Flips edges while this raises the sum of the qualities of their two triangles and does not lower the smaller one
+    [lawson1977].
 
     The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 for equilateral ones, towards 0
-    for slivers. An edge is flipped where the sum of the two qualities rises and the lower of them does not fall, so the mean
-    quality of the mesh rises with every flip and the lowest does not fall. A flip is not made if the normal of a new triangle
-    would be more than 75 degrees from that of an old one, if the new edge exists already, or if the middle or a quarter point of
-    the edge or the centroid of a new triangle would be further from the surface than allowed. Edges with other than two faces
-    stay, as do those whose faces are oriented against each other. Vertices do not move.
+    for slivers. So every flip raises the mean quality of the mesh, and the lowest quality does not fall. A flip is refused if the
+    normal of a new triangle would be more than 75 degrees from that of an old one or of the other new one; if the new edge exists
+    already; or if the middle or a quarter point of the edge or the centroid of a new triangle would be farther from the surface
+    than allowed. Edges without exactly two faces stay, and so do edges whose faces have opposite orientations. Vertices do not
+    move.
 
-    An edge is flipped only between four vertices that (n,) `may`. `surface` is what the triangles keep to, within `allowed`, and
-    (n,) `at` its faces where a walk from each vertex starts. Returns the triangles, each in its row, and the number of flips.
+    The four vertices of a flip must all be True in (n,) `may`. The triangles stay within `allowed` of the `surface`; (n,)
+    `at` is its face where a walk from each vertex starts. Returns the triangles, each in its row, and the number of flips.
     """
     flipped, across = faces.copy(), faces_across(faces)
     valences = np.bincount(faces.ravel(), minlength=len(points))
-    # Points of a plane are off it by rounding.
+    # Even on a plane rounding gives points a small distance.
     near = (allowed + 1e-14 * float(np.abs(points[faces]).max(initial=0.0))) ** 2
     total = 0
     for _ in range(_FLIP_PASSES):
@@ -241,7 +241,7 @@ def flip_towards_quality(
 def _flip_pass(
     points: Floats, faces: Ints, across: Ints, valences: Longs, may: Bools, surface: WalkableSurface, at: Ints, near: float
 ) -> int:
-    """Flips, of each face, the first edge that qualifies, in place; the number of flips. `near` is a squared distance."""
+    """Flips the first suitable edge of each face in place; returns the number of flips. `near` is a squared distance."""
     count = 0
     for f in range(faces.shape[0]):
         for k in range(3):
@@ -265,7 +265,7 @@ def _flip_pass(
                 if nearest_by_walk(surface, x, y, z, at[end], near)[4] > near:
                     far = True
                     break
-            # An edge from c to d can lie in another fan of faces at c, which this one does not reach.
+            # If this fan lacks a face at c, an edge from c to d may exist in another fan at c.
             if far or fan_size(faces, across, f, (k + 2) % 3, d) != valences[c]:
                 continue
             flip(faces, across, f, k)

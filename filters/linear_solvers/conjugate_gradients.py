@@ -1,8 +1,8 @@
-"""Conjugate gradients for three right-hand sides at once, and multigrid as their preconditioner; the same bits for all threads.
+"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner; threads do not change the bits.
 
-Algebraic multigrid by smoothed aggregation suits elliptic matrices of any size: every level gathers strongly connected unknowns
-into aggregates of about ten, each one unknown of the next level [vanek1996]. Both are written here because SciPy's and PyAMG's
-take one right-hand side, on one thread; docs/solvers.md compares their times.
+Algebraic multigrid by smoothed aggregation suits elliptic matrices of any size: every level groups strongly connected unknowns
+into aggregates of about ten, and each aggregate is one unknown of the next level [vanek1996]. SciPy's and PyAMG's solvers are not
+used because they take one right-hand side on one thread; docs/solvers.md compares the times.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..mesh import Floats, Ints
 Preconditioner: TypeAlias = Callable[[Floats], Floats]
 #: Rows in a block. Smaller blocks are shared more evenly among threads, larger ones cost less.
 _BLOCK = 4096
-#: Indices in kernels are unsigned: for signed ones the compiler adds a test whether they count from the end.
+#: Indices in kernels are unsigned: the compiler would test signed ones for being negative.
 Index: Any = np.uint64
 
 
@@ -29,17 +29,17 @@ Index: Any = np.uint64
 STRENGTH = 0.08
 #: A level of at most this many unknowns is factorised, which takes a few milliseconds.
 COARSEST = 1000
-#: A level that keeps more than this share of the unknowns of the finer one is not worth having.
+#: Coarsening stops if a level would keep more than this share of the unknowns of the finer one.
 _LEAST_GAIN = 0.8
-#: The diagonal of the coarsest matrix is raised by two shares: one of itself, far below all eigenvalues but that of constants,
-#: and one of the largest summand of an entry, for the rounding of sums that cancel.
+#: The diagonal of the coarsest matrix is raised by two shares: `_SHIFT` of itself, far below all eigenvalues but that of
+#: constants; and `_NOISE` of the finest diagonal, carried down the levels, which covers the rounding of sums that cancel.
 _SHIFT, _NOISE = 1e-8, 2.0**-46
-#: Runs of rows a level, and the least rows a run.
+#: Runs of rows in a level, and the fewest rows in a run.
 _RUNS, _SHORTEST_RUN = 64, 2048
 
 
 class CompressedRows(NamedTuple):
-    """A sparse matrix for kernels: the entries of row i are data[indptr[i]:indptr[i + 1]], in the columns `indices` there."""
+    """A sparse matrix for kernels: row i has the entries data[k] in the columns indices[k], indptr[i] <= k < indptr[i + 1]."""
 
     indptr: Ints
     indices: Ints
@@ -47,7 +47,7 @@ class CompressedRows(NamedTuple):
 
     @classmethod
     def of(cls, matrix: sparse.csr_matrix) -> CompressedRows:
-        """The arrays of a matrix, not copied."""
+        """Wraps the arrays of a matrix without a copy."""
         return cls(matrix.indptr, matrix.indices, matrix.data)
 
 
@@ -56,7 +56,7 @@ class Descent(NamedTuple):
 
     values: Floats  # (n, 3) the approximate solution
     norm: float  # sqrt(sum r^T B r) over the columns, r the residual, B the preconditioner: about the error in the energy norm
-    iterations: int  # how many products with the matrix it took
+    iterations: int  # the number of products with the matrix
     indefinite: bool  # whether it ended at a direction p with p^T A p < 0, which shows that A is not semidefinite
 
 
@@ -78,10 +78,10 @@ def conjugate_gradients(
     Args:
         matrix: A, (n, n), with a positive diagonal.
         right_side: b, (n, 3). A column of zeros costs nothing and gives zeros.
-        target: of the norm. Larger ends sooner.
+        target: the norm at which the iterations end. Larger ends sooner.
         max_iterations: the most products with the matrix.
         start: (n, 3) a first guess; 0 if None.
-        precondition: None divides by the diagonal (Jacobi).
+        precondition: B; None divides by the diagonal (Jacobi).
         progress: called at every iteration; may raise to stop.
     """
     rows = CompressedRows.of(matrix)
@@ -97,26 +97,26 @@ def conjugate_gradients(
             direction = residual * scale[:, None]
             energy = _descend(np.zeros(3), residual, residual, x, residual, scale).sum(axis=0)
         else:
-            direction = precondition(residual).copy()  # a preconditioner may give the same array again
+            direction = precondition(residual).copy()  # because a preconditioner may return the same array again
             energy = _inner_products(residual, direction).sum(axis=0)
         first = norm = _root(energy)
-        taken = 0
-        while norm > target and taken < max_iterations:
+        iterations = 0
+        while norm > target and iterations < max_iterations:
             is_within = 0.0 < target < norm <= first < np.inf
             progress(float(np.log(first / norm) / np.log(first / target)) if is_within else 0.0)
             curvature = _multiply(rows, direction, product).sum(axis=0)
             if not (curvature >= 0.0).all():
-                return Descent(x, norm, taken, True)
+                return Descent(x, norm, iterations, True)
             before, energy = energy, _descend(_quotients(energy, curvature), direction, product, x, residual, scale).sum(axis=0)
             z = residual
             if precondition is not None:
                 z = precondition(residual)
                 energy = _inner_products(residual, z).sum(axis=0)
             _next_direction(_quotients(energy, before), z, scale, direction)
-            del z  # (n, 3): the next one is made beside it otherwise
+            del z  # frees (n, 3) numbers before the next z is made
             norm = _root(energy)
-            taken += 1
-    return Descent(x, norm, taken, False)
+            iterations += 1
+    return Descent(x, norm, iterations, False)
 
 
 def preconditioned_norm(matrix: sparse.csr_matrix, residual: Floats, precondition: Preconditioner | None = None) -> float:
@@ -229,12 +229,12 @@ class _Level(NamedTuple):
 class SmoothedAggregation:
     """One symmetric V-cycle for a symmetric positive (semi)definite matrix: call it with a residual of shape (n, 3).
 
-    The returned array belongs to the object and is overwritten by the next call. The near-kernel is taken to be the constant
-    vector, which is right for a Laplace operator plus a mass and usable for its powers.
+    The returned array belongs to the object and is overwritten by the next call. The constant vector is taken as near-kernel,
+    which is right for a Laplace operator plus a mass and usable for its powers.
     """
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress) -> None:
-        """Builds the levels for (n, n) with a positive diagonal, in time linear in it; `progress` may raise to stop."""
+        """Builds the levels of an (n, n) matrix with a positive diagonal, in linear time; `progress` may raise to stop."""
         self._levels: list[_Level] = []
         self._coarsest: sparse.linalg.SuperLU | None = None
         strength, noise = STRENGTH, _NOISE * matrix.diagonal()
@@ -252,23 +252,23 @@ class SmoothedAggregation:
             strength *= 0.5
             noise = prolongation.power(2).T @ noise
         if matrix.shape[0] <= COARSEST:
-            # If the matrix is singular so is the coarsest one, whose factors would amplify the constant part of the rounding of
-            # the residual. The entries of slivers cancel on the way down and leave rounding too. Both need a larger diagonal.
+            # If the matrix is singular, so is the coarsest one; its factors would amplify rounding in the constant part of the
+            # residual. Entries of slivers cancel on the way down and leave rounding too. A larger diagonal repairs both.
             raised = _SHIFT * matrix.diagonal() + noise
             self._coarsest = _factorised(sparse.csc_matrix(matrix + sparse.diags_array(raised)))
         if self._coarsest is None:
-            # Nearly diagonal matrix: nothing to coarsen, and two sweeps are enough.
+            # The matrix is nearly diagonal: there is nothing to coarsen, and two sweeps are enough.
             self._levels.append(_level(matrix, sparse.csr_matrix((matrix.shape[0], 0))))
 
     def __call__(self, residual: Floats) -> Floats:
-        """About A^-1 residual, (n, 3)."""
+        """Returns an approximation of A^-1 residual, (n, 3)."""
         return self._cycle(0, residual)
 
     def iterated(self, right_side: Floats, cycles: int) -> Floats:
-        """A^-1 right_side after so many cycles, (n, 3), each on the residual that the one before has left."""
+        """Approximates A^-1 right_side, (n, 3), by `cycles` V-cycles, each on the residual of the one before."""
         x = self(right_side).copy()
         if not self._levels:
-            return x  # by the factors of the matrix itself
+            return x  # solved by the factors of the matrix itself
         matrix, residual = self._levels[0].matrix, np.empty_like(x)
         for _ in range(cycles - 1):
             _add_product(-1.0, CompressedRows.of(matrix), x, right_side, residual)
@@ -321,10 +321,10 @@ def _add_product(factor: float, matrix: CompressedRows, x: Floats, b: Floats, y:
 
 
 def prolongation_matrix(matrix: sparse.csr_matrix, strength: float) -> sparse.csr_matrix:
-    """P = (I - 4/3 diag(1 / sum_j |a_ij|) A) T, with T the 0-1 matrix of the aggregates.
+    """Returns P = (I - 4/3 diag(1 / sum_j |a_ij|) A) T, with T the 0-1 matrix of the aggregates.
 
-    Unknowns i and j of (n, n) symmetric A are strongly connected if -a_ij >= strength sqrt(a_ii a_jj). Larger makes smaller
-    aggregates.
+    Unknowns i and j of (n, n) symmetric A are strongly connected if -a_ij >= strength sqrt(a_ii a_jj). A larger `strength` makes
+    smaller aggregates.
     """
     diagonal = matrix.diagonal()
     aggregates, count = _aggregate(CompressedRows.of(matrix), diagonal, strength)
@@ -353,13 +353,13 @@ def _is_strong(entry: float, i: int, j: int, diagonal: Floats, strength: float) 
 
 @compiled
 def _aggregate(matrix: CompressedRows, diagonal: Floats, strength: float) -> tuple[Ints, int]:
-    """The aggregate of every unknown, -1 without strong connections, and their number, by algorithm 5.1 of [vanek1996]."""
+    """Returns each unknown's aggregate, -1 without strong connections, and their count: algorithm 5.1 of [vanek1996]."""
     indptr, indices, data = matrix
     n = indptr.shape[0] - 1
     aggregate = np.full(n, -1, dtype=np.int32)
     count = 0
     for i in range(n):
-        # 1. An unknown with all its strong neighbours, where none of them is taken.
+        # 1. An unknown and all its strong neighbours form an aggregate if none of them is in one.
         alone = True
         taken = aggregate[i] >= 0
         for k in range(indptr[i], indptr[i + 1]):
@@ -384,7 +384,7 @@ def _aggregate(matrix: CompressedRows, diagonal: Floats, strength: float) -> tup
                     if share > strongest:
                         strongest = share
                         joined[i] = aggregate[j]
-    # 3. What is left has no neighbour in an aggregate: it makes its own.
+    # 3. The remaining unknowns have no strong neighbour in an aggregate: they form new ones.
     for i in range(n):
         if joined[i] < 0:
             used = False
@@ -417,7 +417,7 @@ def damped_diagonal(matrix: CompressedRows, run: int, inverse: Floats) -> None:
 
 @compiled(parallel=True)
 def sweep_down(matrix: CompressedRows, inverse: Floats, run: int, r: Floats, x: Floats) -> None:
-    """A forward sweep for A x = r, started from x = 0 within every run."""
+    """One forward Gauss-Seidel sweep for A x = r from x = 0, within every run."""
     indptr, indices, data = matrix
     n = x.shape[0]
     for b in prange((n + run - 1) // run):
@@ -437,7 +437,7 @@ def sweep_down(matrix: CompressedRows, inverse: Floats, run: int, r: Floats, x: 
 
 @compiled(parallel=True)
 def sweep_up(matrix: CompressedRows, inverse: Floats, run: int, r: Floats, e: Floats, x: Floats) -> None:
-    """A backward sweep for A e = r, started from e = 0 within every run; then x += e."""
+    """One backward Gauss-Seidel sweep for A e = r from e = 0, within every run; then x += e."""
     indptr, indices, data = matrix
     n = x.shape[0]
     for b in prange((n + run - 1) // run):

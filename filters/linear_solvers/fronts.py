@@ -1,4 +1,4 @@
-"""Factors L D L^T of sparse symmetric matrices by dense fronts [duff1983]: half the work of L U, on vectors of the processor."""
+"""Factors L D L^T of sparse symmetric matrices by the multifrontal method [duff1983]: half the work of L U, and vectorised."""
 
 from __future__ import annotations
 
@@ -17,42 +17,42 @@ from .nested_dissection import PARTS, dissected
 
 #: Columns that are eliminated together, and right-hand sides that one pass over the factors solves for.
 _BLOCK, _TOGETHER = 8, 4
-#: Columns of a front that are eliminated before the others are changed, and columns that these are changed in.
+#: Columns of a panel, eliminated before later columns are updated; and columns of a strip, the unit of these updates.
 _PANEL, _STRIP = 64, 32
-#: A row of a front is as much work as so many vertices.
+#: A row of a front is as much work as this many vertices elsewhere: it decides whether threads pay.
 _WORK = 64
 
 
 class Fronts(NamedTuple):
-    """How the rows of a matrix are eliminated: in groups, each of which changes the same later rows.
+    """The plan of an elimination: groups of rows that are eliminated together and update the same later rows.
 
-    The group g eliminates the rows from ``firsts[g]`` to before ``firsts[g + 1]`` and changes the rows
-    ``rows[starts[g] : starts[g + 1]]``. All numbers of rows are places in `order`. Disjoint subtrees of groups are parts, which
-    know nothing of each other, so that threads share them; the groups above them follow on one thread.
+    Group g eliminates the rows from ``firsts[g]`` to before ``firsts[g + 1]`` and updates the rows
+    ``rows[starts[g] : starts[g + 1]]``. Rows are numbered by their place in `order`. Parts are disjoint subtrees of groups. They
+    do not depend on each other, so threads share them; the groups above all parts follow on one thread.
     """
 
     order: Ints  # (n,) the row of the matrix at each place
     places: Ints  # (n,) the place of each row
     firsts: Longs  # (groups + 1,)
-    lows: Longs  # (groups,) what a group changes goes into the first later group whose number here is not above its `firsts`
+    lows: Longs  # (groups,) the first row of the subtree below each group; the group takes up the waiting updates from there
     starts: Longs  # (groups + 1,)
-    rows: Ints  # ascending in each group
-    numbers: Longs  # (groups + 1,) where L of each group begins among all numbers of L
+    rows: Ints  # the updated rows, ascending in each group
+    numbers: Longs  # (groups + 1,) where the entries of L of each group begin
     parts: Longs  # (p, 2) the first group of each part, and the one after its last
     last: Longs  # the last group of each part and the groups above all parts, ascending
-    above: Ints  # (n,) the number of a row among those that are in no part, -1 of the others
+    above: Ints  # (n,) the index of each row among the rows that are in no part, -1 for rows of a part
 
     @classmethod
     def of(cls, matrix: sparse.csr_matrix) -> Fronts:
-        """Of a symmetric pattern, by nested dissection."""
+        """Plans the elimination of a symmetric pattern by nested dissection."""
         entries = _compressed(matrix)
         order, firsts, lows = dissected(entries)
         places = np.empty_like(order)
         places[order] = np.arange(len(order), dtype=np.int32)
         starts = np.zeros(len(firsts), dtype=np.int64)
         rows = _changed_rows(entries, order, places, firsts, lows, starts)
-        own, changed = np.diff(firsts), np.diff(starts)
-        numbers = np.append(0, np.cumsum(own * (own + changed) - own * (own - 1) // 2))
+        eliminated, updated = np.diff(firsts), np.diff(starts)
+        numbers = np.append(0, np.cumsum(eliminated * (eliminated + updated) - eliminated * (eliminated - 1) // 2))
         parts, top = _parts(firsts, lows, numbers, PARTS if len(order) >= SERIAL_BELOW else 1)
         rises = np.zeros(len(order), dtype=np.bool_)
         for g in top:
@@ -62,19 +62,19 @@ class Fronts(NamedTuple):
         return cls(order, places, firsts, lows, starts, rows, numbers, parts, last, above)
 
     def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
-        """L, group by group its columns from the diagonal on, and D, (n,), of a matrix of this pattern or of a part of it."""
+        """Factorises a matrix of this pattern or a part of it: L, the columns of each group from the diagonal on, and D, (n,)."""
         values, pivots = np.empty(int(self.numbers[-1])), np.empty(len(self.order))
         entries, ends = _compressed(matrix), self.parts[:, 1] - 1
         counts = self.starts[ends + 1] - self.starts[ends]
         begins = np.append(0, np.cumsum(counts * (counts + 1) // 2))
-        changes = np.empty(int(begins[-1]))
+        updates = np.empty(int(begins[-1]))
         with threads_for(len(self.order)):
-            _factorise_parts(self, entries, begins, changes, values, pivots)
-            _factorise(self, entries, self.last, changes, values, pivots, True)
+            _factorise_parts(self, entries, begins, updates, values, pivots)
+            _factorise(self, entries, self.last, updates, values, pivots, True)
         return values, pivots
 
     def solve(self, values: Floats, b: Floats) -> Floats:
-        """The solution for (n, k) right-hand sides by the factors, (n, k), in the order in memory of the right-hand sides."""
+        """Solves for (n, k) right-hand sides with the factors; the (n, k) result has the memory layout of b."""
         x = np.empty(b.shape, order="F" if b.flags.f_contiguous else "C")
         y = np.zeros((-(-b.shape[1] // _TOGETHER), len(b), _TOGETHER))
         aside = np.zeros((len(self.parts), len(y), int(self.above.max(initial=-1)) + 1, _TOGETHER))
@@ -89,22 +89,22 @@ class Fronts(NamedTuple):
         return x
 
     def in_place(self) -> Fronts:
-        """The same for the matrix with its rows and columns in `order`."""
+        """Returns the same plan for the matrix whose rows and columns are sorted into `order`."""
         same = np.arange(len(self.order), dtype=np.int32)
         return self._replace(order=same, places=same)
 
 
 def _parts(firsts: Longs, lows: Longs, numbers: Longs, count: int) -> tuple[Longs, Longs]:
-    """About `count` disjoint subtrees of few numbers each: (p, 2) their groups, ascending, and the groups above them."""
+    """Finds about `count` disjoint subtrees of similar size; returns their ranges of groups, (p, 2), and the groups above."""
 
     def subtrees(low: int, high: int) -> list[tuple[int, int]]:
-        """The largest ones with rows from `low` to before `high`."""
-        found = []
+        """Returns the largest subtrees with rows from `low` to before `high`, as ranges of groups."""
+        ranges = []
         while high > low:
             g = int(np.searchsorted(firsts, high)) - 1
             high = int(lows[g])
-            found.append((int(np.searchsorted(firsts, high)), g + 1))
-        return found
+            ranges.append((int(np.searchsorted(firsts, high)), g + 1))
+        return ranges
 
     roots = sorted(subtrees(0, int(firsts[-1])))
     bounds = np.arange(min(count, len(roots)) + 1) * len(roots) // max(1, min(count, len(roots)))
@@ -127,7 +127,7 @@ def _compressed(matrix: sparse.csr_matrix) -> CompressedRows:
 
 @compiled(nogil=True)
 def _changed_rows(matrix: CompressedRows, order: Ints, places: Ints, firsts: Longs, lows: Longs, starts: Longs) -> Ints:
-    """The rows of `Fronts`; `starts` is filled."""
+    """Returns `Fronts.rows` and fills `Fronts.starts`."""
     n, at, top = order.shape[0], 0, 0
     seen = np.full(n, -1, dtype=np.int32)
     rows = np.empty(8 * n, dtype=np.int32)
@@ -162,95 +162,95 @@ def _changed_rows(matrix: CompressedRows, order: Ints, places: Ints, firsts: Lon
 
 @compiled(nogil=True)
 def _triangle(rows: int) -> int:
-    """The numbers on and below the diagonal."""
+    """The number of entries on and below the diagonal."""
     return rows * (rows + 1) // 2
 
 
 @compiled(parallel=True)
 def _factorise_parts(
-    fronts: Fronts, matrix: CompressedRows, begins: Longs, changes: Floats, values: Floats, pivots: Floats
+    fronts: Fronts, matrix: CompressedRows, begins: Longs, updates: Floats, values: Floats, pivots: Floats
 ) -> None:
-    """Fills the factors of the parts, and what each changes in later rows, from `begins` on."""
+    """Factorises the parts; writes their updates of later rows to `updates`, from `begins` on."""
     for part in prange(fronts.parts.shape[0]):
         groups = np.arange(fronts.parts[part, 0], fronts.parts[part, 1])
-        _factorise(fronts, matrix, groups, changes[begins[part] : begins[part + 1]], values, pivots, False)
+        _factorise(fronts, matrix, groups, updates[begins[part] : begins[part + 1]], values, pivots, False)
 
 
 @compiled(nogil=True)
 def _factorise(
-    fronts: Fronts, matrix: CompressedRows, groups: Longs, changes: Floats, values: Floats, pivots: Floats, above: bool
+    fronts: Fronts, matrix: CompressedRows, groups: Longs, updates: Floats, values: Floats, pivots: Floats, above: bool
 ) -> None:
-    """Fills the factors of all groups of a part, and what these change in later rows; or of those above all, `Fronts.last`."""
+    """Factorises the groups of a part and fills `updates`; or, with `above`, the groups of `Fronts.last` that are in no part."""
     firsts, lows, starts, rows = fronts.firsts, fronts.lows, fronts.starts, fronts.rows
     local = np.empty(fronts.order.shape[0], dtype=np.int32)
     widest, most = _room(fronts, groups)
     work, held = np.empty(widest * widest), np.empty(most)
-    # Groups whose changes have not been added to a front; these are held one after the other.
+    # A stack of groups whose updates wait to be added to a front. `held` has these updates in the same order.
     waiting = np.empty(groups.shape[0], dtype=np.int64)
     top, full, taken = 0, 0, 0
     for g in groups:
-        own, changed = firsts[g + 1] - firsts[g], starts[g + 1] - starts[g]
-        size = own + changed
+        eliminated, updated = firsts[g + 1] - firsts[g], starts[g + 1] - starts[g]
+        size = eliminated + updated
         if above and fronts.above[firsts[g]] < 0:
-            held[full : full + _triangle(changed)] = changes[taken : taken + _triangle(changed)]
-            taken += _triangle(changed)
+            held[full : full + _triangle(updated)] = updates[taken : taken + _triangle(updated)]
+            taken += _triangle(updated)
         else:
             front = work[: size * size].reshape(size, size)
-            _assemble(matrix, fronts.order, fronts.places, firsts[g], own, rows[starts[g] : starts[g + 1]], local, front)
+            _assemble(matrix, fronts.order, fronts.places, firsts[g], eliminated, rows[starts[g] : starts[g + 1]], local, front)
             while top > 0 and firsts[waiting[top - 1]] >= lows[g]:
                 top -= 1
                 begin, end = starts[waiting[top]], starts[waiting[top] + 1]
                 full -= _triangle(end - begin)
                 _add(rows[begin:end], held[full:], local, front)
-            for begin in range(0, own, _PANEL):
-                end = min(begin + _PANEL, own)
+            for begin in range(0, eliminated, _PANEL):
+                end = min(begin + _PANEL, eliminated)
                 _eliminate_panel(front, begin, end)
                 if above and _WORK * size >= SERIAL_BELOW:
                     _subtract_panel_by_threads(front, begin, end)
                 else:
                     for left in range(end, size, _STRIP):
                         _subtract_panel(front, begin, end, left)
-            for k in range(own):
+            for k in range(eliminated):
                 pivots[firsts[g] + k] = front[k, k]
-            _copy_columns(front, 0, own, values[fronts.numbers[g] :])
-            _copy_columns(front, own, size, held[full:])
-        full += _triangle(changed)
+            _copy_columns(front, 0, eliminated, values[fronts.numbers[g] :])
+            _copy_columns(front, eliminated, size, held[full:])
+        full += _triangle(updated)
         waiting[top] = g
         top += 1
     if not above:
-        changes[:] = held[full - changes.shape[0] : full]
+        updates[:] = held[full - updates.shape[0] : full]
 
 
 @compiled
 def _room(fronts: Fronts, groups: Longs) -> tuple[int, int]:
-    """The rows of the widest front of some groups, and the most numbers that groups hold for later ones at a time."""
+    """The number of rows of the widest front of some groups, and the largest size of the stack of waiting updates."""
     widest, most, held, top = 0, 0, 0, 0
     waiting = np.empty(groups.shape[0], dtype=np.int64)
     for g in groups:
-        changed = fronts.starts[g + 1] - fronts.starts[g]
-        widest = max(widest, fronts.firsts[g + 1] - fronts.firsts[g] + changed)
+        updated = fronts.starts[g + 1] - fronts.starts[g]
+        widest = max(widest, fronts.firsts[g + 1] - fronts.firsts[g] + updated)
         while top > 0 and fronts.firsts[waiting[top - 1]] >= fronts.lows[g]:
             top -= 1
             held -= _triangle(fronts.starts[waiting[top] + 1] - fronts.starts[waiting[top]])
         waiting[top] = g
         top += 1
-        held += _triangle(changed)
+        held += _triangle(updated)
         most = max(most, held)
     return widest, most
 
 
 @compiled(nogil=True)
 def _assemble(
-    matrix: CompressedRows, order: Ints, places: Ints, first: int, own: int, rows: Ints, local: Ints, front: Floats
+    matrix: CompressedRows, order: Ints, places: Ints, first: int, eliminated: int, rows: Ints, local: Ints, front: Floats
 ) -> None:
-    """The front of a group before any change, by columns, on and below the diagonal; `local` becomes the place of rows in it."""
-    for k in range(own):
+    """Copies the matrix entries of a group to its front, on and below the diagonal; `local` gets the place of each row there."""
+    for k in range(eliminated):
         local[first + k] = k
     for k in range(rows.shape[0]):
-        local[rows[k]] = own + k
+        local[rows[k]] = eliminated + k
     for j in range(front.shape[0]):
         front[j, j:] = 0.0
-    for k in range(own):
+    for k in range(eliminated):
         i = order[first + k]
         for p in range(matrix.indptr[i], matrix.indptr[i + 1]):
             r = places[matrix.indices[p]]
@@ -259,19 +259,19 @@ def _assemble(
 
 
 @compiled(nogil=True)
-def _add(rows: Ints, change: Floats, local: Ints, front: Floats) -> None:
-    """Adds what an earlier group changes in these rows."""
+def _add(rows: Ints, update: Floats, local: Ints, front: Floats) -> None:
+    """Adds the update of these rows by an earlier group to a front."""
     begin, count = np.uint64(0), np.uint64(rows.shape[0])
     for j in range(count):
         column = front[np.uint32(local[rows[j]])]
         for i in range(np.uint64(j), count):
-            column[np.uint32(local[rows[i]])] += change[begin + i]
+            column[np.uint32(local[rows[i]])] += update[begin + i]
         begin += count - j - np.uint64(1)
 
 
 @compiled(nogil=True)
 def _copy_columns(front: Floats, first: int, last: int, packed: Floats) -> None:
-    """Writes some columns of a front from the diagonal on."""
+    """Copies some columns of a front, each from the diagonal on, to `packed`."""
     at = 0
     for j in range(first, last):
         packed[at : at + front.shape[0] - j] = front[j, j:]
@@ -280,7 +280,7 @@ def _copy_columns(front: Floats, first: int, last: int, packed: Floats) -> None:
 
 @compiled(nogil=True, error_model="numpy")
 def _eliminate_panel(front: Floats, begin: int, end: int) -> None:
-    """L and D of some columns, in their place."""
+    """Replaces the columns of a panel by their part of L and D."""
     size = front.shape[0]
     for first in range(begin, end, _BLOCK):
         last = min(first + _BLOCK, end)
@@ -298,7 +298,7 @@ def _eliminate_panel(front: Floats, begin: int, end: int) -> None:
 
 @compiled(parallel=True)
 def _subtract_panel_by_threads(front: Floats, begin: int, end: int) -> None:
-    """`_subtract_panel` for all strips; each thread takes long columns and short ones."""
+    """Runs `_subtract_panel` for all strips; each thread gets long columns and short ones."""
     count = -(-(front.shape[0] - end) // _STRIP)
     for k in prange(count):
         strip = k // 2 if k % 2 == 0 else count - 1 - k // 2
@@ -307,14 +307,14 @@ def _subtract_panel_by_threads(front: Floats, begin: int, end: int) -> None:
 
 @compiled
 def _subtract_panel(front: Floats, begin: int, end: int, left: int) -> None:
-    """Subtracts L D L^T of a panel from a strip of the columns after it, which stays in the cache."""
+    """Subtracts L D L^T of a panel from a strip of later columns, which stays in the cache."""
     for block in range(begin, end, _BLOCK):
         _subtract(front, block, min(block + _BLOCK, end), left, min(left + _STRIP, front.shape[0]))
 
 
 @compiled(nogil=True)
 def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> None:
-    """Subtracts L D L^T of a block of up to eight columns, named one by one for the compiler, from the columns left to right."""
+    """Subtracts L D L^T of a block of up to eight columns from the columns `left` to `right`, unrolled for speed."""
     a, b, c, d = front[first], front[min(first + 1, last - 1)], front[min(first + 2, last - 1)], front[min(first + 3, last - 1)]
     e, f, g = front[min(first + 4, last - 1)], front[min(first + 5, last - 1)], front[min(first + 6, last - 1)]
     h = front[min(first + 7, last - 1)]
@@ -329,7 +329,7 @@ def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> No
         x = f[j] * f[first + 5] if count > 5 else 0.0
         y = g[j] * g[first + 6] if count > 6 else 0.0
         z = h[j] * h[first + 7] if count > 7 else 0.0
-        # Signed indices, which might count from the end, would keep the compiler from vectors.
+        # Signed indices might be negative, which would keep the compiler from vectorising.
         for i in range(np.uint64(j), np.uint64(front.shape[0])):
             one = (a[i] * s + b[i] * t) + (c[i] * u + d[i] * v)
             column[i] -= one + ((e[i] * w + f[i] * x) + (g[i] * y + h[i] * z))
@@ -337,7 +337,7 @@ def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> No
 
 @compiled(parallel=True)
 def _forward_parts(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> None:
-    """L y = b in place on the parts; what they change above is summed up in `aside`."""
+    """Solves L y = b in place on the parts; sums up their updates of rows above in `aside`."""
     for p in prange(fronts.parts.shape[0]):
         first, last = fronts.parts[p]
         _forward(fronts, values, np.arange(first, last), fronts.firsts[last], y, aside[p])
@@ -345,7 +345,7 @@ def _forward_parts(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> 
 
 @compiled(parallel=True)
 def _backward_parts(fronts: Fronts, values: Floats, y: Floats) -> None:
-    """D L^T x = y in place on the parts."""
+    """Solves D L^T x = y in place on the parts."""
     for p in prange(fronts.parts.shape[0]):
         first, last = fronts.parts[p]
         _backward(fronts, values, np.arange(first, last), y)
@@ -353,7 +353,7 @@ def _backward_parts(fronts: Fronts, values: Floats, y: Floats) -> None:
 
 @compiled(nogil=True)
 def _solve_above(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> None:
-    """L D L^T y = b in place on the rows that are in no part."""
+    """Solves L D L^T y = b in place on the rows that are in no part."""
     groups = fronts.last[fronts.above[fronts.firsts[fronts.last]] >= 0]
     for g in groups:
         for i in range(fronts.firsts[g], fronts.firsts[g + 1]):
@@ -368,30 +368,30 @@ def _solve_above(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> No
 
 @compiled(nogil=True)
 def _forward(fronts: Fronts, values: Floats, groups: Longs, end: int, y: Floats, aside: Floats) -> None:
-    """L y = b on the rows of some groups; what they change is added to `y` before the row `end`, from there on to `aside`."""
+    """Solves L y = b on the rows of some groups; adds updates of rows before `end` to `y`, of later rows to `aside`."""
     firsts, starts, above = fronts.firsts, fronts.starts, fronts.above
     local = np.empty((_room(fronts, groups)[0], _TOGETHER))
     for g in groups:
-        first, own, changed = firsts[g], firsts[g + 1] - firsts[g], fronts.rows[starts[g] : starts[g + 1]]
+        first, eliminated, updated = firsts[g], firsts[g + 1] - firsts[g], fronts.rows[starts[g] : starts[g + 1]]
         for h in range(y.shape[0]):
-            _forward_group(y[h], local, values[fronts.numbers[g] :], first, own, changed.shape[0])
-            for k in range(changed.shape[0]):
-                r = changed[k]
+            _forward_group(y[h], local, values[fronts.numbers[g] :], first, eliminated, updated.shape[0])
+            for k in range(updated.shape[0]):
+                r = updated[k]
                 for c in range(_TOGETHER):
                     if r < end:
-                        y[h, r, c] += local[own + k, c]
+                        y[h, r, c] += local[eliminated + k, c]
                     else:
-                        aside[h, above[r], c] += local[own + k, c]
+                        aside[h, above[r], c] += local[eliminated + k, c]
 
 
 @compiled(nogil=True)
-def _forward_group(x: Floats, local: Floats, values: Floats, first: int, own: int, changed: int) -> None:
-    size = own + changed
+def _forward_group(x: Floats, local: Floats, values: Floats, first: int, eliminated: int, updated: int) -> None:
+    size = eliminated + updated
     for k in range(size):
         for c in range(_TOGETHER):
-            local[k, c] = x[first + k, c] if k < own else 0.0
+            local[k, c] = x[first + k, c] if k < eliminated else 0.0
     at = 0
-    for k in range(own):
+    for k in range(eliminated):
         s, t, u, v = local[k, 0], local[k, 1], local[k, 2], local[k, 3]
         pivot = values[at]
         for i in range(np.uint64(k + 1), np.uint64(size)):
@@ -406,24 +406,24 @@ def _forward_group(x: Floats, local: Floats, values: Floats, first: int, own: in
 
 @compiled(nogil=True)
 def _backward(fronts: Fronts, values: Floats, groups: Longs, y: Floats) -> None:
-    """D L^T x = y on the rows of some groups, the last first."""
+    """Solves D L^T x = y on the rows of some groups, from the last group to the first."""
     firsts, starts = fronts.firsts, fronts.starts
     local = np.empty((_room(fronts, groups)[0], _TOGETHER))
     for g in groups[::-1]:
-        first, own, changed = firsts[g], firsts[g + 1] - firsts[g], fronts.rows[starts[g] : starts[g + 1]]
+        first, eliminated, updated = firsts[g], firsts[g + 1] - firsts[g], fronts.rows[starts[g] : starts[g + 1]]
         for h in range(y.shape[0]):
-            _backward_group(y[h], local, values[fronts.numbers[g] : fronts.numbers[g + 1]], first, own, changed)
+            _backward_group(y[h], local, values[fronts.numbers[g] : fronts.numbers[g + 1]], first, eliminated, updated)
 
 
 @compiled(nogil=True)
-def _backward_group(x: Floats, local: Floats, values: Floats, first: int, own: int, rows: Ints) -> None:
-    size = own + rows.shape[0]
+def _backward_group(x: Floats, local: Floats, values: Floats, first: int, eliminated: int, rows: Ints) -> None:
+    size = eliminated + rows.shape[0]
     for k in range(size):
-        r = first + k if k < own else rows[k - own]
+        r = first + k if k < eliminated else rows[k - eliminated]
         for c in range(_TOGETHER):
             local[k, c] = x[r, c]
     at = values.shape[0]
-    for k in range(own - 1, -1, -1):
+    for k in range(eliminated - 1, -1, -1):
         at -= size - k
         s, t, u, v = local[k, 0], local[k, 1], local[k, 2], local[k, 3]
         for i in range(np.uint64(k + 1), np.uint64(size)):

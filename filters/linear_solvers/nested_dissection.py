@@ -1,4 +1,4 @@
-"""Nested dissection: an order of the vertices in which the factors of a matrix of a mesh stay sparse."""
+"""Nested dissection: an elimination order that keeps the factors of a mesh's matrix sparse."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from .conjugate_gradients import CompressedRows
 
 #: Parts of at most this many vertices are not cut further.
 _LEAF = 16
-#: A separator that lies a share s of the part away from its middle counts as 1 + this times s of its size.
+#: A separator costs its size times 1 + `_UNEVEN` s, where s is its distance from the middle as a share of the part.
 _UNEVEN = 0.5
-#: Into so many parts a large graph is cut, which threads share.
+#: A large graph is cut into this many parts, which threads share.
 PARTS = 8
-#: Vertices with more neighbours than this times the root of the number of vertices come last: the levels around them are wide.
+#: A vertex with more than `_HUB` sqrt(n) neighbours comes last in the order, because the levels around it are wide.
 _HUB = 10.0
 
 
 def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
-    """An order of the vertices, and the groups of which it consists: separators, and parts that are not cut further.
+    """Returns an elimination order of the vertices and its groups: separators, and parts that are not cut further.
 
-    The vertices are sorted by their distance in edges from one end of the graph. A separator, the vertices of a level near the
-    middle that touch the next level, comes last in the order; the two sides come before it, each ordered in the same way
-    [george1973]. On a surface the factors have about n log n entries. Written here because the orders by least degree that come
-    with SuperLU take quadratic time on regular meshes; docs/solvers.md compares them.
+    Vertices are sorted into levels by their distance in edges from one end of the graph. The separator is the set of vertices of
+    a middle level that touch the next level. It comes last in the order; the two sides come first, each ordered in the same way
+    [george1973]. On a surface the factors have about n log n entries. SuperLU's minimum degree orders are not used because they
+    take quadratic time on regular meshes; docs/solvers.md compares the times.
 
     Returns:
         order: (n,) int32 a permutation.
         firsts: (groups + 1,) where in the order each group begins, ascending, and n.
-        lows: (groups,) where the part begins that the group separates; for a part that is not cut, where it begins itself.
+        lows: (groups,) where in the order the part of each group begins: the part that a separator cuts, or the uncut part.
     """
     n = len(matrix.indptr) - 1
     hub = np.diff(matrix.indptr) > _HUB * math.sqrt(n)
     order = np.concatenate([np.flatnonzero(~hub), np.flatnonzero(hub)]).astype(np.int32)
-    # Written at the last place of each group.
+    # Each group has its entry at the place of its last vertex.
     firsts, lows = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.int64)
     if hub.any():
         firsts[-1] = n - int(hub.sum())
@@ -62,7 +62,7 @@ def _dissect_all(matrix: CompressedRows, order: Ints, firsts: Longs, lows: Longs
 def _dissect(
     matrix: CompressedRows, order: Ints, firsts: Longs, lows: Longs, inside: Bools, most: int, begin: int, end: int
 ) -> Longs:
-    """Cuts a range of `order` until nothing is left to cut, or there are at least `most`; returns those that are left, (k, 2)."""
+    """Cuts a range of `order` until no part is left to cut or at least `most` are; returns the parts that are left, (k, 2)."""
     queue, bounds = np.empty(end - begin + 1, dtype=np.int32), np.empty(end - begin + 1, dtype=np.int32)
     waiting = [(begin, end)]
     done = 0
@@ -77,7 +77,7 @@ def _dissect(
             inside[order[k]] = True
         reached = bounds[_levels(matrix, order[low], inside, queue, bounds)]
         if reached < high - low:
-            # It is not connected: each of its components is a part.
+            # The range is not connected: each of its components becomes a part.
             waiting.append((low, low + reached))
             for k in range(low, high):
                 if inside[order[k]]:
@@ -88,7 +88,7 @@ def _dissect(
             continue
         for k in range(reached):
             inside[queue[k]] = True
-        # Levels counted from the vertex that is farthest from any other are many and narrow.
+        # Levels counted from a vertex at the end of the graph are many and narrow.
         depth = _levels(matrix, queue[reached - 1], inside, queue, bounds)
         front, back = _cut(matrix, order[low:high], inside, queue, bounds, depth)
         firsts[high - 1], lows[high - 1] = low + back, low
@@ -103,17 +103,17 @@ def _dissect(
 
 @compiled(nogil=True)
 def _levels(matrix: CompressedRows, first: int, inside: Bools, queue: Ints, bounds: Ints) -> int:
-    """Moves the vertices connected with `first` into `queue` by levels of distance, which begin at `bounds`; their number."""
+    """Moves the component of `first` into `queue`, sorted by levels that begin at `bounds`; returns the number of levels."""
     queue[0], bounds[0], inside[first] = first, 0, False
     depth, end = 0, 1
     while bounds[depth] < end:
         depth += 1
         bounds[depth] = end
         for now in range(bounds[depth - 1], end):
-            i = np.uint32(queue[now])  # for signed numbers the compiler adds the test whether they count from the end
+            i = np.uint32(queue[now])  # unsigned: the compiler would test a signed index for being negative
             for p in range(matrix.indptr[i], matrix.indptr[i + np.uint32(1)]):
                 j = np.uint32(matrix.indices[p])
-                queue[end] = j  # overwritten if it is not inside: a branch would be unpredictable
+                queue[end] = j  # the next one overwrites j if it is not inside: a branch would be unpredictable
                 end += inside[j]
                 inside[j] = False
     return depth
@@ -121,10 +121,10 @@ def _levels(matrix: CompressedRows, first: int, inside: Bools, queue: Ints, boun
 
 @compiled(nogil=True)
 def _cut(matrix: CompressedRows, order: Ints, inside: Bools, queue: Ints, bounds: Ints, depth: int) -> tuple[int, int]:
-    """Puts the near side of a part first, then the far side, then its separator; returns where these two begin.
+    """Reorders a part: near side, far side, separator; returns where the far side and the separator begin.
 
-    The separator are the vertices that touch the far side of the narrowest level among those that leave at least a third of the
-    part on either side, or among all if none does. A part of two levels stays whole.
+    The separator lies in the cheapest level that leaves at least a third of the part on either side, or in the cheapest of all
+    levels if none does. It is the set of the level's vertices that touch the far side. A part of two levels stays whole.
     """
     count = order.shape[0]
     if depth < 3:

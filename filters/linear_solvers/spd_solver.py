@@ -1,8 +1,8 @@
-"""Sparse symmetric positive definite systems by Jacobi, multigrid or Cholesky, and refinement; docs/solvers.md has the times.
+"""Solvers of sparse symmetric positive definite systems: Jacobi, multigrid, Cholesky, refinement; docs/solvers.md has the times.
 
-The diagonal is the preconditioner where the matrix is close to it. Elsewhere factors solve small systems, and multigrid large
-ones: its cost depends neither on the time step nor, per row, on the size. Factors are the last resort, too. Ill-conditioned
-powers of Laplace operators take iterative refinement with residuals in twice the precision.
+If the matrix is nearly diagonal, its diagonal is the preconditioner of conjugate gradients. Otherwise factors solve small systems
+and multigrid is the preconditioner for large ones: its cost per row depends neither on the time step nor on the size. Factors are
+the last resort, too. Ill-conditioned powers of Laplace operators need refinement with residuals in twice the precision.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from ..mesh import Floats
 from .conjugate_gradients import CompressedRows, Preconditioner, SmoothedAggregation, conjugate_gradients, preconditioned_norm
 from .fronts import Fronts
 
-#: Shifts that are tried.
+#: The most shifts that are tried.
 _ATTEMPTS = 4
-#: Factors with a backward error of at most the first are taken at once; if there are none, the best ones up to the second. The
-#: count is right while no eigenvalue is closer to the shift than this share of the largest one, and one step of refinement makes
-#: up for what the modes lose.
+#: Factors with a backward error of at most `_GOOD` are taken at once, else the best ones of all shifts, up to `_ROUGH`. The count
+#: of eigenvalues is right if none is closer to the shift than this share of the largest one. One step of refinement restores the
+#: accuracy of the modes.
 _GOOD, _ROUGH = 1e-12, 1e-9
-# Rows from which the factors take long enough for a thread of their own.
+# From this many rows on, factorising takes so long that it runs on a thread of its own, which can be abandoned.
 _QUICK = 20_000
-#: Corrections are made until the next is predicted below this share of the extent, at most this many.
+#: Refinement ends when the next correction is predicted below `_REFINED` of the extent, or after `_MOST_REFINEMENTS`.
 _REFINED, _MOST_REFINEMENTS = 1e-11, 12
 #: The refinement has failed if its last correction is above this share of the extent.
 _UNREFINED = 1e-6
@@ -40,10 +40,10 @@ _SPLITTER = 134217729.0
 
 
 class Cholesky:
-    """The factors L D L^T of a symmetric positive definite matrix; docs/solvers.md compares them with libraries'."""
+    """The factors L D L^T of a symmetric positive definite matrix; docs/solvers.md compares their times with libraries."""
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress, done: float = 0.0) -> None:
-        """Factorises; `ConvergenceError` if it is not positive definite to rounding. Calls `progress` with `done` meanwhile."""
+        """Factorises and calls progress(done) meanwhile; `ConvergenceError` if not positive definite to rounding."""
         csr = sparse.csr_matrix(matrix)
         if not (csr.diagonal() > 0.0).all():
             raise ConvergenceError("the matrix is not positive definite: it has a diagonal entry that is not positive")
@@ -54,19 +54,19 @@ class Cholesky:
             raise ConvergenceError(f"the matrix of {csr.shape[0]} rows is not positive definite to rounding")
 
     def solve(self, right_side: Floats) -> Floats:
-        """The solution for (n, k) right-hand sides, (n, k)."""
+        """Solves for (n, k) right-hand sides; returns (n, k)."""
         return self._fronts.solve(self._values, right_side)
 
 
 class ShiftedFactors:
     """L D L^T of A - shift I for a symmetric A, without row exchanges.
 
-    Without exchanges D is diagonal, and by Sylvester's law of inertia it has as many negative entries as A has eigenvalues below
-    the shift, `below`. A pivot close to 0 would spoil that; then the `shift` is moved a little.
+    Without exchanges D is diagonal. By Sylvester's law of inertia its number of negative entries is the number of eigenvalues of
+    A below the shift: `below`. A pivot close to 0 would make this number unreliable; then the `shift` is moved a little.
     """
 
     def __init__(self, matrix: sparse.csc_matrix, fronts: Fronts, shift: float, progress: Progress, done: float) -> None:
-        """Factorises a symmetric (n, n) matrix, `fronts` those of its pattern; fails if no shift close by gives factors."""
+        """Factorises a symmetric (n, n) matrix with the `fronts` of its pattern; fails if no nearby shift has stable factors."""
         identity = sparse.eye_array(matrix.shape[0], format="csr")
         probe = np.random.default_rng(0).normal(size=(matrix.shape[0], 1))
         size = float(np.asarray(abs(matrix).sum(axis=0)).max(initial=0.0))
@@ -86,22 +86,22 @@ class ShiftedFactors:
             raise ConvergenceError(f"the operator of {matrix.shape[0]} vertices has no stable factors near the shift {shift:.6g}")
 
     def solve(self, right_side: Floats) -> Floats:
-        """(A - shift I)^-1 times (n, b) columns, Fortran-ordered."""
+        """Returns (A - shift I)^-1 times (n, b) columns, Fortran-ordered."""
         return self._fronts.solve(self._values, np.asfortranarray(right_side))
 
 
-#: No solution is asked to be more exact than this, relative to its own energy norm: rounding would not allow it.
+#: The smallest tolerance, relative to the energy norm of the solution: rounding prevents smaller errors.
 FINEST_TOLERANCE = 1e-12
 #: A backward error of this size is rounding.
 _ROUNDING = 1e-14
-#: A matrix whose smoothest vector has a Rayleigh quotient below this has no factors.
+#: A matrix whose smoothest vector has a Rayleigh quotient below this is singular to rounding and not factorised.
 _SINGULAR = 1e-13
-#: Predicted steps up to which the diagonal is the better preconditioner, and the steps after which multigrid takes over.
+#: Up to `_FEW_STEPS` predicted steps the diagonal is tried as preconditioner; after `_JACOBI_STEPS` steps multigrid takes over.
 _FEW_STEPS, _JACOBI_STEPS = 100, 250
 _MULTIGRID_STEPS = 300
-#: Where the diagonal is no good preconditioner factors are quicker than multigrid up to so many rows, for one solve and for more.
+#: If the diagonal is a poor preconditioner, factors beat multigrid up to this many rows: for one solve, and for several.
 _FACTORS_FOR_ONE, _FACTORS_FOR_MORE = 50_000, 150_000
-#: Elsewhere they pay from this many solves on.
+#: If the diagonal is a good one, factors pay from this many solves on.
 _MANY_SOLVES = 4
 Method: TypeAlias = Literal["jacobi", "multigrid", "cholesky"]
 #: A direct solution must reach this backward error, which leaves room for ill-posed systems.
@@ -114,9 +114,9 @@ class SpdSolver:
     """Solves systems with one matrix; multigrid and factors are kept for the next right-hand side."""
 
     def __init__(self, matrix: sparse.csr_matrix, *, solves: int = 1) -> None:
-        """Of symmetric positive definite A, or semidefinite for right-hand sides in its range; kept, not copied.
+        """Takes a symmetric positive definite A, or a semidefinite one for right-hand sides in its range; A is not copied.
 
-        How many solves are to come decides whether factors pay, from the second on.
+        `solves` is the number of solves to come. It decides whether factors pay from the second solve on.
         """
         self._system = SpdSystem.of(matrix)
         self._many = solves >= _MANY_SOLVES and matrix.shape[0] <= _FACTORS_FOR_MORE
@@ -139,8 +139,8 @@ class SpdSolver:
         Args:
             right_side: b, (n,) or (n, k). Columns are solved for in groups of three, which share one measure of error.
             tolerance: the estimated energy norm of the error, as a share of the reference. Larger is faster and less exact.
-            reference: an energy norm sqrt(x^T A x) that counts as 1; None takes that of the group's own solution. An error
-                below `FINEST_TOLERANCE` of the latter is no aim.
+            reference: the energy norm sqrt(x^T A x) that the tolerance is a share of; None for that of each group's solution. The
+                error need not be below `FINEST_TOLERANCE` of the solution.
             start: a first guess, of the shape of b.
             progress: called every few steps; may raise to stop.
 
@@ -170,17 +170,17 @@ class SpdSolver:
     ) -> Solution:
         if self._factors is not None or (self._solved and self._many):
             return self.by_factors(b, progress)
-        before = 0
-        # The error of the smoothest vector is larger than its residual by one over the least eigenvalue.
+        earlier_steps = 0
+        # For the smoothest vector the energy norm of the error is the norm of its residual over sqrt(smallest eigenvalue).
         spread = float(np.sqrt(self._system.smoothness))
         if np.log(2.0 / tolerance) / np.sqrt(2.0) / spread <= _FEW_STEPS:
             attempt, converged, _ = self._descend(b, x, tolerance, reference, None, spread, _JACOBI_STEPS, progress)
             if converged:
                 self._solved = True
                 return attempt
-            x, before = attempt.values, attempt.iterations
+            x, earlier_steps = attempt.values, attempt.iterations
         if self._quick and self._system.smoothness >= _SINGULAR:
-            self._quick = False  # if factors fail multigrid is next
+            self._quick = False  # if factors fail, multigrid is next
             with suppress(ConvergenceError):
                 return self.by_factors(b, progress)
         if self._multigrid is None:
@@ -190,7 +190,7 @@ class SpdSolver:
         )
         if converged:
             self._solved = True
-            return attempt._replace(iterations=before + attempt.iterations)
+            return attempt._replace(iterations=earlier_steps + attempt.iterations)
         stalled = (
             f"conjugate gradients stall at a backward error of {attempt.backward_error:.3g} in a system of {len(b)} equations"
         )
@@ -203,7 +203,7 @@ class SpdSolver:
             raise ConvergenceError(f"{stalled}, and {error}") from error
 
     def by_factors(self, b: Floats, progress: Progress = ignore_progress) -> Solution:
-        """The solution for (n, k) right-hand sides by factors and a step of refinement; the factors are kept if they solve it."""
+        """Solves for (n, k) right-hand sides by factors and one step of refinement; keeps factors that are exact enough."""
         matrix = self._system.matrix
         if len(b) > _LARGEST_FACTORS:
             raise ConvergenceError(f"{len(b)} rows are more than the {_LARGEST_FACTORS} that can be factorised")
@@ -227,22 +227,22 @@ class SpdSolver:
         steps: int,
         progress: Progress,
     ) -> tuple[Solution, bool, bool]:
-        """Conjugate gradients, restarted where their residual drifts: the result, whether it is good, whether A is indefinite."""
+        """Runs conjugate gradients, restarted if the residual drifts: (result, whether it converged, whether A is indefinite)."""
         matrix = self._system.matrix
-        own = preconditioned_norm(matrix, b, precondition)
-        target = max(tolerance * (own if reference is None else reference * spread), FINEST_TOLERANCE * own)
-        taken = 0
+        size = preconditioned_norm(matrix, b, precondition)
+        target = max(tolerance * (size if reference is None else reference * spread), FINEST_TOLERANCE * size)
+        iterations = 0
         while True:
             descent = conjugate_gradients(
-                matrix, b, target=target, max_iterations=steps - taken, start=x, precondition=precondition, progress=progress
+                matrix, b, target=target, max_iterations=steps - iterations, start=x, precondition=precondition, progress=progress
             )
-            x, taken = descent.values, taken + descent.iterations
+            x, iterations = descent.values, iterations + descent.iterations
             norm = preconditioned_norm(matrix, b - matrix @ x, precondition)
             backward = self._system.backward_error(x, b)
             converged = norm <= 2.0 * target or (descent.norm <= target and backward <= _ROUNDING)
             if converged or descent.norm > target or descent.iterations == 0:
                 method: Method = "jacobi" if precondition is None else "multigrid"
-                return Solution(x, norm / spread, backward, taken, method), converged, descent.indefinite
+                return Solution(x, norm / spread, backward, iterations, method), converged, descent.indefinite
 
 
 def _padded(columns: Floats) -> Floats:
@@ -262,7 +262,7 @@ class SpdSystem(NamedTuple):
 
     @classmethod
     def of(cls, matrix: sparse.csr_matrix) -> SpdSystem:
-        """Measures A, which is kept, not copied; refused if not square, not finite, or without a positive diagonal."""
+        """Measures A, without a copy; refuses one that is not square, not finite, or without a positive diagonal."""
         csr = sparse.csr_matrix(matrix)
         if csr.shape[0] != csr.shape[1]:
             raise FilterInputError(f"the matrix of a system must be square, got {csr.shape}")
@@ -270,8 +270,8 @@ class SpdSystem(NamedTuple):
         diagonal = csr.diagonal()
         bad = np.flatnonzero(~(diagonal > 0.0))
         if len(bad) or not np.isfinite(csr.data).all():
-            what = f"diagonal entry {bad[0]} is {diagonal[bad[0]]}" if len(bad) else "an entry is not finite"
-            raise FilterInputError(f"the matrix of a system must be positive definite, but {what}; leave such unknowns out")
+            problem = f"diagonal entry {bad[0]} is {diagonal[bad[0]]}" if len(bad) else "an entry is not finite"
+            raise FilterInputError(f"the matrix of a system must be positive definite, but {problem}; leave such unknowns out")
         scale = 1.0 / np.sqrt(diagonal)
         sizes = sparse.csr_matrix((np.abs(csr.data), csr.indices, csr.indptr), shape=csr.shape)
         norm = float((scale * (sizes @ scale)).max(initial=0.0))
@@ -280,7 +280,7 @@ class SpdSystem(NamedTuple):
         return cls(csr, scale, norm, max(smoothness, np.finfo(float).tiny))
 
     def columns(self, right_side: Floats) -> Floats:
-        """The right-hand side as (n, k), C-contiguous; refused with another number of rows, or if it is not finite."""
+        """Returns the right-hand side as (n, k), C-contiguous; refuses another number of rows, and values that are not finite."""
         n = self.matrix.shape[0]
         b = np.asarray(right_side, dtype=np.float64)
         if b.ndim not in (1, 2) or len(b) != n or not np.isfinite(b).all():
@@ -288,7 +288,7 @@ class SpdSystem(NamedTuple):
         return np.ascontiguousarray(b[:, None] if b.ndim == 1 else b)
 
     def backward_error(self, x: Floats, b: Floats) -> float:
-        """|D r| / (|D A D| |x / D| + |D b|) for r = b - A x, of (n, k) columns together; 0 if x and b are."""
+        """|D r| / (|D A D| |x / D| + |D b|) for r = b - A x, over all (n, k) columns together; 0 if x and b are 0."""
         scale = self.scale[:, None]
         size = self.norm * np.linalg.norm(x / scale) + np.linalg.norm(scale * b)
         return float(np.linalg.norm(scale * (b - self.matrix @ x)) / size) if size > 0.0 else 0.0
@@ -298,12 +298,12 @@ class Solution(NamedTuple):
     """The solution of A x = b, its errors and its method."""
 
     values: Floats  # x, of the shape of b
-    error: float  # an estimate of the energy norm sqrt(e^T A e) of the error e, over all columns; not estimated, 0, by "cholesky"
-    # |r| / (|A| |x| + |b|) for r = b - A x, after scaling A to unit diagonal so that large rows hide nothing: x solves exactly a
-    # system that differs by this share. The largest over the groups of columns solved for together.
+    error: float  # an estimate of the energy norm sqrt(e^T A e) of the error e, over all columns; "cholesky" gives 0, no estimate
+    # |r| / (|A| |x| + |b|) for r = b - A x, with A scaled to unit diagonal so that large rows hide nothing: x is the exact
+    # solution of a system that differs by this share. It is the largest of all groups of columns that were solved for together.
     backward_error: float
     iterations: int  # products with the matrix
-    method: Method  # what gave x
+    method: Method  # the method that gave x
 
 
 class RefinedSolution(NamedTuple):
@@ -312,7 +312,7 @@ class RefinedSolution(NamedTuple):
     values: Floats  # x, (n, k)
     backward_error: float  # |r| / (|A| |x| + |b|), measured as if A had a unit diagonal
     last_correction: float  # the largest entry of the last correction, in the unit of x: larger than the remaining error
-    refinements: int  # the corrections after the first solution
+    refinements: int  # the number of corrections after the first solution
 
 
 def refined_solution(
@@ -327,17 +327,17 @@ def refined_solution(
 ) -> RefinedSolution:
     """Solves A x = b by factors and iterative refinement; the caller computes b - A x more precisely than A is stored.
 
-    If A is a product, its rounding alone may leave only a few digits of x. With a precise residual each step adds that many, and
-    the solution is that of the exact product [higham2002].
+    If A is a product, rounding of its entries may leave only a few correct digits of x. With a precise residual each step adds as
+    many, and the result solves the system of the exact product [higham2002].
 
     Args:
         matrix: A, (n, n) symmetric positive definite to rounding.
-        residual: b - A x of (n, k) values x, with more digits than the condition number of A takes.
+        residual: computes b - A x of (n, k) values x, with more digits than the condition number of A costs.
         start: (n, k) a first guess.
-        extent: the length against which errors in x count.
-        first: (n, k) b - A x of the first guess where ordinary precision will do; None for that of `residual`.
+        extent: the length that errors in x are compared with.
+        first: (n, k) b - A x of the first guess, if ordinary precision is enough; None: `residual` computes it.
         solve: solves A x = r to a few digits for (n, k) residuals; None for factors.
-        progress: called meanwhile; may raise to stop.
+        progress: called between the steps; may raise to stop.
 
     Raises:
         FilterInputError: A is not finite or has a diagonal entry that is not positive.
@@ -351,7 +351,7 @@ def refined_solution(
     while True:
         rest = first if steps == 0 and first is not None else residual(x)
         correction = solve(rest)
-        before_it, x = x, x + correction
+        previous, x = x, x + correction
         moved = float(np.abs(correction).max(initial=0.0))
         progress(0.9 + 0.1 * steps / (steps + 1))
         if moved == 0.0 or (steps > 0 and moved * (moved / before) <= _REFINED * extent):
@@ -361,25 +361,25 @@ def refined_solution(
         before, steps = moved, steps + 1
     if not moved <= _UNREFINED * extent:
         raise ConvergenceError(f"refinement of {len(x)} equations stalls at corrections of {moved / extent:.3g} of the extent")
-    # The last step is so short that the rounding of its product with A does not count.
-    left_over = rest - system.matrix @ (x - before_it)
+    # The last step is so short that rounding in its product with A is negligible.
+    last_residual = rest - system.matrix @ (x - previous)
     scale = np.repeat(system.scale, x.shape[1]).reshape(x.shape)
-    size = system.norm * _length(x / scale) + _length(scale * (left_over + system.matrix @ x))
-    return RefinedSolution(x, _length(scale * left_over) / size if size > 0.0 else 0.0, moved, steps)
+    size = system.norm * _length(x / scale) + _length(scale * (last_residual + system.matrix @ x))
+    return RefinedSolution(x, _length(scale * last_residual) / size if size > 0.0 else 0.0, moved, steps)
 
 
 def _length(values: Floats) -> float:
-    """The norm, by numpy's own sum: that of the library behind `norm` depends on its threads and waits for them."""
+    """The Euclidean norm by NumPy's own sum; the library behind `norm` depends on its threads and waits for them."""
     return math.sqrt(float(np.square(values).sum()))
 
 
 def laplacian_power(
     matrix: sparse.csr_matrix, inverse_mass: Floats, order: int, values: Floats, more: Floats | None = None
 ) -> Floats:
-    """(S M^-1)^(order - 1) S x, computed with about 32 digits and rounded once.
+    """Computes (S M^-1)^(order - 1) S x with about 32 digits and rounds it once.
 
-    The rows of S count as summing to 0 exactly: its diagonal is not read. In ordinary precision each application loses the digits
-    that differences between neighbours lose, at order 3 and 100,000 vertices nearly all of 16; of 32 enough are left. Sums and
+    The diagonal of S is not read: every row is taken to sum to 0 exactly. In ordinary precision each application loses digits in
+    the differences between neighbours: at order 3 and 100,000 vertices nearly all 16. Of 32 digits enough are left. Sums and
     products carry their rounding errors along as a second double [dekker1971].
 
     Args:
@@ -426,7 +426,7 @@ def _two_product(a: float, b: float) -> tuple[float, float]:
 def _added(
     total: float, rest: float, factor: float, high: float, low: float, from_high: float, from_low: float
 ) -> tuple[float, float]:
-    """The sum and its rest with factor (high + low - from_high - from_low) added."""
+    """Adds factor (high + low - from_high - from_low) to the sum total + rest; returns the new total and rest."""
     difference, error = _two_sum(high, -from_high)
     more, rest_of_more = _two_sum(low, -from_low)
     difference, lost = _two_sum(difference, more)
@@ -446,7 +446,7 @@ def _scaled(total: float, rest: float, factor: float) -> tuple[float, float]:
 
 @compiled(parallel=True)
 def _apply(matrix: CompressedRows, factors: Floats, high: Floats, low: Floats, out_high: Floats, out_low: Floats) -> None:
-    """out_i = factors_i sum_j S_ij (x_j - x_i), every number a sum of a high and a low double; the three columns take turns."""
+    """Computes out_i = factors_i sum_j S_ij (x_j - x_i); every number is the sum of a high and a low double."""
     indptr, indices, data = matrix
     for i in prange(indptr.shape[0] - 1):
         x, y, z, p, q, r = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

@@ -1,4 +1,4 @@
-"""Spectral filters: wavelengths of a surface removed, kept or amplified; modes and spectra."""
+"""Spectral filters, which remove, keep or amplify wavelengths of a surface; manifold harmonics; energy spectra."""
 
 from .detail_enhancement import EnhancedDetails, enhance_details
 from .eigenpairs import OneHarmonic, lowest_eigenpairs, one_harmonic

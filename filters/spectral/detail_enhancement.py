@@ -1,4 +1,4 @@
-"""Detail enhancement: relief of a band of wavelengths amplified along the normals of a shape that stays."""
+"""Detail enhancement: amplifies the relief of a band of wavelengths along the normals of the smooth base shape."""
 
 from dataclasses import dataclass
 
@@ -17,32 +17,32 @@ from .eigenvector_free import filter_without_eigenvectors
 from .problem import Response, cutoff_frequency, low_pass, spectral_problem
 from .spectrum import spectrum
 
-#: The largest thickness that is measured, in displacements: the bound takes 2 % there, 1 - tanh(x) / x for x = 1/4.
-_FREE = 4.0
+#: Thickness is measured until the bound b is this many displacements; f then shortens them by 2 %, 1 - tanh(x) / x at x = 1/4.
+_BOUND = 4.0
 # Displacements count as at least this share of the largest one, so that no bound is 0.
-_NONE = 1e-3
-# Of the low passes, whose results are subtracted from each other.
+_LEAST = 1e-3
+# The tolerance of the low passes, small because their results are subtracted from each other.
 _TOLERANCE = 1e-12
-#: The longest wave of the relief in shortest ones: two octaves.
+#: The default ratio of the longest to the shortest wavelength of the relief: two octaves.
 OCTAVES = 4.0
-#: Waves shorter than this many mean edges are never relief: triangles do not show them.
+#: The shortest possible wavelength of relief, in mean edges: triangles do not show shorter waves.
 SHORTEST = 5.0
-#: A band whose energy is this many times that of noise is signal: three quarters of it are.
+#: A band counts as signal if its energy is at least this many times the noise energy: at most a quarter of it is noise.
 SIGNAL = 4.0
-# The lengths of waves from which the noise is measured, in mean edges; regular triangles have no shorter ones.
+# The noise is measured between these wavelengths, in mean edges; regular triangles have no shorter waves.
 _NOISE_FROM, _NOISE_TO = 2.5, 4.0
-# Enough for bands of up to ten edges; the longer waves of the shape are not needed.
+# Steps of the quadrature: enough to resolve wavelengths of up to ten edges; longer ones are not needed.
 _STEPS = 300
 
 
 @dataclass(frozen=True, eq=False)
 class EnhancedDetails:
-    """A surface with its relief enhanced, lengths in mesh units."""
+    """A surface with enhanced relief; lengths in mesh units."""
 
     vertices: Floats  # (n, 3) the new coordinates
-    detail_size: float = 0.0  # the shortest wave of the band; 0 where there is nothing to enhance
-    largest_size: float = 0.0  # the longest
-    height: float = 0.0  # the root mean square of the heights of the relief as it was, over the vertices
+    detail_size: float = 0.0  # the shortest wavelength of the band; 0 if there is nothing to enhance
+    largest_size: float = 0.0  # the longest wavelength of the band
+    height: float = 0.0  # the root mean square height of the input's relief over the vertices
     largest_displacement: float = 0.0
 
 
@@ -58,33 +58,33 @@ def enhance_details(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> EnhancedDetails:
-    """Moves vertices along the normals of the shape, p' = p + f((gain - 1) s h) n, by the heights h of the relief.
+    """Amplifies the relief of a surface along the normals of its base shape: p' = p + f((gain - 1) s h) n, h the relief's height.
 
-    1. K_d is the low pass that halves waves of length d, see `low_pass`. n are the normals of the shape K_long p.
-    2. h = n . (K_short p - K_long p), less its own long waves: h - K_long h. Without them a bulge would grow as a whole.
-    3. s = e(x) e(y), e(x) = 3 x^2 - 2 x^3 from 0 to 1: x the distance from open borders, y the thickness of the shape, both over
-       the longest wave. So borders stay, and so do parts that are themselves no larger than relief, such as the knob of a bone.
-    4. f(x) = b tanh(x / b), b a share of the thickness of the shape, inside or outside, whichever is less (`touching_balls`). So
-       thin parts do not swell, and two sides of a gap do not meet.
+    1. K_d is the low pass that halves waves of length d, see `low_pass`. n are the normals of the base shape K_long p.
+    2. h = r - K_long r with r = n . (K_short p - K_long p). Without the subtraction a bulge would grow as a whole.
+    3. s = e(x) e(y) with e(x) = 3 x^2 - 2 x^3 on [0, 1]. x is the distance from the border and y the thickness of the base shape,
+       both divided by the longest wavelength. So borders stay, and so do parts as small as relief, such as the knob of a bone.
+    4. f(x) = b tanh(x / b) with b = `most` times the thickness of the base shape, inside or outside, whichever is smaller
+       (`touching_balls`). So thin parts do not swell, and the two sides of a gap do not meet.
 
-    Waves longer than the band and shorter than it, noise too, stay as they are, and with gain 1 all do.
+    Waves outside the band stay as they are, noise among them. With gain 1 nothing changes.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles; at least one unless there are no vertices.
-        gain: how many times as high the relief becomes, from 0. Below 1 it is flattened.
-        detail_size: the shortest wave of the relief, in mesh units; None for the one that `shortest_relief` measures. Choose it
-            above the size of the noise.
-        largest_size: the longest wave, above `detail_size`; None for four times as long.
-        most: the largest displacement as a share of the thickness, above 0. Larger lets thin parts change more; at 1/2 two sides
-            may meet.
+        gain: the factor on the height of the relief, from 0. Above 1 amplifies the relief, below 1 flattens it.
+        detail_size: the shortest wavelength of the relief, in mesh units; None: `shortest_relief` measures it. Choose it above
+            the wavelengths of the noise.
+        largest_size: the longest wavelength, above `detail_size`; None: four times `detail_size`.
+        most: the largest displacement as a share of the thickness, above 0. Larger lets thin parts change more; from 1/2 on
+            opposite sides may meet.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         movable: (n,) bool, which vertices may move, None for all.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        The coordinates and the band. Vertices that do not move keep every bit: those on borders, those of no face with an area,
-        those not `movable`. Deterministic to the bit.
+        The coordinates and the band. Fixed vertices keep every bit: border vertices, vertices without a face of positive area,
+        and vertices that are not `movable`. Deterministic to the bit.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, a point cloud.
@@ -96,7 +96,7 @@ def enhance_details(
         if size is not None:
             cutoff_frequency(name, size)
     if len(triangles) == 0 and len(points):
-        raise FilterInputError("the mesh has no triangles: relief is that of a surface; triangulate a point cloud first")
+        raise FilterInputError("the mesh has no triangles: only a surface has relief; triangulate a point cloud first")
     mesh = normalised_mesh(points, triangles, movable)
     if len(mesh) == 0:
         return EnhancedDetails(points.copy())
@@ -105,25 +105,25 @@ def enhance_details(
         return EnhancedDetails(points.copy())
     shortest, longest = _band(mesh, detail_size, largest_size)
     short, long = low_pass(shortest), low_pass(longest)
-    here = mesh.points[problem.vertices]
+    surface_points = mesh.points[problem.vertices]
 
-    def passed(values: Floats, low: Response, start: float, stop: float) -> Floats:
+    def low_passed(values: Floats, low: Response, start: float, stop: float) -> Floats:
         part = part_of(progress, start, stop)
         return filter_without_eigenvectors(problem, values, low, tolerance=_TOLERANCE, progress=part).values
 
-    fine, shape = passed(here, short, 0.0, 0.2), passed(here, long, 0.2, 0.4)
-    everywhere = mesh.points.copy()
-    everywhere[problem.vertices] = shape
-    normals = vertex_normals_by_area(everywhere, mesh.cells)[problem.vertices]
+    fine, shape = low_passed(surface_points, short, 0.0, 0.2), low_passed(surface_points, long, 0.2, 0.4)
+    smooth = mesh.points.copy()
+    smooth[problem.vertices] = shape
+    normals = vertex_normals_by_area(smooth, mesh.cells)[problem.vertices]
     heights = ((fine - shape) * normals).sum(axis=1)
-    heights -= passed(heights, long, 0.4, 0.6)
+    heights -= low_passed(heights, long, 0.4, 0.6)
     unbounded = factor * heights * _away_from_borders(mesh, longest)[problem.vertices]
-    reach = float(np.abs(unbounded).max())
+    highest = float(np.abs(unbounded).max())
     if mesh.movable is not None:
         unbounded[~mesh.movable[problem.vertices]] = 0.0
     displacement = unbounded
-    if reach > 0.0:
-        largest = np.maximum(_FREE / (2.0 * most) * np.maximum(np.abs(unbounded), _NONE * reach), 0.5 * longest)
+    if highest > 0.0:
+        largest = np.maximum(_BOUND / (2.0 * most) * np.maximum(np.abs(unbounded), _LEAST * highest), 0.5 * longest)
         inside = touching_balls(shape, normals, largest=largest, progress=part_of(progress, 0.6, 0.8))
         outside = touching_balls(shape, -normals, largest=largest, progress=part_of(progress, 0.8, 1.0))
         bound = most * 2.0 * np.minimum(inside, outside)
@@ -141,7 +141,7 @@ def enhance_details(
 
 
 def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float | None) -> tuple[float, float]:
-    """The wavelengths between which relief lies, measured where no size is set, in the unit of the points."""
+    """Returns the shortest and the longest wavelength of the relief, in the unit of the points; measures them if not given."""
     if detail_size is None:
         shortest = shortest_relief(mesh.points, mesh.cells, mean_edge_length(mesh.points, mesh.cells))
     else:
@@ -155,7 +155,7 @@ def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float |
 
 
 def _away_from_borders(mesh: NormalisedMesh, width: float) -> Floats:
-    """(k,) 3 x^2 - 2 x^3 of the distance from the nearest border vertex along edges, as a share x of the width, at most 1."""
+    """(k,) 3 x^2 - 2 x^3 with x = min(1, distance / width), the distance along edges to the nearest border vertex."""
     border: Ints = np.flatnonzero(border_vertices(mesh.cells, len(mesh))).astype(np.int32)
     if len(border) == 0:
         return np.ones(len(mesh))
@@ -167,20 +167,20 @@ def _away_from_borders(mesh: NormalisedMesh, width: float) -> Floats:
 
 
 def _eased(x: Floats) -> Floats:
-    """3 x^2 - 2 x^3, and 1 above 1."""
+    """Returns 3 x^2 - 2 x^3 up to x = 1, and 1 beyond."""
     share = np.minimum(x, 1.0)
     return np.asarray(share**2 * (3.0 - 2.0 * share))
 
 
 def shortest_relief(vertices: Floats, faces: Ints, mean_edge: float) -> float:
-    """The shortest waves of the relief in the spectrum of a surface, in mesh units.
+    """Estimates the shortest wavelength of the relief from the spectrum of the surface, in mesh units.
 
-    Noise that is independent at each vertex has the same energy in every mode, so that its energy in a band of a third of an
-    octave grows with the square of the frequency. Its level is taken from waves of 2.5 to 4 mean edges, which show little else.
-    The relief begins a third of an octave above the shortest band that has `SIGNAL` times as much energy as such noise would, at
-    `SHORTEST` edges at least. At least one triangle must have an area.
+    Noise that is independent at each vertex has the same energy in every mode. So its energy in a band of a third of an octave
+    grows with the square of the frequency. The noise level is measured at wavelengths of 2.5 to 4 mean edges, which hold little
+    else. The result is a third of an octave longer than the shortest band with at least `SIGNAL` times the noise energy, and at
+    least `SHORTEST` mean edges. At least one triangle must have an area.
     """
-    # In mean edges, since the edges of bands are the same numbers for all meshes.
+    # In units of the mean edge, because the band edges are the same numbers for every mesh.
     measured = spectrum(vertices / mean_edge, faces, modes=0, steps=_STEPS)
     edges = measured.band_edges
     wavelengths = 2.0 * np.pi / np.sqrt(edges[1:] * edges[:-1])

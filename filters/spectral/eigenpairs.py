@@ -1,7 +1,7 @@
-"""Manifold harmonics: the lowest eigenvalues and eigenvectors of a spectral problem, without gaps, and one mode to look at.
+"""Manifold harmonics: the lowest eigenpairs of a spectral problem, none missing, and single modes as values at the vertices.
 
-Large sparse operators are sliced band by band, with the eigenvalues of every band counted. Written here because ARPACK, in SciPy,
-searches about one shift and does not count; docs/solvers.md compares their times.
+Large sparse operators are solved by spectrum slicing, band by band; each band counts its eigenvalues. SciPy's ARPACK searches
+near one shift and does not count. docs/solvers.md compares the times.
 """
 
 from __future__ import annotations
@@ -21,78 +21,78 @@ from ..mesh import Floats
 from ..operators import SurfaceOperatorName
 from .problem import SpectralProblem, spectral_problem
 
-#: The matrix is dense up to this many vertices, and up to the limit if more than one in `_DENSE_SHARE` modes is computed.
+#: Matrices of up to `_DENSE` rows are solved densely, up to `_DENSE_LIMIT` if more than one in `_DENSE_SHARE` modes is wanted.
 _DENSE, _DENSE_SHARE, _DENSE_LIMIT = 600, 8, 4000
 #: Dense matrices of at most this many rows are solved in the calling thread.
 _AT_ONCE = 200
-#: A dense solver is exact to rounding of the highest eigenvalue, in which the lowest ones may be lost. Slicing, whose factors are
-#: exact row by row, then finds up to one mode in so many.
+#: A dense solver's error is the rounding of the highest eigenvalue, which may hide the lowest ones. Slicing, whose factors are
+#: exact row by row, then takes over if at most one in this many modes is wanted.
 _SLICED_SHARE = 2
-#: The largest residuals that are accepted as rounding, and the largest deviation of modes from orthonormality.
+#: The largest residual that is accepted as rounding, and the largest accepted deviation of modes from orthonormality.
 _LARGEST_FLOOR = 1e-6
-#: Modes of a band, and in large matrices: more make it costlier to keep the basis orthogonal, fewer take more factorisations.
+#: Modes per band, and from `_LARGE` rows on. Wider bands cost more orthogonalisation, narrower ones more factorisations.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
-#: The last shift is put into the widest gap between this many modes beyond the last one.
+#: Modes that are computed beyond the last requested one. The last shift goes into the widest gap between them.
 _GUARD = 6
 _ROUNDS = 10_000
 _POLISHES = 3
-#: Columns that the factors solve for at once. Eigenvalues of a higher multiplicity take a second search.
+#: Columns of a Lanczos block, solved for at once. Eigenvalues of a higher multiplicity take a second search.
 BLOCK = 8
-#: Sizes of the basis, in numbers of modes: convergence is tested from the first on and at every growth by the second, up to the
-#: limit.
-_FIRST_LOOK, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
-#: Vectors added to these sizes, for small numbers of modes.
+#: Sizes of the Lanczos basis as multiples of the number of modes: at the first test of convergence and at the limit. Between
+#: tests the basis grows by `_GROWTH`.
+_FIRST_TEST, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
+#: Vectors added to these sizes; they matter if few modes are wanted.
 _SMALL = 40
-#: Blocks after which locked modes are removed again: rounding brings them back, slowly.
+#: Locked modes are removed again after this many blocks, because rounding slowly brings them back.
 _RENEWAL = 2
-#: Columns in a group.
+#: Columns that are processed between two calls of `progress`.
 _TOGETHER = 16
 
 
 def lowest_eigenpairs(
     problem: SpectralProblem, count: int, *, constants: bool = True, tolerance: float = 1e-9, progress: Progress = ignore_progress
 ) -> tuple[Floats, Floats]:
-    """The `count` lowest modes: S v = kappa M v with V^T M V = I.
+    """Computes the `count` lowest modes: S v = kappa M v with V^T M V = I.
 
-    Each connected component is solved by itself, by spectrum slicing (`lowest_modes`) or, if small, as a dense matrix. Both count
-    eigenvalues, so that none is missed. The first mode of a component is constant and positive, with kappa 0; the sign of every
-    other mode makes its product with one fixed random function positive.
+    Each connected component is solved by itself, by spectrum slicing (`lowest_modes`) or, if small, as a dense matrix. Neither
+    misses an eigenvalue. The first mode of a component is a positive constant with kappa 0. Every other mode has the sign that
+    makes its inner product with one fixed random vector positive.
 
     Args:
-        problem: of n vertices.
-        count: how many modes, from 0; if there are fewer, all.
+        problem: S, M and the components, n rows.
+        count: the number of modes, from 0; all modes if there are fewer.
         constants: False leaves out the constant mode of every component; `count` then counts the others.
-        tolerance: the largest residual |S v - kappa M v| in the norm of M^-1, as a share of kappa. Where triangles differ so
-            much in size that rounding alone is more, it is 1e-6 in that norm or in that of (S + kappa_1 M)^-1, times sqrt(kappa).
-        progress: called several times a second with the share that is done; may raise to stop. On a mesh of 100,000 vertices
-            the longest time between two calls is half a second, and it grows with size.
+        tolerance: the largest residual |S v - kappa M v| in the norm of M^-1, as a share of kappa. If triangles differ so much in
+            size that rounding exceeds it, 1e-6 kappa is accepted, or 1e-6 sqrt(kappa) in the norm of (S + kappa_1 M)^-1.
+        progress: called several times a second with the share that is done; may raise to stop. The longest time between two calls
+            is half a second at 100,000 vertices, and grows with the mesh.
 
     Returns:
-        kappa, (k,) ascending, in one over squared mesh units, and V, (n, k), Fortran-ordered, whose columns are the modes. The
-        same to the bit in every run, for any number of threads.
+        kappa, (k,) ascending, in one over squared mesh units; and V, (n, k) Fortran-ordered, a mode per column. Both are the same
+        to the bit in every run, for any number of threads.
 
     Raises:
         FilterInputError: the count is not a whole number of at least 0.
-        ConvergenceError: the residual is not reached, as for most of the modes of a mesh whose triangles differ in size by ten
-            orders of magnitude.
+        ConvergenceError: residuals stay too large. This happens to most modes if triangles differ in size by ten orders of
+            magnitude.
     """
     n = len(problem.mass)
     count = min(check_whole_number("count", count), n if constants else problem.n_waves)
     if count == 0:
         return np.zeros(0), np.zeros((n, 0), order="F")
-    # Sums in another order would change bits, and BLAS orders them by its number of threads.
+    # The number of BLAS threads changes the order of sums, and so their bits.
     with one_blas_thread():
-        return _united(problem, count, 0 if constants else 1, tolerance, progress)
+        return _merge(problem, count, 0 if constants else 1, tolerance, progress)
 
 
-def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float, progress: Progress) -> tuple[Floats, Floats]:
-    """The lowest modes of all components, less the first `skipped` of each: as many as its area predicts, then more if needed."""
+def _merge(problem: SpectralProblem, count: int, skipped: int, tolerance: float, progress: Progress) -> tuple[Floats, Floats]:
+    """Merges the lowest modes of all components, without the first `skipped` of each; areas predict how many each needs."""
     parts = problem.n_components
     sizes = np.bincount(problem.components, minlength=parts)
     ends = np.cumsum(sizes)
-    together = np.argsort(problem.components, kind="stable")
-    rows = np.split(together, ends[:-1])
-    dirichlet = sparse.csr_matrix(problem.dirichlet[together][:, together])
+    sorted_rows = np.argsort(problem.components, kind="stable")
+    rows = np.split(sorted_rows, ends[:-1])
+    dirichlet = sparse.csr_matrix(problem.dirichlet[sorted_rows][:, sorted_rows])
     area = np.bincount(problem.components, problem.mass)
     counts = np.minimum(sizes, np.ceil(count * area / area.sum()).astype(np.int64) + (2 if parts > 1 else skipped))
     solved = [(np.zeros(0), np.zeros((size, 0))) for size in sizes]
@@ -102,24 +102,24 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
         for c in range(parts):
             if len(solved[c][0]) < counts[c]:
                 partial = part_of(progress, float(shares[c]), float(shares[c + 1]))
-                own = slice(int(ends[c] - sizes[c]), int(ends[c]))
-                block = sparse.csr_matrix(dirichlet[own, own])
+                span = slice(int(ends[c] - sizes[c]), int(ends[c]))
+                block = sparse.csr_matrix(dirichlet[span, span])
                 with threads_for(10 * int(sizes[c])):
                     solved[c] = component_modes(block, problem.mass[rows[c]], int(counts[c]), tolerance, partial)
         kappa = np.concatenate([pair[0][skipped:] for pair in solved])
-        owner = np.repeat(np.arange(parts), [len(pair[0]) - skipped for pair in solved])
+        component_of = np.repeat(np.arange(parts), [len(pair[0]) - skipped for pair in solved])
         order = np.argsort(kappa, kind="stable")[:count]
         last = kappa[order[-1]] if len(order) else np.inf
-        # A component whose highest mode is among the chosen may have more modes that belong to them.
+        # If the highest computed mode of a component is among the chosen ones, its next mode may belong there too.
         most = np.minimum(sizes, count + skipped)
-        short = np.array([len(pair[0]) < enough and pair[0][-1] <= last for pair, enough in zip(solved, most, strict=True)])
-        if not short.any():
+        incomplete = np.array([len(pair[0]) < enough and pair[0][-1] <= last for pair, enough in zip(solved, most, strict=True)])
+        if not incomplete.any():
             break
-        counts = np.where(short, np.minimum(most, 2 * counts + 4), counts)
-    modes = np.zeros((len(together), len(order)), order="F")
+        counts = np.where(incomplete, np.minimum(most, 2 * counts + 4), counts)
+    modes = np.zeros((len(sorted_rows), len(order)), order="F")
     first = np.concatenate([[0], np.cumsum([len(pair[0]) - skipped for pair in solved])])
     for column, place in enumerate(order):
-        c = owner[place]
+        c = component_of[place]
         modes[rows[c], column] = solved[c][1][:, skipped + place - first[c]]
     progress(1.0)
     return kappa[order], modes
@@ -128,17 +128,17 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
 def component_modes(
     part: sparse.csr_matrix, area: Floats, count: int, tolerance: float, progress: Progress
 ) -> tuple[Floats, Floats]:
-    """The lowest modes of one component of S and the diagonal of M, with the residuals checked, in a unit of an area of 4 pi."""
+    """Computes the lowest modes of one component from its block of S and diagonal of M, scaled to area 4 pi; checks residuals."""
     unit = area.sum() / (4.0 * np.pi)
     root = np.sqrt(area / unit)
     n = len(root)
     if count == 1:
         return np.zeros(1), np.full((n, 1), 1.0 / np.sqrt(area.sum()), order="F")
-    # Symmetric, so that its rows are its columns.
+    # The matrix is symmetric, so its rows serve as columns.
     data = part.data / (np.repeat(root, np.diff(part.indptr)) * root[part.indices])
     operator = sparse.csc_matrix((data, part.indices, part.indptr), shape=part.shape)
     kernel = root / np.linalg.norm(root)
-    # The largest sum of a column is a bound of the highest eigenvalue.
+    # The largest absolute column sum bounds the highest eigenvalue.
     highest = float(np.bincount(part.indices, np.abs(data), n).max())
     dense = n <= _DENSE or (n <= _DENSE_LIMIT and count * _DENSE_SHARE > n)
     sliceable = count * _SLICED_SHARE + 20 <= n
@@ -148,8 +148,8 @@ def component_modes(
     if not modes.good(tolerance, highest):
         raise ConvergenceError(
             f"the {count} lowest modes of a component of {n} vertices are lost in rounding: mode "
-            f"{int(modes.residuals.argmax())} has a residual of {modes.residuals.max():.3g} of its eigenvalue, "
-            f"{tolerance:.3g} is the tolerance, and the highest eigenvalue is {highest / modes.kappa[1]:.3g} times the first: "
+            f"{int(modes.residuals.argmax())} has a residual of {modes.residuals.max():.3g} of its eigenvalue (the tolerance is "
+            f"{tolerance:.3g}), and the highest eigenvalue is {highest / modes.kappa[1]:.3g} times the first: "
             "triangles differ too much in size or shape; take fewer modes, filter without eigenvectors, or remesh"
         )
     order = np.argsort(modes.kappa, kind="stable")
@@ -163,20 +163,20 @@ def component_modes(
     return kappa / unit, vectors
 
 
-class _Checked:
-    """Orthonormal vectors, the first in the kernel, with their quotients kappa and residuals |A x - kappa x| / kappa."""
+class _CheckedModes:
+    """Orthonormal vectors, the first in the kernel, with Rayleigh quotients kappa and residuals |A x - kappa x| / kappa."""
 
     def __init__(self, operator: sparse.csc_matrix, kernel: Floats, vectors: Floats, progress: Progress) -> None:
-        """Measures the vectors, which it may overwrite; the first is set to the kernel."""
+        """Measures the vectors; may overwrite them, and sets the first to the kernel."""
         count = vectors.shape[1]
         self.vectors = np.asfortranarray(vectors)
         self.vectors[:, 0] = kernel
         self.kappa, rest = np.empty(count), np.empty(count)
         for group in groups(count, progress, 0.99):
-            some = self.vectors[:, group]
-            applied = sparse_product(operator, some)
-            self.kappa[group] = np.einsum("ij,ij->j", some, applied) / np.einsum("ij,ij->j", some, some)
-            rest[group] = np.linalg.norm(applied - some * self.kappa[group], axis=0)
+            columns = self.vectors[:, group]
+            applied = sparse_product(operator, columns)
+            self.kappa[group] = np.einsum("ij,ij->j", columns, applied) / np.einsum("ij,ij->j", columns, columns)
+            rest[group] = np.linalg.norm(applied - columns * self.kappa[group], axis=0)
         self.kappa[0] = 0.0
         self.least = max(float(self.kappa[1]), float(np.finfo(float).tiny))
         self.residuals = rest / np.maximum(self.kappa, self.least)
@@ -186,36 +186,36 @@ class _Checked:
         self._deviation = float(np.abs(again - weights).max())
 
     def good(self, tolerance: float, highest: float) -> bool:
-        """Whether the residuals are within the tolerance, or within rounding if that is larger, up to a limit."""
+        """Whether the vectors are orthonormal and the residuals within the tolerance, or within rounding if that is larger."""
         floor = min(4e-15 * highest / self.least, _LARGEST_FLOOR)
         return bool(self.residuals.max() <= max(tolerance, floor) and self._deviation <= _LARGEST_FLOOR)
 
 
-def _by_dense_matrix(operator: sparse.csc_matrix, kernel: Floats, count: int, progress: Progress) -> _Checked:
-    def solved() -> Floats:  # by numpy, since it lets other threads run
+def _by_dense_matrix(operator: sparse.csc_matrix, kernel: Floats, count: int, progress: Progress) -> _CheckedModes:
+    def solved() -> Floats:  # by NumPy, because it releases the GIL
         return np.asarray(np.linalg.eigh(operator.toarray())[1])
 
     progress(0.0)
     vectors = solved() if len(kernel) <= _AT_ONCE else abandonable(solved, progress, 0.5)
-    return _Checked(operator, kernel, vectors[:, :count], progress)
+    return _CheckedModes(operator, kernel, vectors[:, :count], progress)
 
 
 def _by_slicing(
     operator: sparse.csc_matrix, kernel: Floats, count: int, tolerance: float, highest: float, progress: Progress
-) -> _Checked:
+) -> _CheckedModes:
     fronts = Fronts.of(operator)
     places, fronts = fronts.order, fronts.in_place()
     dissected = sparse.csc_matrix(operator[places][:, places])
     _, ordered = lowest_modes(dissected, fronts, kernel[places], count, tolerance=tolerance, progress=progress)
     vectors = np.empty_like(ordered)
     vectors[places] = ordered
-    modes = _Checked(operator, kernel, vectors, progress)
+    modes = _CheckedModes(operator, kernel, vectors, progress)
     if not modes.good(tolerance, highest):
-        # At tiny triangles products have rounding of high frequencies, which hardly affects the modes or the energy norm.
+        # Products at tiny triangles have rounding of high frequencies, which hardly affects the modes or the energy norm.
         factors = ShiftedFactors(dissected, fronts, -modes.least, progress, 0.99)
         for group in groups(count, progress, 0.99):
-            some = np.asfortranarray(modes.vectors[places, group])
-            rest = sparse_product(dissected, some) - some * modes.kappa[group]
+            columns = np.asfortranarray(modes.vectors[places, group])
+            rest = sparse_product(dissected, columns) - columns * modes.kappa[group]
             energy = np.einsum("ij,ij->j", rest, factors.solve(np.asfortranarray(rest)))
             share = np.sqrt(np.maximum(energy, 0.0) / np.maximum(modes.kappa[group], modes.least))
             modes.residuals[group] = np.minimum(modes.residuals[group], share)
@@ -226,10 +226,10 @@ def _by_slicing(
 class OneHarmonic:
     """A mode, of mean square 1 over the whole surface."""
 
-    values: Floats  # (n,) at the vertices; 0 on other components and at vertices that are part of no surface
+    values: Floats  # (n,) at the vertices; 0 on other components and at vertices outside the surface
     eigenvalue: float  # kappa, in one over squared mesh units
-    share_of_area: float  # of the components where it is not 0, in the area of all
-    n_components: int  # how many components the surface has
+    share_of_area: float  # the area of the components where the mode is not 0, as a share of the whole area
+    n_components: int  # the number of components of the surface
 
 
 def one_harmonic(
@@ -240,14 +240,14 @@ def one_harmonic(
     operator: SurfaceOperatorName = "auto",
     progress: Progress = ignore_progress,
 ) -> OneHarmonic:
-    """Mode 0 is constant on the whole surface, mode k the k-th wave by rising frequency over all components [vallet2008].
+    """Returns mode 0, constant on the whole surface, or mode k, the k-th lowest wave of all components [vallet2008].
 
-    Where several waves have one frequency, as on a sphere, a mode is one of their combinations, the same in every run.
+    If several waves share one frequency, as on a sphere, a mode is one combination of them, the same in every run.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        mode: its number, from 0. Larger has shorter waves.
+        mode: the number of the mode, from 0. Larger gives shorter waves.
         operator: see `spectral_problem`.
         progress: called with the share that is done; may raise to stop.
 
@@ -275,14 +275,14 @@ def one_harmonic(
 def lowest_modes(
     operator: sparse.csc_matrix, fronts: Fronts, kernel: Floats, count: int, *, tolerance: float, progress: Progress
 ) -> tuple[Floats, Floats]:
-    """The `count` lowest eigenvalues and orthonormal eigenvectors of a semidefinite operator with a kernel of dimension 1.
+    """Computes the `count` lowest eigenvalues and orthonormal eigenvectors of a semidefinite A with a kernel of dimension 1.
 
-    A shift is put where about half a band of new eigenvalues is expected below it. The signs of its factors' pivots count the
-    eigenvalues below [grimes1994]; `modes_near` searches for all that are missing and about as many above. The last shift lies
-    above the last mode and only counts. If a mode is missing, it is searched for.
+    Each round factorises at a shift with about half a band of new eigenvalues expected below it. The negative pivots count the
+    eigenvalues below the shift [grimes1994]. `modes_near` computes the missing ones and fills the band from above the shift. The
+    last shift lies above the last mode and only counts. If a mode is missing there, one more round computes it.
 
-    The operator A is scaled such that there are about kappa eigenvalues below kappa; `kernel` is the unit vector with
-    A kernel = 0, `count` well below n, the tolerance that of the residual |A x - kappa x| as a share of kappa.
+    A is scaled so that about kappa eigenvalues lie below kappa. `kernel` is the unit vector with A kernel = 0, and `count` is
+    well below n. `tolerance` limits the residual |A x - kappa x| as a share of kappa.
     """
     n = len(kernel)
     widest = _BAND if n < _LARGE else _BAND_OF_LARGE
@@ -299,7 +299,7 @@ def lowest_modes(
                 return kappa[:count], modes[:, :count]
         else:
             band = min(widest, count + _GUARD - so_far)
-            factors = _placed(operator, fronts, kappa, spacing * 0.5 * band, band, progress, done)
+            factors = _factors_at_next_shift(operator, fronts, kappa, spacing * 0.5 * band, band, progress, done)
             below = factors.below - int((kappa < factors.shift).sum())
             above = max(band - below, 0)
         rest = part_of(progress, min(0.99, done), min(0.99, done + (below + above) / (count + _GUARD)))
@@ -309,10 +309,10 @@ def lowest_modes(
         )
         if len(new) == 0:
             continue
-        # Modes near the edge of an earlier band contain a share of their neighbours there, their residual divided by the gap.
+        # Modes at the edge of an earlier band contain parts of their neighbours beyond it, of the size residual / gap.
         for group in groups(len(new), rest):
             remove(modes, vectors[:, group])
-        new, vectors = _polished(operator, factors, new, vectors, 0.7 * tolerance, rest)
+        new, vectors = _refined_modes(operator, factors, new, vectors, 0.7 * tolerance, rest)
         spacing = max(float(new[-1] - kappa[-1]), 0.0) / len(new) or spacing
         kappa, modes = np.concatenate([kappa, new]), np.hstack([modes, vectors])
         order = np.argsort(kappa, kind="stable")
@@ -320,13 +320,13 @@ def lowest_modes(
     raise ConvergenceError(f"{count} modes are not complete after {_ROUNDS} bands")
 
 
-def _polished(
+def _refined_modes(
     operator: sparse.csc_matrix, factors: ShiftedFactors, kappa: Floats, vectors: Floats, tolerance: float, progress: Progress
 ) -> tuple[Floats, Floats]:
-    """The modes of a band, orthonormal, with residuals of at most `tolerance` times kappa; `vectors` is overwritten.
+    """Orthonormalises the modes of a band and reduces their residuals to `tolerance` times kappa; overwrites `vectors`.
 
-    Far from the shift the residual is noise of the solves, amplified by the nearest eigenvalue. A further solve removes it, but
-    adds modes near the shift; the best vectors in the space of the band are free of these.
+    Far from the shift the residual is rounding of the solves, amplified by the eigenvalue nearest to the shift. A further solve
+    removes it but mixes in modes near the shift. A Rayleigh-Ritz step within the band separates the modes again.
     """
     for _ in range(_POLISHES):
         residual = np.empty(len(kappa))
@@ -347,16 +347,16 @@ def _polished(
         overlap = inner_products(vectors, vectors, progress)
         kappa, weights = linalg.eigh(0.5 * (energy + energy.T), overlap, check_finite=False)
         vectors = combined(vectors, weights, progress)
-    # Gram-Schmidt by Cholesky's factor: a mode is changed by lower ones only, whose residuals must be smaller.
+    # Gram-Schmidt by the Cholesky factor changes each mode by lower ones only, whose residuals must be smaller.
     triangle = linalg.cholesky(inner_products(vectors, vectors, progress), check_finite=False)
     inverse = linalg.solve_triangular(triangle, np.eye(len(kappa)), check_finite=False)
     return kappa, combined(vectors, inverse, progress)
 
 
-def _placed(
+def _factors_at_next_shift(
     operator: sparse.csc_matrix, fronts: Fronts, kappa: Floats, step: float, band: int, progress: Progress, done: float
 ) -> ShiftedFactors:
-    """Factors for a shift above all eigenvalues so far, with an eighth of a band to a band of new ones below it."""
+    """Finds a shift above all eigenvalues so far with an eighth to a whole band of new ones below; returns its factors."""
     low, high = 0.0, np.inf
     factors = ShiftedFactors(operator, fronts, float(kappa[-1]) + step, progress, done)
     for _ in range(40):
@@ -378,13 +378,14 @@ def _placed(
 def modes_near(
     factors: ShiftedFactors, locked: Floats, *, below: int, above: int, tolerance: float, seed: int, progress: Progress
 ) -> tuple[Floats, Floats]:
-    """The `below` modes of A nearest below the shift, and at least `above` of those nearest above it, without the locked ones.
+    """Computes the `below` modes of A below the shift and at least `above` modes next above it; locked modes do not count.
 
-    Block Lanczos [grimes1994] with (A - shift I)^-1, every new block made orthogonal to all earlier ones. One inverse iteration
-    improves the Ritz vectors; it needs no solve, since the last block contains it. The residual in A is then the Ritz residual in
-    the inverse times (kappa - shift)^2.
+    Runs block Lanczos [grimes1994] on (A - shift I)^-1 and makes each block orthogonal to all earlier ones. One inverse iteration
+    improves the Ritz vectors; it needs no solve, because the last block contains its result. The residual in A is then the Ritz
+    residual of the inverse times (kappa - shift)^2.
 
-    There must be exactly `below` modes. Returns ascending eigenvalues and orthonormal modes, orthogonal to the `locked` ones.
+    Exactly `below` modes must be missing below the shift. Returns ascending eigenvalues and orthonormal modes, which are
+    orthogonal to the `locked` ones.
     """
     n, count = len(locked), below + above
     limit = min(n - locked.shape[1], int(_LIMIT * count) + 10 * _SMALL) // BLOCK * BLOCK
@@ -393,12 +394,12 @@ def modes_near(
     block = factors.solve(np.asfortranarray(np.random.default_rng(seed).normal(size=(n, BLOCK))))
     remove(locked, block)
     basis[:, :BLOCK] = linalg.qr(block, mode="economic", check_finite=False)[0]
-    size, look = 0, int(_FIRST_LOOK * count) + _SMALL
+    size, next_test = 0, int(_FIRST_TEST * count) + _SMALL
     while True:
         now = basis[:, size : size + BLOCK]
         block = factors.solve(now)
         progress(min(1.0, size / (2.0 * count + _SMALL)))
-        # First against the last two blocks, where nearly all of the overlap is: then one pass over the whole basis is exact.
+        # The last two blocks hold nearly all of the overlap. They go first, so that one pass over the whole basis is exact.
         coarse = remove(basis[:, max(0, size - BLOCK) : size + BLOCK], block)
         size += BLOCK
         share = remove(basis[:, :size], block)
@@ -412,9 +413,9 @@ def modes_near(
             larger[:, :size] = basis[:, :size]
             basis = larger
         basis[:, size : size + BLOCK] = following
-        if size < look and size + BLOCK <= limit:
+        if size < next_test and size + BLOCK <= limit:
             continue
-        look = int(size * _GROWTH)
+        next_test = int(size * _GROWTH)
         square = np.triu(projected[:size, :size])
         theta, vectors = linalg.eigh(square + np.triu(square, 1).T, check_finite=False)
         error = np.linalg.norm(coupling @ vectors[-BLOCK:], axis=0) / np.abs(theta)
@@ -434,21 +435,21 @@ def modes_near(
 
 
 def groups(count: int, progress: Progress, done: float = 1.0) -> Iterator[slice]:
-    """The columns from 0 to `count` in groups; calls `progress` with `done` before each."""
+    """Yields the columns from 0 to `count` in groups; calls `progress` with `done` before each group."""
     for first in range(0, count, _TOGETHER):
         progress(done)
         yield slice(first, min(first + _TOGETHER, count))
 
 
 def sparse_product(operator: sparse.csc_matrix, columns: Floats) -> Floats:
-    """A X, (n, k), for a symmetric A, on all threads with the same bits for any number of them."""
+    """Returns A X, (n, k), for a symmetric A; the number of threads changes no bit."""
     product = np.empty(columns.shape, order="F")
     _multiply(CompressedRows.of(operator), columns, product)
     return product
 
 
 def combined(columns: Floats, weights: Floats, progress: Progress) -> Floats:
-    """X W, (n, k)."""
+    """Returns X W, (n, k)."""
     combinations = np.empty((len(columns), weights.shape[1]), order="F")
     for group in groups(weights.shape[1], progress):
         combinations[:, group] = blas.dgemm(1.0, columns, np.asfortranarray(weights[:, group]))
@@ -456,7 +457,7 @@ def combined(columns: Floats, weights: Floats, progress: Progress) -> Floats:
 
 
 def inner_products(left: Floats, right: Floats, progress: Progress) -> Floats:
-    """X^T Y, (k, l)."""
+    """Returns X^T Y, (k, l)."""
     products = np.empty((left.shape[1], right.shape[1]), order="F")
     for group in groups(right.shape[1], progress):
         products[:, group] = blas.dgemm(1.0, left, right[:, group], trans_a=True)

@@ -1,10 +1,10 @@
 """Spectral filters without eigenvectors, by a polynomial or a rational function of the operator [hammond2011].
 
-A response F(sqrt kappa) is approximated on [0, b], b at least the largest eigenvalue, by a Chebyshev series p, and p(M^-1 S) v is
-summed by the recurrence T_{k+1}(t) = 2 t T_k(t) - T_{k-1}(t). The matrix is used as D = M^-1/2 S M^-1/2 on M^1/2 v, symmetric,
-so that the error of p is that of the filter: |p(M^-1 S) v - F v|_M <= max |p - F| |v|_M. The degree grows with sqrt(b) / omega_c,
-for the default low pass and 1e-6 as 8.7 times that: so with the cutoff wavelength in edges, and with thinner triangles. A series
-in 1 / (kappa + sigma) does not depend on b; each of its terms takes a solve.
+A Chebyshev series p approximates the response F(sqrt kappa) on [0, b], where b bounds all eigenvalues. The recurrence
+T_{k+1}(t) = 2 t T_k(t) - T_{k-1}(t) sums up p(M^-1 S) v. It runs on the symmetric D = M^-1/2 S M^-1/2 and M^1/2 v, so the error
+of p bounds that of the filter: |p(M^-1 S) v - F v|_M <= max |p - F| |v|_M. For the default low pass and an error of 1e-6 the
+degree is 8.7 sqrt(b) / omega_c: it grows with the cutoff wavelength in edges and with thinner triangles. The degree of a series
+in 1 / (kappa + sigma) does not depend on b, but each of its terms takes a solve.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from ..mesh import Floats, Ints
 from .problem import Response, SpectralProblem
 
 RouteName: TypeAlias = Literal["polynomial", "rational"]
-#: A polynomial of a higher degree takes longer than a rational function with factors; see docs/solvers.md.
+#: Beyond this degree a polynomial takes longer than a rational function with factors; see docs/solvers.md.
 MOST_PRODUCTS = 1_000
-#: Rounding in sums of this many terms, as a share of the result, per degree.
+#: The rounding error per degree, as a share of the result.
 _ROUNDING = 8.0 * float(np.finfo(float).eps)
 
 
@@ -36,12 +36,12 @@ class Filtered(NamedTuple):
     """The result of `filter_without_eigenvectors`."""
 
     values: Floats  # of the shape of the input
-    # of the error's root mean square over the surface, sqrt(|e|_M^2 / area), over all columns, in the unit of the values: a bound
-    # for the polynomial; for the rational function a bound plus an estimate of the error of the solves
+    # the root mean square error over the surface and all columns, sqrt(|e|_M^2 / area), in the unit of the values: a bound for
+    # the polynomial; for the rational function a bound plus an estimate of the error of the solves
     error: float
-    share: float  # the error as a share of the root mean square of the values about the means of their components
+    share: float  # the error as a share of the root mean square deviation of the values from their component means
     route: RouteName
-    degree: int  # how many products with the matrix, or solves, it took for every three columns
+    degree: int  # the number of products with the matrix, or of solves, for every three columns
 
 
 def filter_without_eigenvectors(
@@ -53,30 +53,30 @@ def filter_without_eigenvectors(
     route: Literal["auto"] | RouteName = "auto",
     progress: Progress = ignore_progress,
 ) -> Filtered:
-    """F(sqrt(M^-1 S)) v: every mode in v times the response at its frequency.
+    """Returns F(sqrt(M^-1 S)) v: multiplies every mode in v by the response at its frequency.
 
-    The mean of each component is taken out first and put back, exactly.
+    The mean of each component is subtracted first and added back exactly.
 
     Args:
         problem: S, M and the components, n rows.
         values: v, (n,) or (n, k).
         response: F.
-        tolerance: of the error in the M-norm, as a share of |v|_M about the means; solves may add a third. Below 1e-12 it
-            is rounding. The time grows with the logarithm of 1 / tolerance.
-        route: "polynomial": products with S, about as many as the shortest wave that stays is long in edges, and more with thin
-            triangles. "rational": about 30 solves. "auto": a polynomial; a rational function where its degree would pass
+        tolerance: the largest error in the M-norm, as a share of |v - means|_M; solves may add a third. Below 1e-12 rounding
+            exceeds it. The time grows with the logarithm of 1 / tolerance.
+        route: "polynomial": products with S, about as many as the cutoff wavelength has edges, and more with thin triangles.
+            "rational": about 30 solves. "auto": a polynomial, or a rational function if the polynomial's degree would exceed
             `MOST_PRODUCTS`.
-        progress: called after every product or some steps of a solve; may raise to stop.
+        progress: called after every product and every few steps of a solve; may raise to stop.
 
     Returns:
-        The values with the error and the route; the same to the bit for any number of threads.
+        The filtered values, their error and the route; the same to the bit for any number of threads.
 
     Raises:
-        FilterInputError: a polynomial of an excessive degree.
+        FilterInputError: the route "polynomial" would need too high a degree.
         ConvergenceError: the systems of the rational route cannot be solved.
     """
     mass = problem.mass
-    deviations, means = _about_means(problem, values if values.ndim == 2 else values[:, None])
+    deviations, means = _split_at_means(problem, values if values.ndim == 2 else values[:, None])
     size, area = m_norm(mass, deviations), float(mass.sum())
     if size == 0.0 or area == 0.0:  # all values are the means of their components
         return Filtered(means.reshape(values.shape), 0.0, 0.0, "polynomial", 0)
@@ -85,7 +85,7 @@ def filter_without_eigenvectors(
     symmetric = symmetric_form(problem.dirichlet, mass)
     proven = gershgorin_bound(symmetric, mass)
     bound = min(lanczos_bound(symmetric), proven)
-    series, pole = _planned(response, bound, tolerance, route)
+    series, pole = _chosen_series(response, bound, tolerance, route)
     error = 0.0
     dirichlet = problem.dirichlet
     order = nearby_order(symmetric, unit.shape[1] * (series.degree if pole is None else _PRODUCTS_AN_ORDER_COSTS))
@@ -112,10 +112,10 @@ def filter_without_eigenvectors(
     return Filtered(result, share * size / math.sqrt(area), share, "polynomial" if pole is None else "rational", series.degree)
 
 
-def _planned(
+def _chosen_series(
     response: Response, bound: float, tolerance: float, route: Literal["auto"] | RouteName
 ) -> tuple[ChebyshevSeries, float | None]:
-    """A polynomial, or a rational function and its pole."""
+    """Chooses a polynomial, or a rational function and its pole."""
     if route != "rational":
         most = MOST_PRODUCTS if route == "auto" else LARGEST_DEGREE
         series = polynomial_series(response, bound, tolerance=tolerance, largest_degree=most)
@@ -127,37 +127,37 @@ def _planned(
                 "thin triangles for the wavelength; take the rational route or the robust operator"
             )
     rational, pole = rational_series(response, tolerance=tolerance)
-    if route == "auto" and rational.error > 2.0 * tolerance:  # a band of a thousand lengths, whose ends one pole does not reach
+    if route == "auto" and rational.error > 2.0 * tolerance:  # one pole does not suit both ends of a very wide band
         series = polynomial_series(response, bound, tolerance=tolerance)
         if series.error <= 2.0 * tolerance:
             return series, None
     return rational, pole
 
 
-def _about_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Floats]:
-    """The values less the mean of their component, weighted by mass, and these means, both (n, k)."""
+def _split_at_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Floats]:
+    """Splits values into deviations and the mass-weighted means of their components, both (n, k)."""
     mass, labels = problem.mass, problem.components
     weights = np.bincount(labels, mass)
     means = np.empty_like(columns)
     for c in range(columns.shape[1]):
-        # Twice, so that the rest of the mean is rounding of the deviations rather than of coordinates far from the origin.
+        # The second pass corrects the rounding error of the first, which is large for coordinates far from the origin.
         mean = (np.bincount(labels, mass * columns[:, c]) / weights)[labels]
         mean += (np.bincount(labels, mass * (columns[:, c] - mean)) / weights)[labels]
         means[:, c] = mean
     return columns - means, means
 
 
-#: Poles are tried from the lowest squared cutoff times the first factor to the highest times the second, this many.
+#: `_POLES` poles are tried, from `_LOWEST_POLE` times the lowest squared cutoff to `_HIGHEST_POLE` times the highest one.
 _LOWEST_POLE, _HIGHEST_POLE, _POLES = 0.2, 30.0, 40
 _LARGEST_DEGREE = 400
 #: Systems of at most this many rows are factorised, which takes up to a second.
 LARGEST_FACTORS = 120_000
-#: The share of the tolerance that the solves may use.
+#: The error that all solves together may add, as a share of the tolerance.
 _SHARE_OF_SOLVES = 0.3
 
 
 def rational_series(response: Response, *, tolerance: float) -> tuple[ChebyshevSeries, float]:
-    """The shortest series in t = 2 sigma / (kappa + sigma) - 1 of a response on all kappa from 0, and its sigma."""
+    """Returns the shortest series of a response in t = 2 sigma / (kappa + sigma) - 1 on all kappa >= 0, and its sigma."""
     lowest, highest = _LOWEST_POLE * response.cutoffs[0] ** 2, _HIGHEST_POLE * response.cutoffs[-1] ** 2
     series = [(_series(response, pole, tolerance), float(pole)) for pole in np.geomspace(lowest, highest, _POLES)]
     return min(series, key=lambda pair: (pair[0].error > tolerance, pair[0].degree, pair[0].error))
@@ -173,17 +173,17 @@ def rational_filter(
     tolerance: float,
     progress: Progress,
 ) -> tuple[Floats, float]:
-    """The series of `rational_series` applied to (n, k) values.
+    """Applies the series of `rational_series` to (n, k) values.
 
     An error e_k of the k-th solve enters all later terms, multiplied by at most 4 sum_{j>k} |c_j| (j - k). These factors fall
-    with k, so the first solves have to be the most exact.
+    with k, so the first solves must be the most exact.
 
-    The tolerance is that of the error in the M-norm by all solves together, as a share of |v|_M. Returns the filtered values, and
-    an estimate of that error, not as a share.
+    `tolerance` limits the M-norm of the error of all solves together, as a share of |v|_M. Returns the filtered values and an
+    estimate of this error, in the unit of the values.
     """
     c, degree = series.coefficients, series.degree
     system = _System(dirichlet, mass, pole, degree, progress)
-    # 4 sum_{j > k} |c_j| (j - k): R enters T_{k+1} four times, and the rest grows as the polynomials U do.
+    # 4 sum_{j > k} |c_j| (j - k): R has the factor 4 in T_{k+1}, and its error then grows like the polynomials U.
     beyond = np.cumsum(np.abs(c)[::-1])[::-1]
     amplification = 4.0 * np.cumsum(beyond[::-1])[::-1][1:]
     size = m_norm(mass, values)
@@ -192,11 +192,11 @@ def rational_filter(
     error = 0.0
     for k in range(degree):
         allowed = _SHARE_OF_SOLVES * tolerance * size / (degree * max(float(amplification[k]), 1e-300))
-        # R T_k = 4 R R T_{k-1} - 2 R T_{k-1} - R T_{k-2}, and R changes little in values that it was applied to before.
+        # R T_k = 4 R R T_{k-1} - 2 R T_{k-1} - R T_{k-2}, and R R T_{k-1} is close to R T_{k-1}, which is smooth already.
         guess = now if k == 0 else 2.0 * image - image_before
         image_before = image
-        image, missed = system.solve(now, guess, allowed, part_of(progress, k / degree, (k + 1) / degree))
-        error += float(amplification[k]) * missed
+        image, solve_error = system.solve(now, guess, allowed, part_of(progress, k / degree, (k + 1) / degree))
+        error += float(amplification[k]) * solve_error
         following = 2.0 * image - now
         now, before = (following if k == 0 else 2.0 * following - before), now
         total += c[k + 1] * now
@@ -212,13 +212,13 @@ class _System:
         self._matrix = sparse.csr_matrix(dirichlet + pole * sparse.diags_array(mass))
         self._factors: Cholesky | None = None
         if len(mass) <= LARGEST_FACTORS and solves > 0:
-            # If rounding spoils the factors the iterative solver takes over.
+            # If rounding spoils the factors, the iterative solver takes over.
             with suppress(ConvergenceError):
                 self._factors = Cholesky(self._matrix, progress=progress)
         self._solver = SpdSolver(self._matrix)
 
     def solve(self, values: Floats, guess: Floats, allowed: float, progress: Progress) -> tuple[Floats, float]:
-        """R b, and its error in the M-norm, which is to be at most `allowed`."""
+        """Returns R b and its error in the M-norm, which should be at most `allowed`."""
         right = (self._pole * self._mass)[:, None] * values
         if self._factors is not None:
             x = self._factors.solve(right)
@@ -227,7 +227,7 @@ class _System:
                 x += self._factors.solve(residual)
                 error, residual = self._bound(right, x)
             if error > allowed:
-                # Rounding at tiny triangles makes that bound far too large; the size of a further correction is closer.
+                # Rounding at tiny triangles makes the bound far too large; the size of one more correction is closer.
                 error = min(error, m_norm(self._mass, self._factors.solve(residual)))
             return x, error
         # |e|_M <= |e|_A / sqrt(sigma), since A >= sigma M.
@@ -239,7 +239,7 @@ class _System:
         return solution.values, self._bound(right, solution.values)[0] if by_factors else solution.error / root
 
     def _bound(self, right: Floats, x: Floats) -> tuple[float, Floats]:
-        """A bound of the error, |A^-1 r|_M <= |r|_{M^-1} / sigma, and the residual r."""
+        """Returns a bound of the error, |A^-1 r|_M <= |r|_{M^-1} / sigma, and the residual r."""
         residual = right - self._matrix @ x
         return m_norm(1.0 / self._mass, residual) / self._pole, residual
 
@@ -253,7 +253,7 @@ def _series(response: Response, pole: float, tolerance: float) -> ChebyshevSerie
     def sampled(t: Floats) -> Floats:
         return response.profile(np.sqrt(pole * (1.0 - t) / (1.0 + t)))
 
-    # kappa = sigma tan^2(theta / 2): the angles of the lowest cutoff from 0 and of the highest from pi.
+    # kappa = sigma tan^2(theta / 2): the smaller of the angles from 0 to the lowest cutoff and from the highest one to pi.
     root = math.sqrt(pole)
     width = 2.0 * min(math.atan(response.cutoffs[0] / root), math.atan(root / response.cutoffs[-1]))
     return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=_LARGEST_DEGREE)
@@ -270,7 +270,7 @@ class ChebyshevSeries:
     """p(t) = sum_k coefficients_k T_k(t), an approximation of a function on [-1, 1]."""
 
     coefficients: Floats  # (degree + 1,)
-    error: float  # a bound of |p - f| on [-1, 1]: the sum of the sizes of the computed coefficients that were left out
+    error: float  # a bound of |p - f| on [-1, 1]: the sum of |c_k| over the omitted coefficients
 
     @property
     def degree(self) -> int:
@@ -281,13 +281,13 @@ class ChebyshevSeries:
 def chebyshev_series(
     function: Callable[[Floats], Floats], *, tolerance: float, width: float, largest_degree: int
 ) -> ChebyshevSeries:
-    """The shortest Chebyshev series of a smooth function whose error is bounded by the tolerance.
+    """Returns the shortest Chebyshev series of a smooth function with an error bound within the tolerance.
 
-    The coefficients come from samples at the roots of a T_N, by a cosine transform. N doubles until the sum of the second half of
-    the coefficients is below a hundredth of the tolerance, so that aliasing into the first half is negligible.
+    A cosine transform of samples at the roots of T_N gives the coefficients. N doubles until the second half of the coefficients
+    sums to less than a hundredth of the tolerance, so that aliasing into the first half is negligible.
 
-    `function` takes (N,) t in (-1, 1), and does not change in angles theta, t = cos theta, smaller than `width`: samples farther
-    apart could miss it. The `error` of a series of the largest degree may exceed the tolerance; it is infinite if unknown.
+    `function` takes (N,) values t in (-1, 1). Its narrowest feature spans an angle `width` of theta = arccos t; samples farther
+    apart could miss it. At the largest degree the `error` may exceed the tolerance; it is infinite if unknown.
     """
     if not width * largest_degree > 1.0:
         return ChebyshevSeries(np.zeros(1), math.inf)
@@ -302,34 +302,34 @@ def chebyshev_series(
         if second_half <= max(0.01 * tolerance, floor) or samples > 4 * largest_degree:
             break
         samples *= 2
-    # tails[k] is the error of a series of degree k - 1; the coefficients beyond the samples sum to less than their second half.
+    # tails[k] is the error of a series of degree k - 1. Coefficients beyond the N computed ones sum to less than the second half.
     tails = np.append(np.cumsum(sizes[::-1])[::-1], 0.0) + second_half
     degree = int(np.argmax(tails[1:] <= max(tolerance, tails[-1])))
     degree = min(degree, largest_degree)
     return ChebyshevSeries(coefficients[: degree + 1].copy(), float(tails[degree + 1]))
 
 
-#: Norms may exceed their bound by this factor, for rounding.
+#: Rounding may raise norms above their bound by this factor.
 _GROWTH = 1.0 + 1e-6
 _CHECKED_EVERY = 16
 #: The highest degree that is tried.
 LARGEST_DEGREE = 100_000
 #: Steps of Lanczos's method, and the factor on its result.
 _LANCZOS_STEPS, _MARGIN = 24, 1.02
-#: Of fewer rows a product finds most in the processor's caches, in any order.
+#: With fewer rows the processor's caches hold most operands of a product, whatever the order of the rows.
 FITS_IN_CACHE = 200_000
 #: A large matrix is reordered if more than this share of its entries lies far from the diagonal ...
 _SCATTERED = 0.2
 #: ... farther than this many columns, ...
 _NEAR = 8192
-#: ... and if this many products with one column are to come: they lose about as much time without the order as finding it takes.
+#: ... and if at least this many products with one column follow: they save as much time as the reordering takes.
 _PRODUCTS_AN_ORDER_COSTS = 300
 
 
 def polynomial_series(
     response: Response, bound: float, *, tolerance: float, largest_degree: int = LARGEST_DEGREE
 ) -> ChebyshevSeries:
-    """The series in t = 1 - 2 kappa / bound of a response on 0 <= kappa <= bound."""
+    """Returns the series of a response on 0 <= kappa <= bound, in t = 1 - 2 kappa / bound."""
 
     def sampled(t: Floats) -> Floats:
         return response.profile(np.sqrt(0.5 * bound * (1.0 - t)))
@@ -348,10 +348,10 @@ def polynomial_filter(
     *,
     progress: Progress = ignore_progress,
 ) -> Floats | None:
-    """p(M^-1 S) v for the series of `polynomial_series`.
+    """Returns p(M^-1 S) v for the series of `polynomial_series`; None if D has an eigenvalue above `bound`.
 
-    `symmetric` is D of `symmetric_form`, (n, n), the values v are (n, k), the series is scaled to `bound`. None if D has an
-    eigenvalue above that, which shows in the growth of the recurrence.
+    `symmetric` is D of `symmetric_form`, (n, n), the values v are (n, k), and the series is scaled to `bound`. An eigenvalue
+    above the bound makes the recurrence grow.
     """
     n, columns = values.shape
     root = np.sqrt(mass)
@@ -371,7 +371,7 @@ def polynomial_filter(
 
 
 def _sum_series(doubled: sparse.csr_matrix, start: Floats, coefficients: Floats, progress: Progress) -> Floats | None:
-    """The sum of c_k T_k(A) x, from 2 A; None if it grows."""
+    """Returns the sum of c_k T_k(A) x, given 2 A; None if the norm of T_k(A) x grows."""
     now, before = start.copy(), np.empty_like(start)
     total: Floats = coefficients[0] * now
     allowed = _GROWTH * float((start * start).sum())
@@ -390,7 +390,7 @@ def _sum_series(doubled: sparse.csr_matrix, start: Floats, coefficients: Floats,
     return total
 
 
-# Unsigned indices spare the test whether each counts from the end, which takes half of the time. Fusing products and sums halves
+# With signed indices the compiler tests each for being negative, which takes half of the time. Fusing products and sums halves
 # the time again, and is more exact.
 @compiled(fastmath={"contract"})
 def fused_row_product(matrix: CompressedRows, i: Any, x: Floats) -> tuple[float, float, float]:
@@ -420,24 +420,24 @@ def _advance(matrix: CompressedRows, now: Floats, before: Floats, total: Floats,
 
 
 def symmetric_form(dirichlet: sparse.csr_matrix, mass: Floats) -> sparse.csr_matrix:
-    """D = M^-1/2 S M^-1/2, (n, n), the eigenvalues of which are those of M^-1 S."""
+    """Returns D = M^-1/2 S M^-1/2, (n, n), which has the eigenvalues of M^-1 S."""
     inverse_root = 1.0 / np.sqrt(mass)
     data = dirichlet.data * (np.repeat(inverse_root, np.diff(dirichlet.indptr)) * inverse_root[dirichlet.indices])
     return sparse.csr_matrix((data, dirichlet.indices, dirichlet.indptr), shape=dirichlet.shape)
 
 
 def gershgorin_bound(symmetric: sparse.csr_matrix, mass: Floats) -> float:
-    """A proven bound of the largest eigenvalue, by the circles of M^-1 S; on regular triangles it is 4/3 of it."""
+    """Gershgorin's upper bound of the largest eigenvalue of M^-1 S; on regular triangles it is 4/3 of that eigenvalue."""
     root = np.sqrt(mass)
     return float((abs(symmetric) @ root / root).max(initial=0.0))
 
 
 def lanczos_bound(symmetric: sparse.csr_matrix) -> float:
-    """An estimate from above of the largest eigenvalue: the largest Ritz value plus its residual, times 1.02.
+    """Estimates an upper bound of the largest eigenvalue: the largest Ritz value plus its residual, times 1.02.
 
-    The Ritz value of 24 steps from a random start is about a percent too low where eigenvalues are crowded, and exact where one
-    stands out. `polynomial_filter` notices if the estimate was too low. Infinite for small matrices and where the method ends
-    early, since the start may then lack some modes.
+    After 24 steps from a random start the Ritz value is about a percent too low if eigenvalues are crowded, and exact if one
+    stands out. `polynomial_filter` detects an estimate that is too low. The result is infinite for small matrices and if the
+    method ends early, because the start may then lack some modes.
     """
     n = symmetric.shape[0]
     if n < 4 * _LANCZOS_STEPS:
@@ -450,7 +450,7 @@ def lanczos_bound(symmetric: sparse.csr_matrix) -> float:
     beta = 0.0
     for k in range(steps):
         w = symmetric @ q - beta * before
-        # numpy's sums have a fixed order; BLAS would divide a product among its threads.
+        # NumPy's sums have a fixed order; BLAS would divide an inner product among its threads.
         diagonal[k] = alpha = float((w * q).sum())
         w -= alpha * q
         off[k] = beta = math.sqrt(float((w * w).sum()))
@@ -462,7 +462,7 @@ def lanczos_bound(symmetric: sparse.csr_matrix) -> float:
 
 
 def nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:
-    """(n,) the rows in Cuthill and McKee's order, which keeps entries near the diagonal; None if it does not pay."""
+    """(n,) the rows in reverse Cuthill-McKee order, which puts entries near the diagonal; None if that does not pay."""
     n = matrix.shape[0]
     if n < FITS_IN_CACHE or products < _PRODUCTS_AN_ORDER_COSTS:
         return None

@@ -1,11 +1,11 @@
-"""The eigenproblem of a surface, S v = kappa M v, and transfer functions: the factors by which filters multiply frequencies.
+"""The eigenproblem of a surface, S v = kappa M v, and responses: the factors by which filters multiply its modes.
 
 The frequency of a mode v with S v = kappa M v is omega = sqrt(kappa), in radians per unit length; its wavelength is 2 pi / omega.
-All responses are made of one profile, F(omega) = exp(-ln 2 (omega / omega_c)^(2 n)): diffusion of order n, for the time that
-halves the amplitude at omega_c. It is as flat at 0 as the rational 1 / (1 + (omega / omega_c)^(2 n)) and as easy to approximate
-by polynomials, but falls faster: at n = 2 it is below 1e-6 beyond 2.11 omega_c, where the rational one is still 5 %. It therefore
-needs few eigenvectors. The default n = 2 is the lowest order that is flatter at omega = 0 than the omega^2 of ordinary diffusion;
-higher orders are nearer to a brick wall, with its ringing, and cost more.
+All responses combine one profile, F(omega) = exp(-ln 2 (omega / omega_c)^(2 n)): diffusion of order n over the time that halves
+the amplitude at omega_c. The profile is as flat at 0 as the rational 1 / (1 + (omega / omega_c)^(2 n)) and as easy to approximate
+by polynomials. It falls faster and so needs fewer eigenvectors: at n = 2 it is below 1e-6 beyond 2.11 omega_c, where the rational
+one is still 5 %. The default n = 2 is the lowest order that is flatter at omega = 0 than ordinary diffusion. Higher orders are
+closer to a brick wall, ring more and cost more.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _SMALLEST, _LARGEST = 1e-153, 1e153
 
 @dataclass(frozen=True, eq=False)
 class SpectralProblem:
-    """S v = kappa M v on the vertices of a mesh that belong to a surface: n of them.
+    """The eigenproblem S v = kappa M v on the n vertices of a mesh that belong to its surface.
 
     The eigenvalues kappa are not negative and have the unit of one over a squared length; sqrt(kappa) is a frequency in radians
     per mesh unit, 2 pi / sqrt(kappa) a wavelength. Borders are natural: modes end there with slope 0.
@@ -38,9 +38,9 @@ class SpectralProblem:
         dirichlet: S = -C with C the stiffness, (n, n) scipy.sparse.csr_matrix float64, symmetric, positive semidefinite, with
             rows that sum to 0; v^T S v is the Dirichlet energy of v.
         mass: the diagonal of M, (n,), above 0, in squared mesh units.
-        vertices: (n,) ascending, the vertex of the mesh that each row stands for. Vertices that no triangle uses, or whose
-            component has no area, have no row.
-        components: (n,) the connected component of each row, counted from 0 in order of its first row. No entry of S joins two.
+        vertices: (n,) the mesh vertex of each row, ascending. Vertices without a triangle, and those of components without area,
+            have no row.
+        components: (n,) the connected component of each row, numbered from 0 by first row. No entry of S joins two components.
         n_vertices: the number of vertices of the mesh.
     """
 
@@ -57,22 +57,21 @@ class SpectralProblem:
 
     @property
     def n_waves(self) -> int:
-        """The number of modes, without those that are constant on a component."""
+        """The number of modes, without the constant mode of each component."""
         return len(self.mass) - self.n_components
 
     def on_mesh(self, values: Floats) -> Floats:
-        """(n_vertices,) or (n_vertices, k), Fortran-ordered: (n,) or (n, k) values of rows at their vertices, 0 elsewhere."""
+        """Spreads (n,) or (n, k) values of rows to (n_vertices,) or (n_vertices, k), Fortran-ordered; 0 at other vertices."""
         spread = np.zeros((self.n_vertices, *values.shape[1:]), order="F")
         spread[self.vertices] = values
         return spread
 
 
 def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: SurfaceOperatorName = "auto") -> SpectralProblem:
-    """The eigenproblem of a mesh.
+    """Builds the eigenproblem of a mesh.
 
     Raises:
-        FilterInputError: not a mesh, an unknown operator, or "cotangent" for a mesh with vertices all of whose triangles have no
-            area.
+        FilterInputError: not a mesh, an unknown operator, or "cotangent" and a vertex whose triangles all have no area.
     """
     points, triangles = check_mesh(vertices, faces)
     check_size(1.0 / normalised_mesh(points, triangles).scale)
@@ -83,12 +82,12 @@ def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: Surface
     if len(rows) < len(points):
         dirichlet = sparse.csr_matrix(dirichlet[rows][:, rows])
     dirichlet.sort_indices()
-    _, numbers = np.unique(components[rows], return_inverse=True)  # in the order of their first vertex, as all components are
+    _, numbers = np.unique(components[rows], return_inverse=True)  # numbered by first vertex, like all components
     return SpectralProblem(dirichlet, laplacian.mass[rows], rows, numbers.astype(np.int32).ravel(), len(points))
 
 
 def check_size(size: float) -> None:
-    """Refuses sizes of meshes whose areas or eigenvalues, one over squared lengths, leave the range of numbers."""
+    """Refuses a mesh size whose square (areas) or inverse square (eigenvalues) leaves the range of floating-point numbers."""
     if not _SMALLEST < size < _LARGEST:
         raise FilterInputError(
             f"the mesh is about {size:.0e} large, so that the squares of its lengths are out of range: scale it first"
@@ -96,7 +95,7 @@ def check_size(size: float) -> None:
 
 
 def _usable(laplacian: Laplacian, components: Ints, operator: SurfaceOperatorName) -> Bools:
-    """(n,) which vertices have a row: those of components all of whose masses are above 0."""
+    """(n,) which vertices have a row: the used ones of components in which no mass is 0."""
     used = components >= 0
     massless = used & ~(laplacian.mass > 0.0)
     if not massless.any():
@@ -113,7 +112,7 @@ def _usable(laplacian: Laplacian, components: Ints, operator: SurfaceOperatorNam
 
 
 def about_centroids(points: Floats, problem: SpectralProblem) -> tuple[Floats, Floats]:
-    """(n, 3) points about the centroid of their component, which no filter moves, and (n, 3) that centroid."""
+    """Returns (n, 3) points relative to the centroid of their component, which no filter moves, and (n, 3) these centroids."""
     parts, mass = problem.components, problem.mass
     weight = np.bincount(parts, mass)
     means = np.stack([np.bincount(parts, mass * points[:, c]) / weight for c in range(3)], axis=1)
@@ -122,30 +121,30 @@ def about_centroids(points: Floats, problem: SpectralProblem) -> tuple[Floats, F
 
 ResponseName: TypeAlias = Literal["low_pass", "band_pass", "enhance"]
 
-#: The orders n.
+#: The allowed orders n.
 ORDERS = range(1, 9)
 DEFAULT_ORDER = 2
 
 
 @dataclass(frozen=True)
 class Response:
-    """F(omega), smooth on omega > 0, with a limit at infinity.
+    """A response, smooth on omega > 0, with a limit at infinity:
     F(omega) = infinity + sum_i weights_i exp(-ln 2 (omega / cutoffs_i)^(2 order)).
     """
 
-    name: ResponseName  # of the function that made it
-    cutoffs: tuple[float, ...]  # the frequencies at which its parts pass one half, ascending, in radians per unit length
+    name: ResponseName  # the name of the function that made it
+    cutoffs: tuple[float, ...]  # the frequencies at which the profiles are 1/2, ascending, in radians per unit length
     order: int
-    weights: tuple[float, ...]  # of the profiles at the cutoffs
+    weights: tuple[float, ...]  # the weights of the profiles
     infinity: float = 0.0  # the limit of F for short waves
 
     def __call__(self, frequencies: Floats) -> Floats:
-        """F at each frequency from 0; 1 at exactly 0, the frequency of a component's mean: the surface keeps its place."""
+        """Returns F at each frequency from 0. F(0) is 1, so that each component keeps its centroid."""
         omega = np.asarray(frequencies, dtype=np.float64)
         return np.where(omega == 0.0, 1.0, self.profile(omega))
 
     def profile(self, frequencies: Floats) -> Floats:
-        """F without the exception at 0; also at infinity."""
+        """Returns F without the exception at 0; frequencies may be infinite."""
         omega = np.asarray(frequencies, dtype=np.float64)
         total = np.full(omega.shape, self.infinity)
         with np.errstate(over="ignore", under="ignore"):
@@ -154,7 +153,7 @@ class Response:
         return total
 
     def last_frequency(self, tolerance: float) -> float:
-        """The frequency beyond which F differs from its limit by less than `tolerance` > 0: no further eigenvectors matter."""
+        """The frequency beyond which F differs from its limit by less than `tolerance` > 0, so that no eigenvectors matter."""
         largest = sum(map(abs, self.weights))
         if largest <= tolerance:
             return 0.0
@@ -164,21 +163,21 @@ class Response:
 def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
     """Removes waves shorter than the detail size and keeps longer ones: F(2 pi / detail_size) = 1/2 exactly.
 
-    The larger the size, in mesh units, the smoother; a larger order n cuts off more sharply, takes longer and rings more.
+    A larger `detail_size`, in mesh units, is smoother. A larger `order` n cuts off more sharply, takes longer and rings more.
     """
     return Response("low_pass", (cutoff_frequency("detail_size", detail_size),), _checked_order(order), (1.0,))
 
 
 def band_pass(detail_size: float, largest_size: float, *, gain: float = 1.0, order: int = DEFAULT_ORDER) -> Response:
-    """Keeps only waves between two lengths, about the centroid of each component: a difference of two low passes.
+    """Keeps only waves between two lengths, and the centroid of each component: the difference of two low passes.
 
-    At both ends the amplitude is half of `gain`. The error, as a share of `gain`, is 2^-((largest_size / detail_size)^(2 n)) at
-    the short end and 1 - 2^-((detail_size / largest_size)^(2 n)) at the long one: 4 % for an octave and n = 2.
+    At both ends the amplitude is about half of `gain`. With q = (largest_size / detail_size)^(2 n) the error, as a share of
+    `gain`, is 2^-q at the short end and 1 - 2^(-1 / q) at the long one: 4 % for an octave and n = 2.
 
     Args:
         detail_size: the shortest wavelength that stays, in mesh units.
-        largest_size: the longest one, above `detail_size`.
-        gain: the factor of the band, finite.
+        largest_size: the longest wavelength that stays, above `detail_size`.
+        gain: the factor on waves in the band, finite.
         order: see `low_pass`.
     """
     long, short = _band(detail_size, largest_size)
@@ -190,8 +189,8 @@ def enhance(detail_size: float, largest_size: float, *, gain: float = 2.0, order
     """Multiplies waves between two lengths by `gain` and keeps all others: 1 + (gain - 1) times the band of `band_pass`.
 
     Args:
-        detail_size: the shortest wavelength that changes, in mesh units. Choose it above the size of the noise.
-        largest_size: the longest one, above `detail_size`.
+        detail_size: the shortest wavelength that changes, in mesh units. Choose it above the wavelengths of the noise.
+        largest_size: the longest wavelength that changes, above `detail_size`.
         gain: above 1 makes these details stronger, below 1 weaker; 0 removes them.
         order: see `low_pass`.
     """
@@ -200,12 +199,12 @@ def enhance(detail_size: float, largest_size: float, *, gain: float = 2.0, order
     return Response("enhance", (long, short), _checked_order(order), (1.0 - gain, gain - 1.0), infinity=1.0)
 
 
-#: The responses by name.
+#: The functions that make responses, by name.
 RESPONSES: dict[ResponseName, Callable[..., Response]] = {"low_pass": low_pass, "band_pass": band_pass, "enhance": enhance}
 
 
 def cutoff_frequency(name: str, wavelength: float) -> float:
-    """2 pi / wavelength, in radians per unit length; errors name the parameter `name`."""
+    """Returns 2 pi / wavelength, in radians per unit length; errors name the parameter `name`."""
     return 2.0 * math.pi / check_positive(name, wavelength, note=": it is a wavelength in mesh units")
 
 

@@ -1,4 +1,4 @@
-"""Spectral filter of a surface: by eigenvectors, or by a function of the Laplacian without them."""
+"""Spectral filter of a surface: with eigenvectors, or with a polynomial or rational function of the Laplacian."""
 
 import math
 from collections.abc import Callable
@@ -26,11 +26,11 @@ from .problem import (
 )
 
 SpectralMethod: TypeAlias = Literal["auto", "eigenvectors", "polynomial"]
-#: Default of a band's longest wave, in detail sizes: two octaves.
+#: The default of `largest_size` in detail sizes: two octaves.
 BAND = 4.0
-#: The largest size of a basis, in numbers: 0.8 GB.
+#: The most numbers that the basis of modes may have: 0.8 GB.
 LARGEST_BASIS = 100_000_000
-#: The factor on the number of modes by Weyl's law, which leaves out a term that grows with the border.
+#: A safety factor on the number of modes by Weyl's law, which neglects a term that grows with the border.
 _MARGIN = 1.15
 
 
@@ -40,12 +40,12 @@ class SpectralResult:
 
     Attributes:
         vertices: (n, 3) the new coordinates.
-        route: what ran: "eigenvectors", "polynomial", "rational", or "none" where there was nothing to filter.
+        route: the method that ran: "eigenvectors", "polynomial", "rational", or "none" where there was nothing to filter.
         error: a bound of the root mean square distance, over the surface, to the result of an exact computation, in mesh
             units. The error of the modes themselves, about 1e-9 of the size, is not included.
-        detail_size: the wavelength at which the response cuts off, in mesh units; infinity where no mode has one.
-        modes: how many modes were computed, 0 for none; those that are constant on a component are not counted.
-        degree: of the polynomial or rational function, 0 for modes.
+        detail_size: the wavelength at which the response cuts off, in mesh units; infinity if no mode has a wavelength.
+        modes: the number of computed modes, without the constant mode of each component.
+        degree: the degree of the polynomial or rational function; 0 with modes.
         explanation: why nothing was filtered; empty if something was.
     """
 
@@ -74,7 +74,7 @@ def spectral_filter(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> SpectralResult:
-    """Multiplies every frequency of the coordinates by F(omega): p' = V F(sqrt(kappa)) V^T M p [vallet2008].
+    """Multiplies every mode of the coordinates by the response at its frequency: p' = V F(sqrt(kappa)) V^T M p [vallet2008].
 
     V are the modes of the Laplace-Beltrami operator, S v = kappa M v, and 2 pi / sqrt(kappa) their wavelengths. Every component
     has its own modes and is filtered separately; its centroid stays. Borders have natural (Neumann) conditions: their vertices
@@ -83,24 +83,24 @@ def spectral_filter(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles; at least one unless there are no vertices.
-        response: "low_pass" removes waves shorter than `detail_size`; "band_pass" keeps those from `detail_size` to
-            `largest_size` alone, about the centroids; "enhance" multiplies these by `gain` and keeps all others.
-        detail_size: the wavelength, in mesh units, at which a low pass halves the amplitude, or the shortest of a band. Larger is
-            smoother, and enhances larger details.
-        largest_size: the longest wave of a band, in mesh units; None for four times the shortest. Not used by "low_pass".
-        modes: in place of `detail_size`: the lowest modes of all components together are kept, all others dropped (brick wall).
-            Modes that are constant on a component hold its centroid; they are kept and not counted. Fewer are smoother; a small
-            component without a mode among the lowest shrinks to its centroid. Without eigenvectors: the smooth response with the
-            wavelength of the last mode by Weyl's law, kappa = 4 pi (modes + 1) / area.
+        response: "low_pass" removes waves shorter than `detail_size`. "band_pass" keeps only waves from `detail_size` to
+            `largest_size`, and the centroids. "enhance" multiplies the waves of this band by `gain` and keeps all others.
+        detail_size: the wavelength, in mesh units, at which a low pass halves the amplitude, or the shortest wavelength of a
+            band. Larger is smoother, and enhances larger details.
+        largest_size: the longest wavelength of a band, in mesh units; None for four times the shortest. "low_pass" ignores it.
+        modes: in place of `detail_size`, the number of lowest modes of all components together that are kept; all others are
+            dropped (brick wall). The constant mode of each component holds its centroid: it is kept and not counted. Fewer modes
+            are smoother; a small component without a mode among the lowest shrinks to its centroid. Without eigenvectors, the
+            smooth response cuts off at the wavelength of the last mode by Weyl's law, kappa = 4 pi (modes + 1) / area.
         gain: the factor of the band; None for 2 with "enhance" and 1 with "band_pass". Larger exaggerates, below 1 attenuates.
-        order: of the smooth responses, see `low_pass`. Larger cuts off more sharply.
-        method: "eigenvectors" computes modes, "polynomial" does without them, by a rational function where a polynomial
-            would take more than 1,000 products. "auto" computes modes only with `modes`, if they fit into 0.8 GB.
+        order: the order of the smooth responses, see `low_pass`. Larger cuts off more sharply.
+        method: "eigenvectors" computes modes. "polynomial" computes none, and takes a rational function if a polynomial would
+            take more than 1,000 products. "auto" computes modes only if `modes` is given and they fit into 0.8 GB.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
-        tolerance: bound of the error, as a share of the root mean square distance of the surface from the centroids. Smaller
+        tolerance: the bound of the error, as a share of the root mean square distance of the surface from the centroids. Smaller
             takes longer.
         movable: (n,) bool, the vertices that may move; None for all. All vertices are filtered and the fixed ones then restored,
-            which may leave a step between them.
+            which may leave a step between fixed and moved vertices.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -122,7 +122,7 @@ def spectral_filter(
         check_whole_number("modes", modes, least=1)
     if largest_size is not None and response != "low_pass":
         cutoff_frequency("largest_size", largest_size)
-    if detail_size is not None:  # before any work, and also where there is nothing to filter
+    if detail_size is not None:  # checks the parameters before any work, even if there is nothing to filter
         _response(response, detail_size, largest_size, gain, order)
     if len(triangles) == 0 and len(points):
         raise FilterInputError("the mesh has no triangles: spectral filters need a surface; triangulate a point cloud first")
@@ -176,7 +176,7 @@ def _basis_fits(problem: SpectralProblem, count: int) -> bool:
 def _by_modes(
     problem: SpectralProblem, values: Floats, size: float, response: Response, tolerance: float, progress: Progress
 ) -> SpectralResult:
-    """F(infinity) v + V (F - F(infinity)) V^T M v for (n, 3) values of mean 0, V the modes that F reaches."""
+    """Returns F(infinity) v + V (F - F(infinity)) V^T M v for (n, 3) values v of mean 0; V are the modes that F changes."""
     last, most = response.last_frequency(tolerance), problem.n_waves
     count = min(math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + 10, most)  # by Weyl's law
     never_falling = rising(progress)
@@ -192,10 +192,10 @@ def _by_modes(
 def _brick_wall(
     problem: SpectralProblem, values: Floats, count: int, band_of: Callable[[float], Response] | None, progress: Progress
 ) -> SpectralResult:
-    """The `count` lowest modes of the values, of mean 0 on every component; or a band that ends with the last of them.
+    """Keeps the `count` lowest modes of values with mean 0 on every component; or filters a band that ends with the last mode.
 
-    `band_of` gives the band pass or enhancement for a shortest wave: modes from its longest wave on get its gain, all others its
-    limit. None drops all others.
+    `band_of` makes the response of a band from its shortest wavelength. Modes within the band get its gain; longer modes and the
+    remainder get the limit of the response. None keeps all computed modes and drops the remainder.
     """
     omega, shapes = _modes(problem, min(count, problem.n_waves), progress)
     size = 2.0 * math.pi / float(omega[-1]) if omega.any() else math.inf
@@ -203,14 +203,14 @@ def _brick_wall(
     if band_of is not None and size < math.inf:
         band = band_of(size)
         rest = band.infinity
-        # The band adds the weight of the profile at its short end to the limit.
+        # The gain is the limit plus the weight of the profile at the short end of the band.
         factors = np.where(omega >= band.cutoffs[0], rest + band.weights[-1], rest)
     after, _ = _combined(problem, values, shapes, factors, rest)
     return SpectralResult(after, "eigenvectors", 0.0, size, len(omega))
 
 
 def _modes(problem: SpectralProblem, count: int, progress: Progress) -> tuple[Floats, Floats]:
-    """The frequencies and modes, without the modes that are constant on a component: values of mean 0 have no share in them."""
+    """Returns the frequencies and modes without the constant mode of each component, which values of mean 0 do not contain."""
     if not _basis_fits(problem, count):
         raise FilterInputError(
             f"{count} modes of {len(problem.mass)} vertices take {8e-9 * count * len(problem.mass):.1f} GB: take the method "
@@ -221,9 +221,9 @@ def _modes(problem: SpectralProblem, count: int, progress: Progress) -> tuple[Fl
 
 
 def _combined(problem: SpectralProblem, values: Floats, shapes: Floats, factors: Floats, infinity: float) -> tuple[Floats, float]:
-    """The modes of the values times factors plus the remainder times `infinity`, and the root mean square of the remainder."""
+    """Multiplies the modes of the values by `factors`, the remainder by `infinity`; returns the sum and the remainder's size."""
     rest, after = values.copy(), np.zeros_like(values)
-    for k in range(shapes.shape[1]):  # one by one: a product of matrices may round differently with the number of threads
+    for k in range(shapes.shape[1]):  # one by one, because the rounding of a matrix product may depend on the number of threads
         along = np.einsum("i,ij->j", problem.mass * shapes[:, k], values)
         part = shapes[:, k, None] * along
         rest -= part

@@ -1,4 +1,4 @@
-"""The spectrum of a shape: energy against frequency, by modes and by Gauss's quadrature."""
+"""The spectrum of a shape: its energy against frequency, by modes and by Gauss quadrature."""
 
 import math
 from dataclasses import dataclass, replace
@@ -16,13 +16,13 @@ from .eigenpairs import lowest_eigenpairs
 from .eigenvector_free import fused_row_product, symmetric_form
 from .problem import SpectralProblem, about_centroids, check_size, spectral_problem
 
-#: Bands in an octave.
+#: Bands per octave.
 BANDS = 3
 #: Waves shorter than this share of the mean edge go into the last band: only slivers have such modes.
 SHORTEST = 0.5
 #: The share of the work that the modes take.
 _SHARE_OF_MODES = 0.6
-#: The mass that may be added at slivers, as a share of the area.
+#: The most mass that is added at slivers, as a share of the area.
 _ADDED = 1e-4
 _FEWEST_STEPS, _MOST_STEPS = 100, 600
 
@@ -39,9 +39,9 @@ class Spectrum:
             are constant on a component, of frequency 0, are left out.
         energies: (k,) their energies.
         band_edges: (b + 1,) frequencies between bands, whole powers of 2^(1/3), the same for all meshes.
-        band_energies: (b,) the energy in each band, that of the modes included; the last band includes all higher frequencies.
-        energy: of all frequencies together.
-        area: of the surface.
+        band_energies: (b,) the energy in each band, modes included; the last band includes all higher frequencies.
+        energy: the energy of all frequencies together.
+        area: the area of the surface.
     """
 
     frequencies: Floats
@@ -53,7 +53,7 @@ class Spectrum:
 
     @property
     def wavelengths(self) -> Floats:
-        """(k,) of the modes, in mesh units."""
+        """(k,) the wavelengths of the modes, in mesh units."""
         return 2.0 * math.pi / self.frequencies
 
 
@@ -66,21 +66,21 @@ def spectrum(
     operator: SurfaceOperatorName = "auto",
     progress: Progress = ignore_progress,
 ) -> Spectrum:
-    """The energy of a shape against frequency: mode by mode for the lowest, by a quadrature for all others.
+    """Measures the energy of a shape against frequency: the lowest modes one by one, all others by a quadrature.
 
-    What the modes leave of the coordinates starts a Lanczos process of the operator M^-1/2 S M^-1/2, whose tridiagonal matrix
-    gives the nodes and weights of Gauss's quadrature for the energy against kappa = omega^2 [golub1969]. It is exact for
-    polynomials in kappa of degree 2 steps - 1, and no mode is computed for it. Slivers and tiny triangles have modes of far
-    higher frequency than any wave of the surface, which would take as many more steps: their vertices are given more mass, at
-    most a ten-thousandth of the area in all.
+    A Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates without the computed modes. Its tridiagonal matrix gives the
+    nodes and weights of Gauss quadrature for the energy against kappa = omega^2 [golub1969]. The quadrature is exact for
+    polynomials in kappa of degree 2 steps - 1 and needs no modes. Slivers and tiny triangles have modes of far higher frequency
+    than any wave of the surface, which would take many more steps. So their vertices get more mass, in all at most a
+    ten-thousandth of the area.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles, at least one.
-        modes: how many modes are computed [vallet2008], without those that are constant on a component. More give single modes
+        modes: the number of modes to compute [vallet2008], without the constant mode of each component. More resolve single modes
             up to a higher frequency, and take longer.
-        steps: of the Lanczos process; None for enough to resolve the bands above the last mode, at most 600. More separate
-            neighbouring bands more sharply, above all at low frequencies, and take longer.
+        steps: the steps of the Lanczos process; None for enough to resolve the bands above the last mode, at most 600. More
+            separate neighbouring bands more sharply, especially at low frequencies, and take longer.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         progress: called with the share that is done; may raise to stop.
 
@@ -95,13 +95,13 @@ def spectrum(
     if steps is not None:
         check_whole_number("steps", steps, least=1)
     if len(triangles) == 0:
-        raise FilterInputError("the mesh has no triangles: a spectrum is that of a surface")
+        raise FilterInputError("the mesh has no triangles: only a surface has a spectrum")
     mesh = normalised_mesh(points, triangles)
     unit = 1.0 / mesh.scale
     check_size(unit)
     plain = spectral_problem(mesh.points, mesh.cells, operator=operator)
     if len(plain.mass) == 0:
-        raise FilterInputError("no triangle of the mesh has an area: a spectrum is that of a surface")
+        raise FilterInputError("no triangle of the mesh has an area: only a surface has a spectrum")
     problem = without_stiffest(plain)
     rest, _ = about_centroids(mesh.points[problem.vertices], problem)
     area = float(problem.mass.sum())
@@ -111,15 +111,15 @@ def spectrum(
     if count:
         kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=part_of(progress, 0.0, _SHARE_OF_MODES))
     energies = np.empty(len(kappa))
-    for k in range(len(kappa)):  # one by one: a product of matrices may round differently with the number of threads
+    for k in range(len(kappa)):  # one by one, because the rounding of a matrix product may depend on the number of threads
         weighted = problem.mass * shapes[:, k]
         along = np.einsum("i,ij->j", weighted, rest)
         energies[k] = float(along @ along) / area
         rest -= shapes[:, k, None] * along
-    taken = enough_steps(problem, float(kappa[-1]) if len(kappa) else 0.0) if steps is None else int(steps)
+    step_count = enough_steps(problem, float(kappa[-1]) if len(kappa) else 0.0) if steps is None else int(steps)
     share = _SHARE_OF_MODES if count else 0.0
-    nodes, weights = energy_quadrature(problem, rest, taken, progress=part_of(progress, share, 1.0))
-    # The edge of equilateral triangles of this area and number of vertices, about two triangles a vertex.
+    nodes, weights = energy_quadrature(problem, rest, step_count, progress=part_of(progress, share, 1.0))
+    # The edge length of equilateral triangles with this total area, two for each vertex.
     mean_edge = math.sqrt(2.0 / math.sqrt(3.0) * area / len(problem.mass))
     edges, bands = _bands(
         np.sqrt(np.concatenate([kappa, nodes])) / unit,
@@ -131,12 +131,12 @@ def spectrum(
 
 
 def _bands(frequencies: Floats, energies: Floats, *, highest: float) -> tuple[Floats, Floats]:
-    """The edges of the bands from the lowest frequency with energy to the highest, and the energy in each."""
+    """Returns the band edges from the lowest to the highest frequency with energy, and the energy in each band."""
     counted = (frequencies > 0.0) & (energies > 0.0)
     if not counted.any():
         return np.empty(0), np.empty(0)
     omega, energy = np.minimum(frequencies[counted], highest), energies[counted]
-    # Tiny energies below the lowest mode are rounding, and would add any number of bands.
+    # Tiny energies at very low frequencies are rounding; they would add many empty bands.
     lowest = omega[energy > 1e-14 * energy.sum()].min()
     place = np.floor(BANDS * np.log2(np.maximum(omega, lowest))).astype(np.int64)
     first, last = int(place.min()), int(place.max())
@@ -146,13 +146,13 @@ def _bands(frequencies: Floats, energies: Floats, *, highest: float) -> tuple[Fl
 
 
 def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
-    """The problem with more mass at the vertices of the highest S_ii / M_i, see `spectrum`; S_ii / M_i bounds kappa within 2."""
+    """Adds mass where S_ii / M_i is highest, see `spectrum`; the highest kappa is at most twice that."""
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
-    # The bound at which the k stiffest vertices take all the mass that may be added: sum over them of (S_ii / bound - M_i).
+    # With this bound on S_ii / M_i the k stiffest vertices need all the mass that may be added: the sum of S_ii / bound - M_i.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
-    # It rises with k as long as the next vertex is above it: the highest bound is the one for all vertices above it.
+    # The bound rises with k as long as the next vertex exceeds it. So the highest bound belongs to all vertices that exceed it.
     bound = float(bounds.max(initial=0.0))
     if not bound > 0.0:
         return problem
@@ -160,26 +160,26 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
 
 
 def enough_steps(problem: SpectralProblem, kappa: float) -> int:
-    """The steps that resolve third octaves from kappa on: nodes are pi / (2 steps) of the highest frequency apart."""
+    """Returns the steps that resolve thirds of octaves above kappa: nodes are pi / (2 steps) of the highest frequency apart."""
     highest = 2.0 * float(np.max(problem.dirichlet.diagonal() / problem.mass))
     steps = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
     return int(min(max(steps, _FEWEST_STEPS), _MOST_STEPS))
 
 
-#: Rows whose products are summed up one after the other, whatever the number of threads.
+#: Rows in a block. Each block has a sum of its own, so that the number of threads changes no bit.
 _BLOCK = 4096
 #: A pass takes so little time that threads pay only on meshes this many times as large as for other kernels.
 _SHORT_PASSES = 10
-#: Iterations for an eigenvalue, of which two are usual.
+#: The most iterations for an eigenvalue; two are usual.
 _MOST_ITERATIONS = 60
 
 
 def energy_quadrature(problem: SpectralProblem, values: Floats, steps: int, *, progress: Progress) -> tuple[Floats, Floats]:
-    """Nodes kappa and weights w such that sum w f(kappa) = sum over columns of <v, f(M^-1 S) v>_M.
+    """Returns nodes kappa and weights w such that sum w f(kappa) = sum over columns of <v, f(M^-1 S) v>_M.
 
-    The process of D = M^-1/2 S M^-1/2 that starts with M^1/2 v gives a tridiagonal matrix whose eigenvalues are the nodes. It is
-    exact for polynomials f of degree 2 steps - 1. Its vectors are not orthogonalised again: rounding then repeats nodes and
-    divides their weight among them, which does not change the energy of a band.
+    The Lanczos process of D = M^-1/2 S M^-1/2 from M^1/2 v gives a tridiagonal matrix, whose eigenvalues are the nodes. The
+    quadrature is exact for polynomials f of degree 2 steps - 1. The vectors are not reorthogonalised: rounding then repeats nodes
+    and splits their weight, which does not change the energy of a band.
 
     Each of the three columns has nodes of its own; there are none if all values are 0.
     """
@@ -205,7 +205,7 @@ def energy_quadrature(problem: SpectralProblem, values: Floats, steps: int, *, p
             progress((step + 1) / steps)
     nodes, weights = [], []
     for column in np.flatnonzero(norms):
-        # An exhausted Krylov space ends with an entry that is pure rounding.
+        # Where the Krylov space is exhausted, the next off-diagonal entry is pure rounding.
         ends = np.flatnonzero(beside[:, column] <= 1e-14 * np.abs(diagonal[:, column]).max())
         size = int(ends[0]) + 1 if len(ends) else steps
         kappa, first = diagonal[:size, column].copy(), np.zeros(size)
@@ -219,7 +219,7 @@ def energy_quadrature(problem: SpectralProblem, values: Floats, steps: int, *, p
 
 @compiled(parallel=True, fastmath={"contract"})
 def _apply(matrix: CompressedRows, now: Floats, length: Floats, before: Floats, sums: Floats) -> None:
-    """Computes before = D now - length before in place, and of each block the sums of before now."""
+    """Computes before = D now - length before in place; `sums` gets, per block, the inner products of the new before and now."""
     a, b, c = length
     for block in prange(sums.shape[0]):
         p = q = r = 0.0
@@ -236,7 +236,7 @@ def _apply(matrix: CompressedRows, now: Floats, length: Floats, before: Floats, 
 
 @compiled(parallel=True, fastmath={"contract"})
 def _subtract(now: Floats, factors: Floats, after: Floats, sums: Floats) -> None:
-    """Computes after -= factors now in place, and of each block the sums of its squares."""
+    """Computes after -= factors now in place; `sums` gets, per block, the squared norms of the new after."""
     a, b, c = factors
     for block in prange(sums.shape[0]):
         p = q = r = 0.0
@@ -254,7 +254,8 @@ def _subtract(now: Floats, factors: Floats, after: Floats, sums: Floats) -> None
 def _iterated(diagonal: Floats, beside: Floats, first: Floats) -> bool:
     """Replaces the diagonal of a symmetric tridiagonal matrix by its eigenvalues; returns whether all have converged.
 
-    `beside` ends with a 0. Of the eigenvectors only the first entries are computed: `first` becomes (1, 0, ...) times them.
+    `beside` holds the off-diagonal entries and a 0. Only the first entry of each eigenvector is computed: `first` comes in as
+    (1, 0, ...) and receives these entries.
     """
     n, eps = diagonal.shape[0], 2.2e-16
     for low in range(n):
