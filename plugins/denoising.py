@@ -143,13 +143,13 @@ def apply_coord_normal_filtering(
     if set_values or choice == "fixed":
         choosing = part_of(progress, 0.0, CHOOSING)
         effective, findings = _completed(layer, set_values, choice, choosing, border=border, movable=movable)
-        how: dict[str, Any] = {name: effective[name] for name in BEFORE}
-        how["filtering"] = {name: value for name, value in effective.items() if name not in BEFORE}
-        rest = part_of(progress, CHOOSING if findings else 0.0, 1.0)
-        vertices = denoising.denoised(layer.vertices, layer.faces, **how, border=border, movable=movable, progress=rest)
+        options: dict[str, Any] = {name: effective[name] for name in BEFORE}
+        options["filtering"] = {name: value for name, value in effective.items() if name not in BEFORE}
+        remaining = part_of(progress, CHOOSING if findings else 0.0, 1.0)
+        vertices = denoising.denoised(layer.vertices, layer.faces, **options, border=border, movable=movable, progress=remaining)
     else:
-        how = {"border": border, "movable": movable, "progress": part_of(progress, 0.0, CHOOSING if compare else 1.0)}
-        vertices, made = denoising.denoise_automatically(layer.vertices, layer.faces, **how)
+        options = {"border": border, "movable": movable, "progress": part_of(progress, 0.0, CHOOSING if compare else 1.0)}
+        vertices, made = denoising.denoise_automatically(layer.vertices, layer.faces, **options)
         effective, findings = _parameters(made.setting), _findings(made)
         if compare:
             findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
@@ -210,7 +210,7 @@ def _given(**values: Any) -> dict[str, Any]:
 
 
 def _completed(
-    layer: Layer, set_values: dict[str, Any], choice: Chooser, progress: Progress, *, of: AbstractSet[str] = CHOSEN, **how: Any
+    layer: Layer, set_values: dict[str, Any], choice: Chooser, progress: Progress, *, of: AbstractSet[str] = CHOSEN, **kwargs: Any
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Completes the given parameters by a choice for the mesh; returns all parameters, and the findings behind the choice.
 
@@ -223,7 +223,7 @@ def _completed(
     # The trials do not vary normal iterations, since twenty would cost twenty times as much, nor rounding.
     not_tried = ("normal_iterations", "rounding")
     tried = denoising.REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name not in not_tried})
-    made = denoising.automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **how)
+    made = denoising.automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **kwargs)
     chosen = _parameters(made.setting)
     if made.setting.parameters is None:
         # The choice is no normal filtering: complete the given parameters with the filter's own default instead of 0 rounds.
@@ -246,8 +246,8 @@ def _findings(made: denoising.AutomaticChoice) -> dict[str, Any]:
 
 def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:
     """The prediction errors of the smoothers at held-out vertices; empty for a clean mesh or correlated noise."""
-    how: dict[str, Any] = {"setting": made.setting, "movable": movable, "progress": progress}
-    comparison = compare_smoothers(layer.vertices, layer.faces, **how) if made.kind == "noisy" else None
+    options: dict[str, Any] = {"setting": made.setting, "movable": movable, "progress": progress}
+    comparison = compare_smoothers(layer.vertices, layer.faces, **options) if made.kind == "noisy" else None
     if comparison is None:
         return []
     rows = reported(comparison, lambda way: {"smoother": way.smoother or "nothing", "amount": way.amount})
@@ -316,9 +316,9 @@ def apply_coord_bilateral_fleishman(
     Args:
         space_sigma: The distance up to which neighbours count. Larger is smoother and slower. 'auto': 1.4 mean edges.
     """
-    how: dict[str, Any] = {**kernels.arguments(), "iterations": iterations, "border": border}
-    how |= {"movable": movable_vertices(layer, selected), "progress": progress}
-    return Edit(vertices=denoising.bilateral_fleishman(layer.vertices, layer.faces, **how))
+    options: dict[str, Any] = {**kernels.arguments(), "iterations": iterations, "border": border}
+    options |= {"movable": movable_vertices(layer, selected), "progress": progress}
+    return Edit(vertices=denoising.bilateral_fleishman(layer.vertices, layer.faces, **options))
 
 
 @vertex_smoother(name="Bilateral Denoising by Triangle Predictors (Jones)", references=("jones2003",))
@@ -339,9 +339,9 @@ def apply_coord_bilateral_jones(
         space_sigma: The distance up to which triangles count. Larger is smoother and slower. 'auto': 2 mean edges.
         border: How vertices on open borders move: 'fixed' stay; 'free' move like any other vertex.
     """
-    how: dict[str, Any] = {**kernels.arguments(), "border": border, "progress": progress}
+    options: dict[str, Any] = {**kernels.arguments(), "border": border, "progress": progress}
     movable = movable_vertices(layer, selected)
-    return Edit(vertices=denoising.bilateral_jones(layer.vertices, layer.faces, **how, movable=movable))
+    return Edit(vertices=denoising.bilateral_jones(layer.vertices, layer.faces, **options, movable=movable))
 
 
 @vertex_smoother(
@@ -376,17 +376,17 @@ def apply_coord_bilateral_projection_of_points(
             quadrics curved surfaces shrink less, but quadrics need 40 or more neighbours.
         use_normals: Move along the given normals of the points. Otherwise each iteration estimates the normals again.
     """
-    how: dict[str, Any] = {"normals": layer.vertex_normals if use_normals else None, **kernels.arguments()}
-    how["movable"] = movable_vertices(layer, selected)
+    options: dict[str, Any] = {"normals": layer.vertex_normals if use_normals else None, **kernels.arguments()}
+    options["movable"] = movable_vertices(layer, selected)
     values: dict[str, Any] = {}
     if iterations < 0:
-        choice = chosen_projection(layer.vertices, **how, progress=part_of(progress, 0.0, 0.8))
+        choice = chosen_projection(layer.vertices, **options, progress=part_of(progress, 0.0, 0.8))
         chosen = Projection() if choice is None else choice.chosen.label
         values = {"chosen": chosen._asdict(), "tried": reported(choice, Projection._asdict)}
         if chosen.iterations == 0:
             progress(1.0)
             return Edit(vertices=layer.vertices, values=values, notes=(NOTHING_TO_REMOVE,))
-        neighbors, how["range_sigma"], iterations, degree = chosen
+        neighbors, options["range_sigma"], iterations, degree = chosen
         progress = part_of(progress, 0.8, 1.0)
-    how |= {"neighbors": neighbors, "iterations": iterations, "degree": degree}
-    return Edit(vertices=denoising.bilateral_projection(layer.vertices, **how, progress=progress), values=values)
+    options |= {"neighbors": neighbors, "iterations": iterations, "degree": degree}
+    return Edit(vertices=denoising.bilateral_projection(layer.vertices, **options, progress=progress), values=values)

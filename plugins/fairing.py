@@ -61,17 +61,17 @@ def apply_coord_bilaplacian_smoothing(
         raise FilterInputError("detail_size 'auto' knows no features: give a size such as '6edge', or features='none'")
     notes: set[str] = set()
 
-    def smooth(points: Floats, faces: Ints, size: float, **how: Any) -> Floats:
+    def smooth(points: Floats, faces: Ints, size: float, **options: Any) -> Floats:
         notes.clear()
-        how |= {"feature_weights": weights, "border": border}
-        how["on_irregular"] = lambda count: notes.add(moving.irregular_note(count))
-        return fairing.bilaplacian_smoothing(points, faces, detail_size=size, **how)
+        options |= {"feature_weights": weights, "border": border}
+        options["on_irregular"] = lambda count: notes.add(moving.irregular_note(count))
+        return fairing.bilaplacian_smoothing(points, faces, detail_size=size, **options)
 
-    done = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=part_of(progress, before, 1.0))
-    if done.amount:
-        done = done._replace(notes=(*notes, *done.notes))
-    held = fairing.weight_of_detail_size(done.amount) if done.amount else math.inf
-    return done.edit(weight=held, **displacement(layer.vertices, done.vertices))
+    smoothed = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=part_of(progress, before, 1.0))
+    if smoothed.amount:
+        smoothed = smoothed._replace(notes=(*notes, *smoothed.notes))
+    held = fairing.weight_of_detail_size(smoothed.amount) if smoothed.amount else math.inf
+    return smoothed.edit(weight=held, **displacement(layer.vertices, smoothed.vertices))
 
 
 def _feature_weights(layer: Layer, features: Features, angle: float, scalar: float, progress: Progress) -> Floats | None:
@@ -118,10 +118,10 @@ def apply_coord_tangential_smoothing(
             Not on textured meshes.
     """
     textured = flip_edges and layer.has_wedge_tex_coords
-    how: dict[str, Any] = {"weight": weight, "iterations": iterations, "max_deviation": max_deviation}
-    how["flip_edges"] = flip_edges and not textured
+    options: dict[str, Any] = {"weight": weight, "iterations": iterations, "max_deviation": max_deviation}
+    options["flip_edges"] = flip_edges and not textured
     movable = moving.movable_vertices(layer, selected)
-    vertices, faces = fairing.tangential_smoothing(layer.vertices, layer.faces, **how, movable=movable, progress=progress)
+    vertices, faces = fairing.tangential_smoothing(layer.vertices, layer.faces, **options, movable=movable, progress=progress)
     replaced = (np.sort(faces, axis=1) != np.sort(layer.faces, axis=1)).any(axis=1)
     exchange: dict[str, Any] = {}
     if new := int(replaced.sum()):  # new triangles inherit the selection of the old triangles in the same rows

@@ -60,13 +60,13 @@ def meshing_close_holes_by_fairing(
         mark: How new faces are marked in a saved file: 'scalar' replaces the face scalars by the number of the hole, from 1, and
             by 0 on old faces; 'color' paints new faces orange, and old faces white if uncoloured; 'none' changes neither.
     """
-    how: dict[str, Any] = {"max_edges": max_edges, "energy": energy, "refine": refine, "rounds": rounds, "islands": islands}
+    options: dict[str, Any] = {"max_edges": max_edges, "energy": energy, "refine": refine, "rounds": rounds, "islands": islands}
     touched = None
     if selected:
         touched = layer.vertex_selection.copy()
         touched[layer.faces[layer.face_selection]] = True
         touched = touched if touched.any() else layer.selected_vertices()  # which raises
-    filling = close_holes(layer.vertices, layer.faces, **how, selected=touched, progress=progress)
+    filling = close_holes(layer.vertices, layer.faces, **options, selected=touched, progress=progress)
     added = additions(layer, filling.new_vertices, filling.new_faces)
     refined = set(filling.hole_of_vertex.tolist())
     lower = [k for k, used in enumerate(filling.energies) if used != energy and k in refined]

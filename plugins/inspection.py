@@ -159,12 +159,12 @@ def _used(layer: Layer) -> Bools:
     return referenced_vertices(layer.faces, len(layer.vertices)) if len(layer.faces) else np.ones(len(layer.vertices), dtype=bool)
 
 
-def _colored(layer: Layer, values: Floats, color: bool, *, signed: bool = True, **more: Any) -> Edit:
+def _colored(layer: Layer, values: Floats, color: bool, *, signed: bool = True, **report: Any) -> Edit:
     """The edit that writes values to the vertex scalar and, if `color`, to the vertex colours."""
     counted = values[_used(layer)]
     limits = (inspection.symmetric_limits if signed else inspection.robust_limits)(counted)
     colors = (inspection.diverging_colors if signed else inspection.sequential_colors)(values, limits) if color else None
-    return Edit(vertex_scalars=values, vertex_colors=colors, values=_statistics(counted, limits) | more)
+    return Edit(vertex_scalars=values, vertex_colors=colors, values=_statistics(counted, limits) | report)
 
 
 def _statistics(values: Floats, limits: inspection.Limits) -> dict[str, Any]:

@@ -19,11 +19,11 @@ point_selection = partial(
 )
 
 
-def _selection(selected: Bools, kind: str, scalars: Floats | None = None, **more: float) -> Edit:
+def _selection(selected: Bools, kind: str, scalars: Floats | None = None, **report: float) -> Edit:
     """The edit that selects points, with their number, and a note if there are any: they are of a `kind`."""
     count = int(np.count_nonzero(selected))
     notes = (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
-    return Edit(vertex_selection=selected, vertex_scalars=scalars, values={"selected_vertices": count, **more}, notes=notes)
+    return Edit(vertex_selection=selected, vertex_scalars=scalars, values={"selected_vertices": count, **report}, notes=notes)
 
 
 @point_selection(
@@ -86,9 +86,9 @@ def compute_selection_by_stray_points_per_vertex(
             f"this is a mesh of {len(layer.faces)} faces, not a point cloud, and would get holes: the recipe 'clean_range_map' "
             "removes floating pieces of a mesh, 'denoise' its noise"
         )
-    how: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
+    options: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
     kind = f"part of no surface: alone, in a haze, or in clumps of fewer than {smallest_part:,}"
-    return _selection(stray_points(layer.vertices, **how, progress=progress), kind)
+    return _selection(stray_points(layer.vertices, **options, progress=progress), kind)
 
 
 @point_selection(name="Select Surplus Points")
@@ -133,9 +133,9 @@ def compute_selection_by_distance_from_cloud_per_vertex(
     notes: tuple[str, ...] = ()
     if len(layer.faces):
         areas, furthest = vector_lengths(cross_products(layer.vertices, layer.faces)), away[layer.faces].max(axis=1)
-        far, rest = (float(areas[furthest > limit].sum() / (areas.sum() or 1.0)) for limit in (spacings, 0.5 * spacings))
+        far, half = (float(areas[furthest > limit].sum() / (areas.sum() or 1.0)) for limit in (spacings, 0.5 * spacings))
         notes = (
-            f"{far:.2%} of the area is farther than {spacings:g} spacings from every point, and selected; {rest - far:.2%} is "
+            f"{far:.2%} of the area is farther than {spacings:g} spacings from every point, and selected; {half - far:.2%} is "
             f"farther than {0.5 * spacings:g}, and bridges gaps",
             *_left_out(cloud, of_points, layer.vertices, layer.faces[furthest <= spacings], spacings),
         )
@@ -146,8 +146,8 @@ def _left_out(cloud: Floats, of_points: Floats, vertices: Floats, faces: Ints, s
     """A note on the share of the points, from a sample of thousands, without surface nearby; nothing if there are none."""
     if not len(faces):
         return ()
-    some = slice(None, None, max(1, len(cloud) // 10_000))
-    away = Surface.of(vertices, faces).nearest(cloud[some]).distances / of_points[some]
+    sample = slice(None, None, max(1, len(cloud) // 10_000))
+    away = Surface.of(vertices, faces).nearest(cloud[sample]).distances / of_points[sample]
     share = float((away > spacings).mean())
     note = f"{share:.2%} of the points have no surface within {spacings:g} spacings: a larger depth keeps finer parts"
     return (note,) if share > 0.0 else ()

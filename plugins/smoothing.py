@@ -53,14 +53,13 @@ def apply_coord_implicit_fairing(
         keep_dimensions: Move parts of the shape back along the normals by what they have lost as a whole: limbs keep their
             thickness and the shape its size, open or closed. Not for point clouds.
     """
-    how: dict[str, Any] = {"operator": operator, "iterations": iterations, "flow": flow, "border": border}
-    how |= {"preserve_volume": preserve_volume, "keep_dimensions": keep_dimensions}
+    options: dict[str, Any] = {"operator": operator, "iterations": iterations, "flow": flow, "border": border}
+    options |= {"preserve_volume": preserve_volume, "keep_dimensions": keep_dimensions}
     if time_step:
         time = time_step if operator in ("uniform", "inverse_length") else time_step * moving.squared_mean_edge(layer)
-        how |= {"movable": movable_vertices(layer, selected), "progress": progress}
-        return Edit(
-            vertices=diffusion.implicit_fairing(layer.vertices, layer.faces, time_step=time, **how), values={"time_step": time}
-        )
+        options |= {"movable": movable_vertices(layer, selected), "progress": progress}
+        vertices = diffusion.implicit_fairing(layer.vertices, layer.faces, time_step=time, **options)
+        return Edit(vertices=vertices, values={"time_step": time})
     if operator not in ("cotangent", "robust"):  # the others do not approximate the Laplace-Beltrami operator
         raise FilterInputError(f"operator {operator!r} sees the triangulation, not lengths: give a time_step, for example 1.0")
     if detail_size == 0.0:
@@ -69,11 +68,11 @@ def apply_coord_implicit_fairing(
     def time_of(size: float) -> float:
         return diffusion.time_step_of_detail_size(size, iterations=iterations, keep_dimensions=keep_dimensions)
 
-    def smooth(points: Floats, faces: Ints, size: float, **which: Any) -> Floats:
-        return diffusion.implicit_fairing(points, faces, time_step=time_of(size), **how, **which)
+    def smooth(points: Floats, faces: Ints, size: float, **keywords: Any) -> Floats:
+        return diffusion.implicit_fairing(points, faces, time_step=time_of(size), **options, **keywords)
 
-    done = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=progress)
-    return done.edit(time_step=time_of(done.amount) if done.amount else 0.0)
+    smoothed = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=progress)
+    return smoothed.edit(time_step=time_of(smoothed.amount) if smoothed.amount else 0.0)
 
 
 def laplacian_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
@@ -116,10 +115,10 @@ def apply_coord_explicit_smoothing(
     """
     has_unit = operator in ("scale_dependent", "laplace_beltrami", "robust")  # L in 1 / length^2, the step in length^2
     unit = moving.squared_mean_edge(layer) if has_unit else 1.0
-    how: dict[str, Any] = {"operator": operator, "iterations": iterations, "update": update, "border": border}
-    how |= {"movable": movable_vertices(layer, selected), "progress": progress}
+    options: dict[str, Any] = {"operator": operator, "iterations": iterations, "update": update, "border": border}
+    options |= {"movable": movable_vertices(layer, selected), "progress": progress}
     try:
-        return Edit(vertices=diffusion.explicit_smoothing(layer.vertices, layer.faces, step=step * unit, **how))
+        return Edit(vertices=diffusion.explicit_smoothing(layer.vertices, layer.faces, step=step * unit, **options))
     except UnstableStepError as error:
         largest = error.largest_stable / unit
         raise UnstableStepError(
@@ -176,8 +175,8 @@ def apply_coord_taubin_fairing(
     """
     faired = partial(diffusion.taubin_fairing, operator=operator, step=step, mu=mu, pass_band=pass_band or None, border=border)
 
-    def smooth(points: Floats, faces: Ints, passes: float, **which: Any) -> Floats:
-        return faired(points, faces, iterations=int(passes), **which)
+    def smooth(points: Floats, faces: Ints, passes: float, **keywords: Any) -> Floats:
+        return faired(points, faces, iterations=int(passes), **keywords)
 
     return moving.smoothed_by_amount(layer, iterations, smooth, PASSES, selected=selected, progress=progress).edit()
 
@@ -198,8 +197,8 @@ def apply_coord_spike_removal(
         steepness: A vertex is a spike if its distance from the mean of its neighbours exceeds this many times their spread.
             Larger removes only thinner spikes; below 1 the corners of boxes count as spikes.
     """
-    how: dict[str, Any] = {"steepness": steepness, "movable": movable_vertices(layer, selected), "progress": progress}
-    vertices, spikes = diffusion.remove_spikes(layer.vertices, layer.faces, **how)
+    options: dict[str, Any] = {"steepness": steepness, "movable": movable_vertices(layer, selected), "progress": progress}
+    vertices, spikes = diffusion.remove_spikes(layer.vertices, layer.faces, **options)
     return Edit(vertices=vertices, values={"spikes": int(np.count_nonzero(spikes))})
 
 
@@ -244,11 +243,11 @@ def apply_coord_curve_smoothing(
         raise FilterInputError("uniform weights know no lengths: give a time_step, for example 10, or take 'inverse_length'")
     if by_size and detail_size == 0.0:
         raise moving.no_amount("time_step")
-    how: dict[str, Any] = {"method": method, "weights": weights, "step": step, "mu": mu, "pass_band": pass_band or None}
-    how |= {"time_step": time_step if method == "implicit" and not by_size else None}
-    how |= {"detail_size": detail_size if by_size else None, "iterations": iterations, "border": border}
+    options: dict[str, Any] = {"method": method, "weights": weights, "step": step, "mu": mu, "pass_band": pass_band or None}
+    options |= {"time_step": time_step if method == "implicit" and not by_size else None}
+    options |= {"detail_size": detail_size if by_size else None, "iterations": iterations, "border": border}
     movable = movable_vertices(layer, selected)
-    return Edit(vertices=curve_smoothing(layer.vertices, layer.edges, **how, movable=movable, progress=progress))
+    return Edit(vertices=curve_smoothing(layer.vertices, layer.edges, **options, movable=movable, progress=progress))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -270,14 +269,14 @@ class Diffusion:
     selected: Selected = False
 
 
-def _diffused(values: Floats, layer: Layer, how: Diffusion, progress: Progress) -> Floats:
+def _diffused(values: Floats, layer: Layer, parameters: Diffusion, progress: Progress) -> Floats:
     """Diffuses (n,) or (n, k) values of vertices."""
-    if how.step == 0.0:
+    if parameters.step == 0.0:
         raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
-    parameters: dict[str, Any] = {"edge_stop": how.range_kernel, "contrast": how.range_sigma or None}
-    parameters |= {"step": how.step * diffusion.longest_step(layer.faces), "iterations": how.iterations}
-    parameters |= {"movable": movable_vertices(layer, how.selected), "progress": progress}
-    return diffusion.perona_malik(values, layer.faces, **parameters)
+    options: dict[str, Any] = {"edge_stop": parameters.range_kernel, "contrast": parameters.range_sigma or None}
+    options |= {"step": parameters.step * diffusion.longest_step(layer.faces), "iterations": parameters.iterations}
+    options |= {"movable": movable_vertices(layer, parameters.selected), "progress": progress}
+    return diffusion.perona_malik(values, layer.faces, **options)
 
 
 #: declares a filter that smooths attributes of vertices
@@ -290,14 +289,16 @@ attribute_smoother = partial(mesh_filter, references=("perona1990", "black1998")
     requires=MeshElement.FACENUMBER | MeshElement.VERTQUALITY,
     changes=MeshElement.VERTQUALITY,
 )
-def apply_scalar_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusion, progress: Progress = ignore_progress) -> Edit:
+def apply_scalar_anisotropic_diffusion_per_vertex(
+    layer: Layer, *, parameters: Diffusion, progress: Progress = ignore_progress
+) -> Edit:
     """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move.
 
     Args:
         range_sigma: Larger differences between neighbours are edges, and are kept. Larger smooths stronger noise and blurs more
             edges. 'auto' estimates it from the median difference.
     """
-    return Edit(vertex_scalars=_diffused(layer.vertex_scalars, layer, how, progress))
+    return Edit(vertex_scalars=_diffused(layer.vertex_scalars, layer, parameters, progress))
 
 
 @attribute_smoother(
@@ -306,7 +307,9 @@ def apply_scalar_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusio
     requires=MeshElement.FACENUMBER | MeshElement.VERTCOLOR,
     changes=MeshElement.VERTCOLOR,
 )
-def apply_color_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusion, progress: Progress = ignore_progress) -> Edit:
+def apply_color_anisotropic_diffusion_per_vertex(
+    layer: Layer, *, parameters: Diffusion, progress: Progress = ignore_progress
+) -> Edit:
     """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays.
 
     Args:
@@ -314,5 +317,5 @@ def apply_color_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusion
             Larger smooths stronger noise and blurs more edges. 'auto' estimates it from the median difference.
     """
     colors = np.array(layer.vertex_colors)
-    colors[:, :3] = _diffused(colors[:, :3], layer, how, progress)
+    colors[:, :3] = _diffused(colors[:, :3], layer, parameters, progress)
     return Edit(vertex_colors=colors)

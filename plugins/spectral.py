@@ -67,19 +67,19 @@ def apply_coord_spectral_filter(
             f"detail_size 'auto' is for the response 'low_pass', not {response!r}: give a size such as '6edge'"
         )
     filtered: spectral.SpectralResult | None = None
-    same: dict[str, Any] = {"response": response, "order": order, "method": method, "operator": operator}
-    same |= {"largest_size": largest_size or None, "modes": modes or None, "gain": gain if response == "enhance" else None}
+    options: dict[str, Any] = {"response": response, "order": order, "method": method, "operator": operator}
+    options |= {"largest_size": largest_size or None, "modes": modes or None, "gain": gain if response == "enhance" else None}
 
-    def smooth(points: Floats, faces: Ints, size: float, **how: Any) -> Floats:
+    def smooth(points: Floats, faces: Ints, size: float, **keywords: Any) -> Floats:
         nonlocal filtered
-        filtered = spectral.spectral_filter(points, faces, detail_size=None if modes else size, **same, **how)
+        filtered = spectral.spectral_filter(points, faces, detail_size=None if modes else size, **options, **keywords)
         return filtered.vertices
 
-    done = smoothed_by_size(layer, 0.0 if modes else detail_size, smooth, selected=selected, progress=progress)
-    if filtered is None or not (modes or done.amount):
-        return done.edit()
+    smoothed = smoothed_by_size(layer, 0.0 if modes else detail_size, smooth, selected=selected, progress=progress)
+    if filtered is None or not (modes or smoothed.amount):
+        return smoothed.edit()
     report = {f.name: getattr(filtered, f.name) for f in fields(filtered) if f.name not in ("vertices", "explanation")}
-    return Edit(vertices=filtered.vertices, values={**report, **done.values}, notes=(_in_words(response, filtered),))
+    return Edit(vertices=filtered.vertices, values={**report, **smoothed.values}, notes=(_in_words(response, filtered),))
 
 
 def _in_words(response: spectral.ResponseName, filtered: spectral.SpectralResult) -> str:
@@ -116,9 +116,9 @@ def apply_coord_detail_enhancement(
         most: The largest displacement of a vertex, as a share of the thickness of the body there, or of the gap in front of it if
             the gap is smaller. Larger lets thin parts change more.
     """
-    how: dict[str, Any] = {"gain": gain, "most": most, "operator": operator, "progress": progress}
-    how |= {"detail_size": detail_size or None, "largest_size": largest_size or None}
-    enhanced = spectral.enhance_details(layer.vertices, layer.faces, **how, movable=movable_vertices(layer, selected))
+    options: dict[str, Any] = {"gain": gain, "most": most, "operator": operator, "progress": progress}
+    options |= {"detail_size": detail_size or None, "largest_size": largest_size or None}
+    enhanced = spectral.enhance_details(layer.vertices, layer.faces, **options, movable=movable_vertices(layer, selected))
     notes: tuple[str, ...] = ("nothing was enhanced: no triangle has an area",)
     if enhanced.detail_size > 0.0:
         edge = layer.mean_edge

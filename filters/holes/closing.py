@@ -226,8 +226,8 @@ class Patches:
                         total = new[k]
                     parts[-1].append(k)
                 for part in parts:
-                    for k, far in self._place(part, level, partial).items():
-                        energies[k], thrown_out[k] = lower, thrown_out[k] or far
+                    for k, rejected in self._place(part, level, partial).items():
+                        energies[k], thrown_out[k] = lower, thrown_out[k] or rejected
         return energies, thrown_out
 
     def _place(self, group: list[int], energy: Energy, progress: Progress) -> dict[int, bool]:
@@ -245,12 +245,12 @@ class Patches:
                 return {group[0]: False}
             half = len(group) // 2
             return self._place(group[:half], energy, progress) | self._place(group[half:], energy, progress)
-        far = [k for k, new in enumerate(self._parts(moved)) if _reach(self._points[self._placed[k].rim], new) > FURTHEST]
-        if not far:
+        rejected = [k for k, new in enumerate(self._parts(moved)) if _reach(self._points[self._placed[k].rim], new) > FURTHEST]
+        if not rejected:
             self.move(moved)
             return {}
         # A rejected patch distorts the patches that meet it: place them again without it.
-        return dict.fromkeys(far, True) | self._place([k for k in group if k not in far], energy, progress)
+        return dict.fromkeys(rejected, True) | self._place([k for k in group if k not in rejected], energy, progress)
 
     def refine_again(self, smooth: bool, progress: Progress) -> None:
         """Refines all patches with their current points; if `smooth`, more where a patch bends at its rim."""
@@ -372,7 +372,7 @@ def remesh_region(
         selected=rim if rim.any() else None,
         progress=progress,
     )
-    for left in filling.left_open:
-        if left.reason != "selection" and rim[left.vertices].any():
-            raise FilterInputError(f"the region cannot be remade: {left.message}; select a ring more or less")
+    for open_rim in filling.left_open:
+        if open_rim.reason != "selection" and rim[open_rim.vertices].any():
+            raise FilterInputError(f"the region cannot be remade: {open_rim.message}; select a ring more or less")
     return chosen, filling

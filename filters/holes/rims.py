@@ -30,18 +30,16 @@ MOST_JOINED = 10_000
 Reason: TypeAlias = Literal[
     "size", "selection", "outer", "probably_outer", "island", "seam", "orientation", "non_manifold", "no_triangulation"
 ]
-ISLAND_IN_IT = (
-    ": an island lies in it that cannot be joined to it; to fill it nonetheless, delete the island or leave islands loose"
-)
+ISLAND_IN_IT = ": an island lies in it, and cannot be joined to it; to fill the hole, delete the island or leave islands loose"
 _WHY: dict[Reason, str] = {
-    "selection": ", none of whose vertices is selected",
+    "selection": ": none of its vertices is selected",
     "outer": ": it is the outer border of an open sheet",
-    "probably_outer": ": it spans so much of the area of its sheet that it seems to be the outer border; if it is a hole, "
+    "probably_outer": ": it seems to be the outer border, as it spans much of the area of its sheet; if it is a hole, "
     "select a vertex of it and close only the holes at the selection",
     "island": ": it is the border of an island that cannot be joined to the hole around it",
-    "seam": ": its two sides are in the same places, so merge close vertices",
-    "no_triangulation": ": every triangulation of it would have triangles without area, as where its vertices coincide or lie "
-    "on a line, or edges with more than two faces",
+    "seam": ": its two sides coincide, so merge close vertices",
+    "no_triangulation": ": each triangulation has triangles without area, as its vertices coincide or lie on a line, or edges "
+    "with more than two faces",
     "non_manifold": "an edge with more than two faces ends there: delete or separate its faces",
     "orientation": "the faces there are not coherently oriented: orient them first",
 }
@@ -55,16 +53,16 @@ class OpenRim(NamedTuple):
     message: str  # the reason as a sentence, with the numbers
 
 
-def left_open_as(rim: BoundaryLoop, reason: Reason, more: str = "") -> OpenRim:
+def left_open_as(rim: BoundaryLoop, reason: Reason, explanation: str = "") -> OpenRim:
     """Returns the rim with its reason and a message; `more` replaces the explanation of `_WHY`."""
-    edges, why = len(rim.vertices), more or _WHY[reason]
-    return OpenRim(rim.vertices, reason, f"the rim of {edges} edges through vertex {rim.vertices[0]} was left{why}")
+    edges, why = len(rim.vertices), explanation or _WHY[reason]
+    return OpenRim(rim.vertices, reason, f"the rim of {edges} edges through vertex {rim.vertices[0]} was left open{why}")
 
 
 def broken_left_open(border: BrokenBorder) -> OpenRim:
     """Returns the `OpenRim` of a part of the border that forms no loop."""
     others = len(border.vertices) - 1
-    message = f"the border through vertex {border.vertex} (and {others} others) was left: {_WHY[border.reason]}"
+    message = f"the border through vertex {border.vertex} (and {others} others) was left open: {_WHY[border.reason]}"
     return OpenRim(border.vertices, border.reason, message)
 
 
@@ -136,33 +134,33 @@ def sorted_rims(
     if join and borders and holes:
         around = _holes_around([rim for rim, _ in borders], holes, points, triangles)
     groups: list[tuple[BoundaryLoop, list[BoundaryLoop]]] = [(hole, []) for hole in holes]
-    left = []
+    others = []
     for (rim, outside), number in zip(borders, around, strict=True):
         if number >= 0:
             groups[number][1].append(rim)
         elif outside == "probably" and selected is not None and selected[rim.vertices].any():
             groups.append((rim, []))
         elif is_seam(rim, points):
-            left.append(left_open_as(rim, "seam"))
+            others.append(left_open_as(rim, "seam"))
         else:
-            left.append(left_open_as(rim, "outer" if outside == "surely" else "probably_outer"))
+            others.append(left_open_as(rim, "outer" if outside == "surely" else "probably_outer"))
     groups.sort(key=lambda group: tuple(group[0].vertices[:2].tolist()))
     closed = []
     for hole, inside in groups:
         edges = len(hole.vertices)
         if edges > max_edges:
-            left.append(left_open_as(hole, "size", f": it has more than {max_edges}; to close it, raise max_edges to {edges}"))
+            others.append(left_open_as(hole, "size", f": it has more than {max_edges}; to close it, raise max_edges to {edges}"))
         elif is_seam(hole, points):
-            left.append(left_open_as(hole, "seam"))
+            others.append(left_open_as(hole, "seam"))
         elif selected is not None and not selected[hole.vertices].any():
-            left.append(left_open_as(hole, "selection"))
+            others.append(left_open_as(hole, "selection"))
         elif any(is_seam(rim, points) for rim in inside):
-            left.append(left_open_as(hole, "island", ISLAND_IN_IT))
+            others.append(left_open_as(hole, "island", ISLAND_IN_IT))
         else:
             closed.append((hole, inside))
             continue
-        left += [left_open_as(rim, "seam" if is_seam(rim, points) else "outer") for rim in inside]
-    return closed, left
+        others += [left_open_as(rim, "seam" if is_seam(rim, points) else "outer") for rim in inside]
+    return closed, others
 
 
 def _holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[int]:

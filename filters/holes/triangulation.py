@@ -75,17 +75,17 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> B
     """
     first = int(side_lengths(points[rim.vertices]).argmax()) + 1
     vertices, opposite = np.roll(rim.vertices, -first), np.roll(rim.opposite, -first)
-    rest = list(islands)
-    while rest:
+    remaining = list(islands)
+    while remaining:
         best = (np.inf, 0, 0, 0)
         places, same_as = np.unique(points[vertices], axis=0, return_index=True)
         tree = spatial.cKDTree(places)
-        for number, island in enumerate(rest):
+        for number, island in enumerate(remaining):
             apart, nearest = tree.query(points[island.vertices])
             j = int(apart.argmin())
             best = min(best, (float(apart[j]), number, int(same_as[nearest[j]]), j))
         i, j = best[2:]
-        island = rest.pop(best[1])
+        island = remaining.pop(best[1])
         around, beyond = np.roll(island.vertices, -j), np.roll(island.opposite, -j)
         # Go along the cut to the island, once round it, back along the cut, and on along the rim.
         cut = np.array([-1], dtype=np.int32)

@@ -67,13 +67,13 @@ def displacement(
     points, triangles = check_mesh(vertices, faces)
     targets, target_faces = check_mesh(reference_vertices, reference_faces)
     ground = Surface.of(targets, target_faces)
-    same = len(points) == len(targets)
-    if correspondence == "vertex" and not same:
+    same_count = len(points) == len(targets)
+    if correspondence == "vertex" and not same_count:
         raise FilterInputError(
             f"the mesh has {len(points)} vertices and the reference {len(targets)}: vertices of the same number are no "
             "counterparts; take the correspondence 'surface'"
         )
-    alike = same and len(triangles) > 0 and np.array_equal(triangles, target_faces)
+    alike = same_count and len(triangles) > 0 and np.array_equal(triangles, target_faces)
     if correspondence == "surface" or (correspondence == "auto" and not alike):
         nearest = ground.nearest(points, vectors=True)
         return Displacement(nearest.vectors, nearest.distances, nearest.signed, by_vertex=False)
@@ -222,10 +222,10 @@ def _largest(
         beside = to.cells_of(sampled.elements[first[part]])[:, None]
         bounds[part] = to.largest_distances(local[faces[part]], at_points[faces[part]], beside)
     high = bounds > largest * scale * _PROVEN
-    rest, left = float(bounds[~high].max(initial=0.0)), len(points) + len(samples)
+    largest_rest, searches_left = float(bounds[~high].max(initial=0.0)), len(points) + len(samples)
     parts = _Parts(local[faces[high]], at_points[faces[high]], bounds[high])
-    while len(parts.bounds) and 3 * len(parts.bounds) <= left:
-        left -= 3 * len(parts.bounds)
+    while len(parts.bounds) and 3 * len(parts.bounds) <= searches_left:
+        searches_left -= 3 * len(parts.bounds)
         smaller = []
         for block in blocks(len(parts.bounds)):
             middles, distances, quarters = _quartered(_Parts(*(values[block] for values in parts)), to)
@@ -234,11 +234,11 @@ def _largest(
                 largest, furthest = float(distances[worst]) / scale, middles[worst] / scale + to.mesh.middle
             quarters, below = _above(largest * scale * _PROVEN, quarters)
             smaller.append(quarters)
-            rest = max(rest, below)
+            largest_rest = max(largest_rest, below)
         joined = _Parts(*(np.concatenate(values) for values in zip(*smaller, strict=True)))
         parts, below = _above(largest * scale * _PROVEN, joined)
-        rest = max(rest, below)
-    return largest, furthest, max(float(parts.bounds.max(initial=rest)) / scale, largest)
+        largest_rest = max(largest_rest, below)
+    return largest, furthest, max(float(parts.bounds.max(initial=largest_rest)) / scale, largest)
 
 
 def _quartered(parts: _Parts, to: Surface) -> tuple[Floats, Floats, _Parts]:
@@ -300,8 +300,8 @@ def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
         jacobian = np.column_stack([np.cross(p, normals), normals])
         heights = np.einsum("ij,ij->i", nearest.vectors[trusted], normals) / size
         motion = np.linalg.lstsq(jacobian.T @ jacobian, -jacobian.T @ heights, rcond=1e-12)[0]
-        more = spatial.transform.Rotation.from_rotvec(motion[:3]).as_matrix()
-        turn, shift = more @ turn, more @ shift + size * motion[3:]
+        rotation = spatial.transform.Rotation.from_rotvec(motion[:3]).as_matrix()
+        turn, shift = rotation @ turn, rotation @ shift + size * motion[3:]
         step = float(np.linalg.norm(motion))
     angle = math.degrees(float(spatial.transform.Rotation.from_matrix(turn).magnitude()))
     moved = local @ turn.T + shift + middle
