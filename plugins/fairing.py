@@ -33,7 +33,7 @@ def apply_coord_bilaplacian_smoothing(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Smooths by balancing the bending of the surface against the displacement of its vertices: (C M^-1 W C + w M) p' = w M p.
+    """Smooths by balancing the bending of the surface against the displacement of vertices: (C M^-1 W C + w M) p' = w M p.
 
     W is 1, or nearly 0 at features, where the surface may bend. Shapes shrink far less than by implicit fairing at the same
     detail size. Returns w in one over the fourth power of mesh units (0 or infinite if it underflows or overflows), the number
@@ -255,8 +255,8 @@ def meshing_bridge_rims_by_fairing(
 ) -> Edit:
     """Joins two parts of a mesh by a smooth neck between two rims that face each other.
 
-    A rim is a loop of border edges. A band of triangles, as dense as the rims, joins the two nearest rims of different parts, and
-    its inside is faired; the rest stays as it is. The new elements are selected. First merge parts in several layers into one
+    A rim is a loop of border edges. A band of triangles, as dense as the rims, joins the two nearest rims of different parts.
+    Its inside is faired; the rest stays as it is. The new elements are selected. First merge parts in several layers into one
     (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
 
     Args:
