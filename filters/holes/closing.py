@@ -25,7 +25,7 @@ SHARP, FINEST = 1.2, 0.25
 #: The most new vertices in one linear system; patches are grouped up to this number.
 MOST_AT_ONCE = 100_000
 #: The largest distance of new vertices from the bounding box of their rim, in diagonals of the box. Fillings of smooth surfaces
-#: reach 0.2. A filling beyond 1 is not the lost surface, and its large area would need many triangles.
+#: reach 0.2. A filling beyond 1 does not resemble the original surface, and its large area would need many triangles.
 FURTHEST = 1.0
 #: The most edges in the rim of a remeshed region.
 LARGEST_RIM = 10_000
@@ -83,7 +83,7 @@ def close_holes(
         max_edges: holes with more rim edges stay open; at least 3. Larger closes more. Outer borders and islands do not count.
         energy: how the new vertices are placed. "membrane": the least area, with a crease at the rim. "thin_plate": tangents
             continue across the rim. "minimum_variation": curvatures continue too, and the filling bulges like the surface around;
-            it is the closest to a smooth lost surface, and the most sensitive to noise at the rim. "none": only refinement.
+            it is the closest to a smooth original surface, and the most sensitive to noise at the rim. "none": only refinement.
         refine: whether to split the new faces until they are as dense as the rim. Without it there are no new vertices and
             nothing to fair.
         rounds: how often to refine and fair, from 1. With more rounds a filling bulges further if the surface around bulges.
@@ -209,7 +209,7 @@ class Patches:
         """Fairs and refines in turn; returns the last energy of each patch, and whether a higher one broke `FURTHEST`.
 
         Patches with the same energy are solved together, the highest energy first. A group without a solution is halved until
-        the failing patches are alone. A patch that fails or breaks `FURTHEST` keeps the next lower energy from then on.
+        the failing patches are alone. A patch that fails or breaks `FURTHEST` gets the next lower energy from then on.
         """
         energies, thrown_out = [energy] * len(self._placed), [False] * len(self._placed)
         for done in range(rounds):

@@ -54,7 +54,7 @@ class OpenRim(NamedTuple):
 
 
 def left_open_as(rim: BoundaryLoop, reason: Reason, explanation: str = "") -> OpenRim:
-    """Returns the rim with its reason and a message; `more` replaces the explanation of `_WHY`."""
+    """Returns the rim with its reason and a message; `explanation` replaces that of `_WHY`."""
     edges, why = len(rim.vertices), explanation or _WHY[reason]
     return OpenRim(rim.vertices, reason, f"the rim of {edges} edges through vertex {rim.vertices[0]} was left open{why}")
 
