@@ -121,6 +121,7 @@ def _height(triangle: Floats) -> float:
 
 
 def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
+    """(b,) which triangles to split, see `refined_patch`."""
     centroids, size = points[triangles].mean(axis=1), sizes[triangles].mean(axis=1)
     reach = DENSITY * np.linalg.norm(points[triangles] - centroids[:, None], axis=2)
     large: Bools = ((reach > size[:, None]) & (reach > sizes[triangles])).all(axis=1)
@@ -174,6 +175,7 @@ def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
 
 @compiled
 def _is_forbidden(forbidden: ForbiddenEdges, c: int, d: int) -> bool:
+    """Whether the patch must not have the edge (c, d)."""
     pairs, apart, alone = forbidden
     n = apart.shape[0]
     if (c < n and alone[c]) or (d < n and alone[d]):

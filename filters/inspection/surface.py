@@ -131,6 +131,7 @@ def _search(tree: TriangleTree, queries: Floats, faces: Longs, weights: Floats, 
 
 @compiled(nogil=True)
 def _measure(triangles: Floats, r: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """The weights s, t of the place on triangle r nearest to (x, y, z), and its squared distance."""
     px, py, pz = x - triangles[r, 0], y - triangles[r, 1], z - triangles[r, 2]
     ux, uy, uz = triangles[r, 3], triangles[r, 4], triangles[r, 5]
     vx, vy, vz = triangles[r, 6], triangles[r, 7], triangles[r, 8]
@@ -141,6 +142,7 @@ def _measure(triangles: Floats, r: int, x: float, y: float, z: float) -> tuple[f
 
 @compiled(nogil=True)
 def _bound(triangles: Floats, corners: Floats, distances: Floats, beside: Longs, bounds: Floats, first: int, last: int) -> None:
+    """Writes the bounds of `Surface.largest_distances` for the triangles from `first` to `last`."""
     for c in range(first, last):
         longest = 0.0
         for k in range(3):

@@ -1,7 +1,7 @@
 """Stars of vertices: the neighbours of each vertex in their order round it.
 
 At a manifold vertex the triangles form a closed ring, or on the border a fan between two border edges. With neighbours in this
-order, a kernel that needs both triangles of each edge visits each neighbour once.
+order, a kernel that needs both triangles of each edge visits each neighbour once. Ends and pairs: see `ring_ends`.
 """
 
 from typing import Any, NamedTuple, TypeAlias
@@ -19,7 +19,7 @@ Kinds: TypeAlias = NDArray[np.uint8]
 _U: Any = np.uint64
 #: The kinds of stars: no triangle; a closed ring; a fan from border to border; anything else.
 NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
-# Ordering the triangles round a vertex may take quadratic time: a star with more triangles counts as irregular.
+# Ordering the triangles round a vertex may take quadratic time: a star with more triangles than this counts as irregular.
 _LARGEST_WALK = 64
 # Vertices in a block; a block shares one hash table.
 _BLOCK = 1024
@@ -35,9 +35,9 @@ _NOTHING = _U(2**64 - 1)
 class Stars(NamedTuple):
     """The neighbours of each vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once.
 
-    A closed star starts at the lowest neighbour, towards the lower of the two next to it. An open star goes from border to border
-    and starts at the lower end. An irregular star (non-manifold edges, several fans, more than 64 triangles) is ascending.
-    Neighbours are compared by their names; the order and the orientation of the faces do not matter.
+    A closed star starts at the lowest neighbour and goes on to the lower of the two next to it. An open star goes from border to
+    border, starting at the lower end. An irregular star (non-manifold edges, several fans, more than 64 triangles) is ascending.
+    Lower means the lower vertex name, see `stars`; the order and the orientation of the faces do not matter.
     """
 
     kinds: Kinds  # (n,) uint8, one of `NO_STAR`, `CLOSED`, `OPEN`, `IRREGULAR`
