@@ -40,8 +40,6 @@ Border: TypeAlias = Annotated[
     ),
 ]
 Iterations: TypeAlias = Annotated[int, Int(minimum=0, maximum=100_000, help="The number of steps. More are smoother and slower.")]
-
-
 _WAVES = "Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is smoother. "
 #: the wavelength at which a low-pass filter halves the amplitude, on meshes and on curves
 DETAIL_SIZE = Percentage(

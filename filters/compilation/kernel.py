@@ -161,6 +161,7 @@ class Kernel:
         return call_parallel(code, arguments) if self._is_parallel else code(*arguments)
 
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
+        """Returns the machine code for a signature: from the store, or compiled and stored."""
         if self._is_parallel:
             start_threads()  # the linker needs the addresses of the thread functions
         if self.__module__ == "__main__" or getattr(sys.modules.get(self.__module__), self.__qualname__, None) is not self:
@@ -285,11 +286,7 @@ def listed_signatures() -> Signatures:
     return {module: {name: list(from_json(each)) for name, each in kernels.items()} for module, kernels in listed.items()}
 
 
-def compile_ahead(
-    signatures: Mapping[str, Mapping[str, list[Signature]]],
-    *,
-    processes: int | None = None,
-) -> list[str]:
+def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, processes: int | None = None) -> list[str]:
     """Compiles all kernels that are not stored yet, and returns the messages of failures; None: one process per processor."""
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
     count = processes or most_threads()

@@ -91,6 +91,7 @@ def _enclose(points: Floats, faces: Ints, indices: Ints, leaves: int, triangles:
 
 @compiled(nogil=True)
 def _search(tree: TriangleTree, queries: Floats, faces: Longs, weights: Floats, distances: Floats, first: int, last: int) -> None:
+    """Writes the nearest place for the queries from `first` to `last`; visits the nearer child of a node first."""
     triangles, indices, boxes, leaves, rounding = tree
     stack = np.empty((_STACK, 3), np.int64)
     gaps = np.empty(_STACK)

@@ -112,6 +112,7 @@ class Door:
     # ----------------------------------------------------------------------------------------------------------------- in
 
     def _send(self, mesh: MeshData) -> None:
+        """Writes a mesh to a PLY file, lets MeshLab load it, and sets what PLY cannot hold: label, numbers, matrix."""
         folder = self._new_folder()
         path = folder / "mesh.ply"
         names = [_place_texture(texture, folder, k) for k, texture in enumerate(mesh.textures)]
@@ -157,6 +158,7 @@ class Door:
     # ---------------------------------------------------------------------------------------------------------------- out
 
     def _read(self, mesh: Any, sent: MeshData | None) -> MeshData:
+        """Reads a MeshLab mesh; elements of `sent` that still exist get their other attributes back."""
         vertices, faces, edges = (read_array(mesh, name) for name in ("vertices", "faces", "edges"))
         of_vertices = None if sent is None else _numbers(mesh, "vertex", len(sent.vertices))
         if of_vertices is None:

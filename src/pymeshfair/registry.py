@@ -83,6 +83,7 @@ def _by_any_name(filters: Iterable[Filter]) -> dict[str, Filter]:
 
 @functools.cache
 def _load() -> _Registry:
+    """Loads all plugins once; plugins and filters that cannot be used are recorded in `broken`."""
     by_any_name = _by_any_name(meshlab_filters())
     custom: list[Filter] = []
     broken: list[BrokenPlugin] = []
