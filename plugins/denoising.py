@@ -107,7 +107,7 @@ def apply_coord_normal_filtering(
     """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
     Without parameters it tries many settings, and takes the one with the least prediction error at held-out vertices; given
-    parameters apply to all settings. Returns the parameters in use, what was found and tried, the mean displacement in mean edges
+    parameters apply to all settings. Returns the parameters in use, the findings, the trials, the mean displacement in mean edges
     as drift, and how many faces look away from the faces around them, before and after.
 
     Args:
@@ -128,7 +128,7 @@ def apply_coord_normal_filtering(
         border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline stays;
             'free' move like any other vertex.
     """
-    set_values = _given(
+    set_values = _not_automatic(
         **asdict(normals),
         vertex_iterations=vertex_iterations,
         outer_iterations=outer_iterations,
@@ -190,7 +190,7 @@ def apply_normal_robust_filtering_per_face(
     """
     if selected and not layer.face_selection.any():
         raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
-    set_values = _given(**asdict(normals))
+    set_values = _not_automatic(**asdict(normals))
     effective, findings = _completed(layer, set_values, choice, part_of(progress, 0.0, CHOOSING), of=frozenset(STEP_ONE))
     if "normal_iterations" not in set_values:
         effective["normal_iterations"] *= effective["outer_iterations"]
@@ -203,7 +203,7 @@ def apply_normal_robust_filtering_per_face(
     return Edit(face_normals=filtered, values={**effective, **findings})
 
 
-def _given(**values: Any) -> dict[str, Any]:
+def _not_automatic(**values: Any) -> dict[str, Any]:
     """The parameters that are not automatic."""
     automatic = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
     return {name: value for name, value in values.items() if value not in (automatic.get(name, 0), "auto")}

@@ -1083,7 +1083,7 @@ class FilterMethods(metaclass=LateMethods):
         """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
         Without parameters it tries many settings, and takes the one with the least prediction error at held-out vertices; given
-        parameters apply to all settings. Returns the parameters in use, what was found and tried, the mean displacement in mean
+        parameters apply to all settings. Returns the parameters in use, the findings, the trials, the mean displacement in mean
         edges as drift, and how many faces look away from the faces around them, before and after.
 
         Args:
