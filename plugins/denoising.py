@@ -157,7 +157,7 @@ def apply_coord_normal_filtering(
             notes = (NOTHING_TO_REMOVE,)
         elif made.kind == "correlated" and made.setting.rounding == "keep" and border_vertices(layer.faces, len(vertices)).any():
             notes = (
-                "the noise of neighbours is correlated, and the filter is chosen by the faces inside: near the border, as at "
+                "the noise of neighbours is correlated, and the filter is chosen by the faces inside: at the border, as at "
                 "silhouettes, faces may be farther from the true surface than before",
             )
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
