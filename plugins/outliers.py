@@ -117,9 +117,9 @@ def compute_selection_by_distance_from_cloud_per_vertex(
     """Selects the parts of a reconstruction without measured points nearby, such as the balloon of Screened Poisson.
 
     The spacing of the cloud is the median, over its points, of the mean distance to their six nearest neighbours; in sparse
-    parts it is two thirds of this mean distance there. The selection of vertices is replaced. Notes report the share of the area
-    with selected vertices, the share of the rest beyond half the distance, and the share of the points that lie as far from the
-    rest. Returns the number of selected vertices.
+    parts it is two thirds of this mean distance there. The selection of vertices is replaced. Notes report three shares: the area
+    with selected vertices, the other area beyond half the distance, and the points without unselected surface within the
+    distance. Returns the number of selected vertices.
 
     Args:
         reference: The layer whose vertices are the measured points.

@@ -30,7 +30,7 @@ _THINNEST = 1e-7
 _MOST_SWEEPS = 200
 #: A patch is as dense as its rim everywhere if it then has at most about this many vertices.
 MOST_VERTICES = 60_000
-#: A larger patch is so dense in a band of at least `_LEAST_WIDTH` edges; beyond, edges grow by `SLOPE` times the distance.
+#: A larger patch is as dense as its rim only in a band of `_LEAST_WIDTH` edges or more; beyond, edges grow by `SLOPE` x distance.
 _LEAST_WIDTH, SLOPE = 1.0, 0.4
 
 
